@@ -142,6 +142,13 @@ pub enum StepError {
         /// The limit.
         limit: u64,
     },
+    /// A fixed-step scheme left the range in which the equations have a meaning.
+    Diverged {
+        /// Time in s of the last accepted step.
+        time: f64,
+        /// The step size in s.
+        step: f64,
+    },
     /// Events followed each other without end at one instant.
     Chattering {
         /// Time in s of the events.
@@ -157,6 +164,9 @@ impl fmt::Display for StepError {
             }
             Self::TooManySteps { time, limit } => {
                 write!(f, "at t = {time} s the limit of {limit} solver steps per communication step was reached")
+            }
+            Self::Diverged { time, step } => {
+                write!(f, "at t = {time} s the fixed-step scheme diverges: solver.step = {step} s is too large for it")
             }
             Self::Chattering { time } => write!(f, "at t = {time} s events follow each other without end"),
         }

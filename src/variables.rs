@@ -396,9 +396,17 @@ impl<const N: usize> Declaration for [Variable; N] {
     }
 }
 
-/// Declares a struct of parameters (or inputs) together with the variables its fields are read from.
-///
-/// The struct gets `table()`, the variables in the order of the fields, `LEN`, their number, and `read(&[f64])`.
+/// A struct of parameters or inputs, made by [`parameters!`](crate::parameters).
+pub trait ParameterSet: Sized {
+    /// How many variables there are.
+    const LEN: usize;
+    /// The variables, in the order of the fields.
+    fn table() -> Vec<Variable>;
+    /// Reads the fields from values in the order of the table.
+    fn read(values: &[f64]) -> Self;
+}
+
+/// Declares a [`ParameterSet`]: each field together with the variable (or array of variables) it is read from.
 #[macro_export]
 macro_rules! parameters {
     ($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty = $declaration:expr;)* }) => {
@@ -407,21 +415,18 @@ macro_rules! parameters {
         #[allow(missing_docs, reason = "each field is described by the text of its variable")]
         pub struct $name { $(pub $field: $type),* }
 
-        impl $name {
-            /// How many variables there are.
-            pub const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
+        impl $crate::variables::ParameterSet for $name {
+            const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
 
-            /// The variables, in the order of the fields.
-            pub fn table() -> Vec<$crate::variables::Variable> {
+            fn table() -> Vec<$crate::variables::Variable> {
                 #[allow(unused_mut, reason = "a struct may have no fields")]
                 let mut table = Vec::new();
                 $(table.extend($crate::variables::Declaration::into_variables($declaration));)*
                 table
             }
 
-            /// Reads the fields from values in the order of the table.
             #[allow(unused, reason = "a struct may have no fields")]
-            pub fn read(values: &[f64]) -> Self {
+            fn read(values: &[f64]) -> Self {
                 let mut next = 0;
                 $(
                     let $field = <$type as $crate::variables::Field>::read(&values[next..]);

@@ -1,0 +1,67 @@
+//! The carriage: end stops and gravity.
+
+use crate::scalar::Scalar;
+
+/// Standard acceleration of gravity in m/s2.
+pub const GRAVITY: f64 = 9.80665;
+
+/// End stops at both ends of the stroke, elastic with a dissipative part.
+///
+/// ```text
+/// F = max(0, k*(-x)*(1 - c*v))            x < 0
+/// F = -max(0, k*(x - stroke)*(1 + c*v))   x > stroke   [N]
+/// ```
+///
+/// # Source
+/// Hunt, Crossley (1975), ASME J. Applied Mechanics 42(2):440-445.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndStops {
+    /// Stroke in m.
+    pub stroke: f64,
+    /// Contact stiffness `k` in N/m.
+    pub stiffness: f64,
+    /// Dissipation coefficient `c` in s/m.
+    pub damping: f64,
+}
+
+impl EndStops {
+    /// Force in N on the carriage towards +x.
+    pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {
+        if position.value() < 0.0 {
+            self.contact(-position, -velocity)
+        } else if position.value() > self.stroke {
+            -self.contact(position - self.stroke, velocity)
+        } else {
+            S::zero()
+        }
+    }
+
+    /// Repulsion in N at a penetration in m that grows at a rate in m/s; a stop never pulls.
+    fn contact<S: Scalar>(&self, penetration: S, rate: S) -> S {
+        (penetration * (rate * self.damping + 1.0) * self.stiffness).max(S::zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STOPS: EndStops = EndStops { stroke: 0.5, stiffness: 1e6, damping: 0.75 };
+
+    #[test]
+    fn stops_act_only_beyond_the_stroke_and_never_pull() {
+        assert_eq!(STOPS.force(0.25, 3.0), 0.0);
+        assert!((STOPS.force(-1e-4, 0.0) - 100.0).abs() < 1e-9);
+        assert!((STOPS.force(0.5001, 0.0) + 100.0).abs() < 1e-9);
+        assert_eq!(STOPS.force(-1e-4, 2.0), 0.0);
+    }
+
+    /// The approach is damped, the rebound weakened: both stops are mirror images.
+    #[test]
+    fn stops_are_symmetric() {
+        for velocity in [-0.5, 0.0, 0.5] {
+            let (low, high) = (STOPS.force(-2e-4, velocity), STOPS.force(0.5002, -velocity));
+            assert!((low + high).abs() < 1e-9);
+        }
+    }
+}

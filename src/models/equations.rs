@@ -1,0 +1,13 @@
+//! What a model adds to a hybrid system: computed variables.
+
+use crate::scalar::Scalar;
+use crate::solver::HybridSystem;
+
+/// A hybrid system with computed variables, which come first among those of the model's table.
+pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
+    /// Writes the computed variables in the order of the table.
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory, computed: &mut [S]);
+
+    /// The index among the `N` states of the state whose derivative the table lists in a place, if it is integrated.
+    fn state_index(&self, place: usize) -> Option<usize>;
+}

@@ -1,0 +1,120 @@
+//! Finding where an indicator crosses zero within a step.
+
+/// The states within a step: the cubic through the values and derivatives at both ends.
+pub struct Hermite<'a, const N: usize> {
+    /// States at the start.
+    pub start: &'a [f64; N],
+    /// Derivatives at the start.
+    pub start_slope: &'a [f64; N],
+    /// States at the end.
+    pub end: &'a [f64; N],
+    /// Derivatives at the end.
+    pub end_slope: &'a [f64; N],
+    /// Size of the step in s.
+    pub h: f64,
+}
+
+impl<const N: usize> Hermite<'_, N> {
+    /// The states at a fraction of the step.
+    pub fn at(&self, fraction: f64) -> [f64; N] {
+        let rest = 1.0 - fraction;
+        let value_weight = fraction * fraction * (3.0 - 2.0 * fraction);
+        let start_weight = fraction * rest * rest * self.h;
+        let end_weight = fraction * fraction * rest * self.h;
+        std::array::from_fn(|i| {
+            self.start[i] + value_weight * (self.end[i] - self.start[i]) + start_weight * self.start_slope[i]
+                - end_weight * self.end_slope[i]
+        })
+    }
+}
+
+/// An interval at whose start a function is positive and at whose end it is not.
+#[derive(Clone, Copy, Debug)]
+pub struct Bracket {
+    low: (f64, f64),
+    high: (f64, f64),
+    /// Sides moved so far, to notice when regula falsi moves one side only.
+    same_side: i32,
+}
+
+impl Bracket {
+    /// A bracket from two points and the values there.
+    pub fn new(low: (f64, f64), high: (f64, f64)) -> Self {
+        Self { low, high, same_side: 0 }
+    }
+
+    /// Where to look next: the root of the chord, or the middle after several steps of one side.
+    pub fn guess(&self) -> f64 {
+        let ((a, ga), (b, gb)) = (self.low, self.high);
+        if self.same_side.abs() > 2 || ga <= gb {
+            return 0.5 * (a + b);
+        }
+        a + (b - a) * (ga / (ga - gb))
+    }
+
+    /// Narrows the bracket by a value inside.
+    pub fn narrow(&mut self, at: f64, value: f64) {
+        let side = if value > 0.0 {
+            self.low = (at, value);
+            1
+        } else {
+            self.high = (at, value);
+            -1
+        };
+        self.same_side = if self.same_side.signum() == side { self.same_side + side } else { side };
+    }
+
+    /// The end, where the function is not positive.
+    pub fn end(&self) -> f64 {
+        self.high.0
+    }
+
+    /// Length of the bracket.
+    pub fn width(&self) -> f64 {
+        self.high.0 - self.low.0
+    }
+
+    /// How far the root lies before the end, by the chord.
+    pub fn overshoot(&self) -> f64 {
+        self.width() * (self.high.1 / (self.high.1 - self.low.1))
+    }
+}
+
+/// The root of a function in a bracket, to a given width.
+pub fn root(mut bracket: Bracket, width: f64, function: impl Fn(f64) -> f64) -> f64 {
+    while bracket.width() > width {
+        let at = bracket.guess();
+        if at <= bracket.low.0 || at >= bracket.high.0 {
+            break;
+        }
+        let value = function(at);
+        if value == 0.0 {
+            return at;
+        }
+        bracket.narrow(at, value);
+    }
+    bracket.guess()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cubic_is_reproduced_exactly() {
+        let f = |t: f64| 1.0 + 2.0 * t - 3.0 * t * t + 0.5 * t * t * t;
+        let slope = |t: f64| 2.0 - 6.0 * t + 1.5 * t * t;
+        let (start, end) = ([f(1.0)], [f(3.0)]);
+        let cubic = Hermite { start: &start, start_slope: &[slope(1.0)], end: &end, end_slope: &[slope(3.0)], h: 2.0 };
+        for fraction in [0.0, 0.25, 0.6, 1.0] {
+            assert!((cubic.at(fraction)[0] - f(1.0 + 2.0 * fraction)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn root_is_found_even_of_a_curve_that_is_flat_on_one_side() {
+        let function = |t: f64| 1e-6 - t.powi(9);
+        let found = root(Bracket::new((0.0, function(0.0)), (1.0, function(1.0))), 1e-12, function);
+        assert!((found - 1e-6f64.powf(1.0 / 9.0)).abs() < 1e-11);
+    }
+}

@@ -1,0 +1,44 @@
+//! The implicit Euler method with fixed step.
+
+use nalgebra::SMatrix;
+
+use super::linear::Factors;
+use super::run::Trial;
+use super::system::{Held, HybridSystem};
+
+const MAX_ITERATIONS: usize = 30;
+
+/// Newton iterations end when no state changes by more than this fraction of its scale.
+const CONVERGED: f64 = 1e-10;
+
+/// One step of size `h` by Newton's method; `None` if the iteration does not converge.
+pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+    system: &H,
+    time: f64,
+    x: &[f64; N],
+    inputs: &Held<U>,
+    memory: &H::Memory,
+    h: f64,
+    jacobians: &mut u64,
+) -> Option<Trial<N>> {
+    let (end_time, scales) = (time + h, system.scales());
+    let u = inputs.at(end_time);
+    let mut end = *x;
+    let mut jacobian = SMatrix::zeros();
+    for _ in 0..MAX_ITERATIONS {
+        let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
+        *jacobians += 1;
+        let mut change: [f64; N] = std::array::from_fn(|i| (x[i] - end[i]) / h + derivatives[i]);
+        Factors::new(&jacobian, 1.0 / h)?.solve(&mut change);
+        for i in 0..N {
+            end[i] += change[i];
+        }
+        if end.iter().any(|value| !value.is_finite()) {
+            return None;
+        }
+        if (0..N).all(|i| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs())) {
+            return Some(Trial { end, error: [0.0; N] });
+        }
+    }
+    None
+}

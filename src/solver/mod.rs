@@ -1,0 +1,16 @@
+//! A hybrid integrator: smooth segments with error control, events located between them.
+//!
+//! It knows the equations only through [`HybridSystem`].
+
+mod event;
+mod implicit_euler;
+mod linear;
+mod rosenbrock;
+mod run;
+mod runge_kutta;
+mod settings;
+mod system;
+
+pub use run::Run;
+pub use settings::{Scheme, Settings, Tuning};
+pub use system::{HybridSystem, Held, jacobian_by_duals};

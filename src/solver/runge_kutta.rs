@@ -1,0 +1,51 @@
+//! Explicit schemes with fixed step, as tables of Butcher.
+
+use super::run::Trial;
+use super::system::{Held, HybridSystem};
+
+/// An explicit Runge-Kutta method of `S` stages in which each stage uses the one before only.
+pub struct Tableau<const S: usize> {
+    /// Time of each stage within the step, which is also the weight of the stage before.
+    times: [f64; S],
+    /// Weights of the stages in the result.
+    weights: [f64; S],
+}
+
+/// Explicit Euler method.
+pub const EXPLICIT_EULER: Tableau<1> = Tableau { times: [0.0], weights: [1.0] };
+
+/// Method of order 3 of Ralston (1962), Mathematics of Computation 16:431-437.
+pub const RK3: Tableau<3> = Tableau { times: [0.0, 0.5, 0.75], weights: [2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0] };
+
+/// Classical method of order 4 of Kutta (1901).
+pub const RK4: Tableau<4> =
+    Tableau { times: [0.0, 0.5, 0.5, 1.0], weights: [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0] };
+
+impl<const S: usize> Tableau<S> {
+    /// One step of size `h` from given derivatives at its start.
+    #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
+    pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+        &self,
+        system: &H,
+        time: f64,
+        x: &[f64; N],
+        inputs: &Held<U>,
+        memory: &H::Memory,
+        derivatives: &[f64; N],
+        h: f64,
+    ) -> Trial<N> {
+        let mut slope = *derivatives;
+        let mut end = *x;
+        for stage in 0..S {
+            if stage > 0 {
+                let argument = std::array::from_fn(|i| x[i] + self.times[stage] * h * slope[i]);
+                let stage_time = time + self.times[stage] * h;
+                slope = system.derivatives(stage_time, &argument, &inputs.at(stage_time), memory);
+            }
+            for i in 0..N {
+                end[i] += h * self.weights[stage] * slope[i];
+            }
+        }
+        Trial { end, error: [0.0; N] }
+    }
+}

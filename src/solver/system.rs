@@ -1,0 +1,119 @@
+//! What the solver needs to know of a model.
+
+use nalgebra::SMatrix;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::friction::Indicators;
+use crate::scalar::{Dual, Scalar};
+
+/// A hybrid system with `N` continuous states and `U` inputs.
+///
+/// Between events the states follow [`derivatives`](Self::derivatives) with a constant memory; a mode is valid while
+/// all its [`indicators`](Self::indicators) are positive or zero.
+pub trait HybridSystem<const N: usize, const U: usize> {
+    /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only.
+    type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
+
+    /// Time derivatives of the states. They must be smooth functions of the states within a mode.
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
+
+    /// Time derivatives of the states, and their Jacobian.
+    fn jacobian(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; U],
+        memory: &Self::Memory,
+        jacobian: &mut SMatrix<f64, N, N>,
+    ) -> [f64; N] {
+        jacobian_by_duals(self, time, x, u, memory, jacobian)
+    }
+
+    /// Appends the event indicators of the present mode.
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory, out: &mut Indicators);
+
+    /// Handles the event whose indicator turned negative.
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; U], memory: &mut Self::Memory);
+
+    /// Lets the memory follow an accepted step, or a change of the inputs.
+    fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Time in s of the next sample of a sampled part.
+    fn next_sample(&self, _memory: &Self::Memory) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Takes the sample.
+    fn sample(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Whether the equations have a meaning at these states (positive pressures, for example).
+    fn is_admissible(&self, _x: &[f64; N]) -> bool {
+        true
+    }
+
+    /// Magnitudes of the states: the solver keeps the error per step of state `i` below
+    /// `relative tolerance * max(scale, |x|)`.
+    fn scales(&self) -> [f64; N];
+
+    /// Whether a memory can belong to this system.
+    fn fits(&self, memory: &Self::Memory) -> bool;
+
+    /// Whether the equations depend on time other than through the inputs.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+}
+
+/// The Jacobian, exact to rounding, by evaluating the equations with dual numbers a few directions at a time.
+pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
+    system: &H,
+    time: f64,
+    x: &[f64; N],
+    u: &[f64; U],
+    memory: &H::Memory,
+    jacobian: &mut SMatrix<f64, N, N>,
+) -> [f64; N] {
+    const D: usize = 4;
+    let (time, u) = (Dual::constant(time), u.map(Dual::constant));
+    let mut derivatives = [0.0; N];
+    for first in (0..N).step_by(D) {
+        let mut seeded = x.map(Dual::<D>::constant);
+        for (direction, state) in seeded[first..].iter_mut().take(D).enumerate() {
+            state.slope[direction] = 1.0;
+        }
+        let rates = system.derivatives(time, &seeded, &u, memory);
+        for (row, rate) in rates.iter().enumerate() {
+            derivatives[row] = rate.value;
+            for (direction, slope) in rate.slope.iter().enumerate().take(N - first) {
+                jacobian[(row, first + direction)] = *slope;
+            }
+        }
+    }
+    derivatives
+}
+
+/// Inputs that vary linearly from a point in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held<const U: usize> {
+    /// The point in time in s.
+    pub since: f64,
+    /// Values at that time.
+    pub values: [f64; U],
+    /// Slopes in 1/s from there on.
+    pub slopes: [f64; U],
+}
+
+impl<const U: usize> Held<U> {
+    /// The inputs at a time.
+    pub fn at(&self, time: f64) -> [f64; U] {
+        if !self.vary() {
+            return self.values;
+        }
+        std::array::from_fn(|i| self.values[i] + self.slopes[i] * (time - self.since))
+    }
+
+    /// Whether any slope differs from 0.
+    pub fn vary(&self) -> bool {
+        self.slopes.iter().any(|slope| *slope != 0.0)
+    }
+}
