@@ -1,0 +1,109 @@
+//! Drives a model by the names of its variables, without FMI.
+
+#![allow(dead_code, reason = "each test uses a part of it")]
+
+use std::collections::HashMap;
+
+use pneumatic_servo::models;
+use pneumatic_servo::simulation::{Model, Simulation, Start, StepError};
+use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
+
+/// A model with its parameters and inputs, ready to start.
+#[derive(Clone)]
+pub struct Rig {
+    model: &'static Model,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+}
+
+/// A started model.
+pub struct Running {
+    simulation: Box<dyn Simulation>,
+    model: &'static Model,
+    inputs: Vec<f64>,
+    computed: Vec<f64>,
+    places: HashMap<&'static str, usize>,
+}
+
+fn variables(model: &Model, of: impl Fn(&Variable) -> bool) -> Vec<&'static Variable> {
+    (model.variables)().iter().filter(|variable| of(variable)).collect()
+}
+
+fn is_input(variable: &Variable) -> bool {
+    variable.role == Role::Input
+}
+
+impl Rig {
+    /// The model of that name with all defaults.
+    pub fn new(model: &str) -> Self {
+        let model = models::ALL.iter().find(|candidate| candidate.name == model).expect("a known model");
+        let starts = |of: fn(&Variable) -> bool| {
+            variables(model, of).iter().map(|variable| variable.start.expect("a start value")).collect()
+        };
+        Self { model, parameters: starts(Variable::is_parameter), inputs: starts(is_input) }
+    }
+
+    /// The cylinder with a friction law.
+    pub fn cylinder(law: &str) -> Self {
+        Self::new("PneumaticServoCylinder").choose("friction.law", law)
+    }
+
+    /// With a parameter or the start value of an input changed.
+    pub fn set(mut self, name: &str, value: f64) -> Self {
+        let place = |of: fn(&Variable) -> bool| variables(self.model, of).iter().position(|v| v.name == name);
+        if let Some(place) = place(Variable::is_parameter) {
+            self.parameters[place] = value;
+        } else {
+            let place = place(is_input).unwrap_or_else(|| panic!("{name} is no parameter or input"));
+            self.inputs[place] = value;
+        }
+        self
+    }
+
+    /// With an item of an enumeration chosen by its name.
+    pub fn choose(self, name: &str, item: &str) -> Self {
+        let variable = variables(self.model, |v| v.name == name)[0];
+        let Kind::Enumeration(of) = variable.kind else { panic!("{name} is no enumeration") };
+        let (id, ..) = of.items.iter().find(|(_, candidate, _)| *candidate == item).expect("an item");
+        self.set(name, f64::from(*id))
+    }
+
+    /// Starts at time 0.
+    pub fn start(&self) -> Result<Running, ParameterError> {
+        let start = Start { time: 0.0, parameters: &self.parameters, inputs: &self.inputs, tolerance: None };
+        let computed = variables(self.model, Variable::is_computed);
+        Ok(Running {
+            simulation: (self.model.start)(&start)?,
+            model: self.model,
+            inputs: self.inputs.clone(),
+            places: computed.iter().enumerate().map(|(place, variable)| (variable.name.as_str(), place)).collect(),
+            computed: vec![0.0; computed.len()],
+        })
+    }
+}
+
+impl Running {
+    /// Sets an input from now on.
+    pub fn set(&mut self, name: &str, value: f64) {
+        let place = variables(self.model, is_input).iter().position(|v| v.name == name).expect("an input");
+        self.inputs[place] = value;
+        let slopes = vec![0.0; self.inputs.len()];
+        self.simulation.set_inputs(&self.inputs, &slopes);
+    }
+
+    /// Integrates to a time in s.
+    pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.simulation.advance(end)
+    }
+
+    /// A computed variable now.
+    pub fn get(&mut self, name: &str) -> f64 {
+        self.simulation.values(&mut self.computed);
+        self.computed[*self.places.get(name).unwrap_or_else(|| panic!("{name} is not computed"))]
+    }
+
+    /// The simulation itself.
+    pub fn simulation(&mut self) -> &mut dyn Simulation {
+        self.simulation.as_mut()
+    }
+}
