@@ -160,7 +160,10 @@ impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::StepSizeTooSmall { time } => {
-                write!(f, "at t = {time} s no step size meets the tolerance: the equations have no finite solution there")
+                write!(
+                    f,
+                    "at t = {time} s no step size meets the tolerance: the equations have no finite solution there"
+                )
             }
             Self::TooManySteps { time, limit } => {
                 write!(f, "at t = {time} s the limit of {limit} solver steps per communication step was reached")

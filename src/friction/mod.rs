@@ -5,6 +5,7 @@
 //! states (bristle deflections), integrated by the solver, and a memory (modes, stacks, generators) that only
 //! changes at events. Laws know neither models nor solvers; a model may hold several contacts.
 
+pub mod elements;
 pub mod stick_slip;
 pub mod stribeck;
 
@@ -108,7 +109,7 @@ pub trait FrictionLaw: Sized {
     ) {
     }
 
-    /// Lets the memory follow an accepted step.
+    /// Lets the memory follow an accepted step; must leave the indicators as they are.
     fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
 
     /// Time in s at which the law takes its next sample.
@@ -234,6 +235,9 @@ registry! {
     9 Polito "polito" polito::Polito "Different Stribeck curves while accelerating and decelerating, true stiction";
     10 Dahl "dahl" dahl::Dahl "Bristle with rate-independent presliding, no stiction peak";
     14 LuGre "lugre" lugre::LuGre "Bristle with presliding, Stribeck effect and frictional lag";
+    15 Leuven "leuven" leuven::Leuven "Hysteresis with nested loops and non-local memory, blended into a Stribeck curve";
+    16 GMS "gms" gms::Gms "Maxwell-slip elements with Stribeck effect, frictional lag and non-local memory";
+    17 MaxwellSlip "maxwellSlip" maxwell_slip::MaxwellSlip "Spring-slider elements: rate-independent hysteresis without drift";
 }
 
 impl Friction {
@@ -248,20 +252,14 @@ impl Friction {
     }
 
     /// Handles the event whose indicator turned negative.
-    pub fn switch(
-        &self,
-        event: usize,
-        contact: &Contact<f64>,
-        velocity: &mut f64,
-        z: &mut [f64],
-        memory: &mut Memory,
-    ) {
+    pub fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Memory) {
         dispatch!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory));
     }
 
-    /// Lets the memory follow an accepted step.
-    pub fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
-        dispatch!(self, memory, |law, memory| law.follow(contact, z, memory));
+    /// Lets the memory follow an accepted step; few laws do, and only for them the contact is worked out.
+    #[inline(always)]
+    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, z: &[f64], memory: &mut Memory) {
+        dispatch!(self, memory, |law, memory| law.follow(&contact(), z, memory));
     }
 
     /// Time in s of the next sample.

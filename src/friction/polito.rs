@@ -101,7 +101,7 @@ impl FrictionLaw for Polito {
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
         memory.mode.indicators(contact, self.break_away(contact.level), out);
-        if let Mode::Sliding(direction) = memory.mode {
+        if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
             let push = direction * contact.applied;
             match memory.branch {
                 Branch::Accelerating => out.push(push - self.rising(contact, direction)),
@@ -120,6 +120,15 @@ impl FrictionLaw for Polito {
             memory.branch = Branch::Accelerating;
         } else if let Mode::Sliding(direction) = memory.mode {
             memory.branch = self.consistent(contact, direction, memory.branch, event);
+        }
+    }
+
+    /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+        memory.mode.follow(contact, self.break_away(contact.level));
+        if contact.drive == Drive::Motion {
+            let accelerates = contact.velocity * contact.applied >= 0.0;
+            memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
         }
     }
 
@@ -146,8 +155,7 @@ impl Polito {
 
     /// The branch to go to when the indicator of the present one turned negative.
     fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: usize) -> Branch {
-        // A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
-        let unique = contact.drive == Drive::Force && self.falling(contact, direction) <= self.rising(contact, direction);
+        let unique = self.falling(contact, direction) <= self.rising(contact, direction);
         match (present, event) {
             (Branch::Accelerating, _) if unique => Branch::Steady,
             (Branch::Accelerating, _) => Branch::Decelerating,

@@ -40,22 +40,29 @@ impl Mode {
     }
 
     /// Appends the indicator of the present mode: the reserve until break-away, or the speed.
+    ///
+    /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it [follows](Self::follow).
     pub fn indicators(self, contact: &Contact<f64>, break_away: f64, out: &mut Indicators) {
         out.push(match (self, contact.drive) {
+            (_, Drive::Motion) => 1.0,
             (Self::Stuck, Drive::Force) => break_away - contact.applied.abs(),
-            (Self::Stuck, Drive::Motion) => -contact.velocity.abs(),
-            (Self::Sliding(direction), _) => direction * contact.velocity,
+            (Self::Sliding(direction), Drive::Force) => direction * contact.velocity,
         });
     }
 
-    /// The mode after an event of the present one.
-    pub fn switched(self, contact: &Contact<f64>, velocity: &mut f64, break_away: f64) -> Self {
-        if contact.drive == Drive::Force {
-            *velocity = 0.0;
+    /// Takes the mode of a prescribed motion from its velocity.
+    pub fn follow(&mut self, contact: &Contact<f64>, break_away: f64) {
+        if contact.drive == Drive::Motion {
+            *self = Self::at(contact, contact.velocity, break_away);
         }
+    }
+
+    /// The mode after an event of the present one; sets the velocity to exactly 0.
+    pub fn switched(self, contact: &Contact<f64>, velocity: &mut f64, break_away: f64) -> Self {
+        *velocity = 0.0;
         match self {
-            Self::Stuck if contact.drive == Drive::Force => Self::Sliding(sign(contact.applied)),
-            _ => Self::at(contact, *velocity, break_away),
+            Self::Stuck => Self::Sliding(sign(contact.applied)),
+            Self::Sliding(_) => Self::at(contact, *velocity, break_away),
         }
     }
 }
@@ -103,6 +110,10 @@ impl<L: SetValued> FrictionLaw for L {
 
     fn switch(&self, _event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
         *mode = mode.switched(contact, velocity, self.break_away(contact.level));
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) {
+        mode.follow(contact, self.break_away(contact.level));
     }
 
     fn is_sticking(&self, mode: &Mode) -> bool {

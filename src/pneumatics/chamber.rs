@@ -66,17 +66,15 @@ impl Chamber {
     }
 
     /// Pressure and temperature, given the integrated ones: an algebraic temperature replaces the state.
+    #[inline(always)]
     pub fn gas<S: Scalar>(&self, pressure: S, temperature: S) -> GasState<S> {
         match self.thermal {
-            Thermal::EnergyBalance { .. } => GasState { pressure, temperature },
+            Thermal::EnergyBalance { .. } => GasState::new(pressure, temperature),
             Thermal::Polytropic { exponent, reference_pressure } => {
                 let power = (exponent - 1.0) / exponent;
-                let relative = if power == 0.0 {
-                    S::constant(1.0)
-                } else {
-                    (pressure / reference_pressure).powf(power)
-                };
-                GasState { pressure, temperature: relative * self.ambient_temperature }
+                let relative =
+                    if power == 0.0 { S::constant(1.0) } else { (pressure / reference_pressure).powf(power) };
+                GasState::new(pressure, relative * self.ambient_temperature)
             }
         }
     }
@@ -88,6 +86,7 @@ impl Chamber {
     /// d(m*c_v*T)/dt = sum(mdot*c_p*T_upstream) + h*A_w*(T_amb - T) - p*dV/dt
     /// A_w = 2*A + pi*bore*max(length, 0)
     /// ```
+    #[inline(always)]
     pub fn rates<S: Scalar, const F: usize>(
         &self,
         gas: GasState<S>,
@@ -95,8 +94,8 @@ impl Chamber {
         length_rate: S,
         inflows: [Flow<S>; F],
     ) -> ChamberRates<S> {
-        let GasState { pressure: p, temperature: t } = gas;
-        let (volume, volume_rate) = (self.volume(length), length_rate * self.area);
+        let GasState { pressure: p, temperature: t, .. } = gas;
+        let (per_volume, volume_rate) = (S::constant(1.0) / self.volume(length), length_rate * self.area);
         let mut mass_flow = S::zero();
         let mut carried = S::zero(); // sum of mass flow times upstream temperature
         for flow in inflows {
@@ -109,12 +108,12 @@ impl Chamber {
                 let heat = (-t + self.ambient_temperature) * wall * heat_transfer;
                 let work = p * volume_rate;
                 let energy = carried * (HEAT_RATIO * GAS_CONSTANT) + heat * (HEAT_RATIO - 1.0) - work * HEAT_RATIO;
-                let pressure = energy / volume;
-                let density_growth = (mass_flow * t * GAS_CONSTANT - work) / volume;
+                let pressure = energy * per_volume;
+                let density_growth = (mass_flow * t * GAS_CONSTANT - work) * per_volume;
                 ChamberRates { pressure, temperature: t * (pressure - density_growth) / p, mass_flow }
             }
             Thermal::Polytropic { exponent, .. } => {
-                let pressure = (mass_flow * t * GAS_CONSTANT - p * volume_rate) * exponent / volume;
+                let pressure = (mass_flow * t * GAS_CONSTANT - p * volume_rate) * exponent * per_volume;
                 let temperature = t * pressure / p * ((exponent - 1.0) / exponent);
                 ChamberRates { pressure, temperature, mass_flow }
             }

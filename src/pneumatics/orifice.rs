@@ -1,6 +1,6 @@
 //! The orifice of ISO 6358.
 
-use super::gas::{GasState, REFERENCE_DENSITY, REFERENCE_TEMPERATURE};
+use super::gas::GasState;
 use crate::scalar::Scalar;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
@@ -45,6 +45,7 @@ impl Orifice {
     }
 
     /// Flow between two states through a sonic conductance in m3/(s Pa).
+    #[inline(always)]
     pub fn flow<S: Scalar>(&self, conductance: S, from: GasState<S>, to: GasState<S>) -> Flow<S> {
         if from.pressure.value() >= to.pressure.value() {
             Flow { mass: self.downstream(conductance, from, to.pressure), temperature: from.temperature }
@@ -53,15 +54,14 @@ impl Orifice {
         }
     }
 
+    #[inline(always)]
     fn downstream<S: Scalar>(&self, conductance: S, upstream: GasState<S>, pressure: S) -> S {
-        let thermal = (S::constant(REFERENCE_TEMPERATURE) / upstream.temperature).sqrt();
         let ratio = pressure / upstream.pressure;
-        conductance * upstream.pressure * thermal * self.flow_function(ratio) * REFERENCE_DENSITY
+        conductance * upstream.pressure * upstream.sonic_density * self.flow_function(ratio)
     }
 
     /// `psi` at a pressure ratio in `[0, 1]`.
-    ///
-    /// The laminar line lies below the subsonic ellipse exactly where it applies, so the smaller of the two holds.
+    #[inline(always)]
     fn flow_function<S: Scalar>(&self, ratio: S) -> S {
         if ratio.value() <= self.critical_ratio {
             return S::constant(1.0);
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     fn state(pressure: f64, temperature: f64) -> GasState<f64> {
-        GasState { pressure, temperature }
+        GasState::new(pressure, temperature)
     }
 
     /// Choked flow at reference temperature is `C*p1*rho0`, whatever the pressure behind.

@@ -54,7 +54,7 @@ impl Valve {
 
     /// Sonic conductance in m3/(s Pa) of an edge that opens with positive `spool`.
     pub fn edge<S: Scalar>(&self, spool: S) -> S {
-        let travel = ((spool - self.dead_zone) / (1.0 - self.dead_zone)).clamp(S::zero(), S::constant(1.0));
+        let travel = ((spool - self.dead_zone) * (1.0 / (1.0 - self.dead_zone))).clamp(S::zero(), S::constant(1.0));
         (travel * (1.0 - self.leakage) + self.leakage) * self.conductance
     }
 }

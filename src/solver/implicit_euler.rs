@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use super::linear::Factors;
+use super::linear::Inverse;
 use super::run::Trial;
 use super::system::{Held, HybridSystem};
 
@@ -28,8 +28,8 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     for _ in 0..MAX_ITERATIONS {
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
-        let mut change: [f64; N] = std::array::from_fn(|i| (x[i] - end[i]) / h + derivatives[i]);
-        Factors::new(&jacobian, 1.0 / h)?.solve(&mut change);
+        let residual = std::array::from_fn(|i| (x[i] - end[i]) / h + derivatives[i]);
+        let change = Inverse::new(&jacobian, 1.0 / h)?.times(&residual);
         for i in 0..N {
             end[i] += change[i];
         }

@@ -13,4 +13,4 @@ mod system;
 
 pub use run::Run;
 pub use settings::{Scheme, Settings, Tuning};
-pub use system::{HybridSystem, Held, jacobian_by_duals};
+pub use system::{Held, HybridSystem, jacobian_by_duals};

@@ -45,6 +45,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     linearisation: Linearisation<N>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
+    /// Indicators at the present states, memory and inputs.
+    indicators: Indicators,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -70,12 +72,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             inputs: Held { since: time, values: inputs, slopes: [0.0; U] },
             step: if settings.is_adaptive() { FIRST_STEP } else { settings.step },
             counters: Counters::default(),
-            linearisation: Linearisation {
-                derivatives: [0.0; N],
-                jacobian: SMatrix::zeros(),
-                time_slopes: None,
-            },
+            linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
+            indicators: Indicators::default(),
         }
     }
 
@@ -185,17 +184,15 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         if error > 1.0 {
             return self.reject(h, (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE));
         }
-        let before = self.indicators_at(self.time, &self.x);
-        if before.as_slice().is_empty() {
-            self.accept(h, end_time, &trial, error);
-            return Ok(());
-        }
-        let after = self.indicators_at(end_time, &trial.end);
-        if after.as_slice().iter().any(|value| *value < 0.0) {
-            return self.step_to_event(h, &trial, &before, &after);
-        }
-        if self.dips_between(h, &trial, &before) {
-            return self.reject(h, 0.5);
+        if !self.indicators.as_slice().is_empty() {
+            let after = self.indicators_at(end_time, &trial.end);
+            if after.as_slice().iter().any(|value| *value < 0.0) {
+                return self.step_to_event(h, &trial, &after);
+            }
+            if self.dips_between(h, &trial) {
+                return self.reject(h, 0.5);
+            }
+            self.indicators = after;
         }
         self.accept(h, end_time, &trial, error);
         Ok(())
@@ -294,24 +291,18 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
-    fn dips_between(&self, h: f64, trial: &Trial<N>, before: &Indicators) -> bool {
+    fn dips_between(&self, h: f64, trial: &Trial<N>) -> bool {
         let slope = &self.linearisation.derivatives;
         // The parabola through the start, its slope, and the end, at half the step.
         let middle = std::array::from_fn(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
-        let pairs = between.as_slice().iter().zip(before.as_slice());
+        let pairs = between.as_slice().iter().zip(self.indicators.as_slice());
         pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
     }
 
     /// Ends the step where the first indicator turns negative, and switches.
-    fn step_to_event(
-        &mut self,
-        h: f64,
-        trial: &Trial<N>,
-        before: &Indicators,
-        after: &Indicators,
-    ) -> Result<(), StepError> {
-        let Some((event, bracket, guess)) = self.first_crossing(h, trial, before, after) else {
+    fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &Indicators) -> Result<(), StepError> {
+        let Some((event, bracket, guess)) = self.first_crossing(h, trial, after) else {
             // The indicator starts at zero and seems to fall at once. Either a shorter step shows it rise first, or
             // the step is so short that the event is now.
             if h > 4.0 * smallest_step(self.time) {
@@ -328,13 +319,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross.
-    fn first_crossing(
-        &self,
-        h: f64,
-        trial: &Trial<N>,
-        before: &Indicators,
-        after: &Indicators,
-    ) -> Option<(usize, Bracket, f64)> {
+    fn first_crossing(&self, h: f64, trial: &Trial<N>, after: &Indicators) -> Option<(usize, Bracket, f64)> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
         let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
@@ -344,7 +329,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_slice()[event]
         };
         let mut first: Option<(usize, Bracket, f64)> = None;
-        for (event, (start, end)) in before.as_slice().iter().zip(after.as_slice()).enumerate() {
+        for (event, (start, end)) in self.indicators.as_slice().iter().zip(after.as_slice()).enumerate() {
             if *end >= 0.0 {
                 continue;
             }
@@ -352,7 +337,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                 (0.0, *start)
             } else {
                 // The trivial root at the start (the velocity after break-away) does not count.
-                EARLY.into_iter().map(|fraction| (fraction, value_at(event, fraction))).find(|(_, value)| *value > 0.0)?
+                EARLY
+                    .into_iter()
+                    .map(|fraction| (fraction, value_at(event, fraction)))
+                    .find(|(_, value)| *value > 0.0)?
             };
             let bracket = Bracket::new(low, (1.0, *end));
             let crossing = h * root(bracket, 1e-6, |fraction| value_at(event, fraction));
@@ -395,13 +383,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Lets the system switch until all indicators are valid.
     fn settle(&mut self) -> Result<(), StepError> {
         let u = self.inputs.at(self.time);
-        let switched = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters)?;
-        self.is_linearised &= !switched;
+        let before = self.counters.events;
+        self.indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters)?;
+        self.is_linearised &= self.counters.events == before;
         Ok(())
     }
 }
 
-/// Switches until all indicators are valid; tells whether there was anything to switch.
+/// Switches until all indicators are valid, and returns them.
 fn settle<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
@@ -409,12 +398,12 @@ fn settle<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     u: &[f64; U],
     memory: &mut H::Memory,
     counters: &mut Counters,
-) -> Result<bool, StepError> {
-    for pass in 0..MAX_SWITCHES {
+) -> Result<Indicators, StepError> {
+    for _ in 0..MAX_SWITCHES {
         let mut indicators = Indicators::default();
         system.indicators(time, x, u, memory, &mut indicators);
         let Some(event) = indicators.as_slice().iter().position(|value| *value < 0.0) else {
-            return Ok(pass > 0);
+            return Ok(indicators);
         };
         system.switch(event, time, x, u, memory);
         counters.events += 1;

@@ -17,7 +17,8 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
-    /// Time derivatives of the states, and their Jacobian.
+    /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always
+    /// zero: the matrix given is zero at first and written by this system only.
     fn jacobian(
         &self,
         time: f64,
@@ -35,7 +36,7 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Handles the event whose indicator turned negative.
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; U], memory: &mut Self::Memory);
 
-    /// Lets the memory follow an accepted step, or a change of the inputs.
+    /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
     fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
     /// Time in s of the next sample of a sampled part.
@@ -64,7 +65,7 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     }
 }
 
-/// The Jacobian, exact to rounding, by evaluating the equations with dual numbers a few directions at a time.
+/// The Jacobian, exact to rounding, by evaluating the equations once with dual numbers in all directions.
 pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
     system: &H,
     time: f64,
@@ -73,23 +74,14 @@ pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U
     memory: &H::Memory,
     jacobian: &mut SMatrix<f64, N, N>,
 ) -> [f64; N] {
-    const D: usize = 4;
-    let (time, u) = (Dual::constant(time), u.map(Dual::constant));
-    let mut derivatives = [0.0; N];
-    for first in (0..N).step_by(D) {
-        let mut seeded = x.map(Dual::<D>::constant);
-        for (direction, state) in seeded[first..].iter_mut().take(D).enumerate() {
-            state.slope[direction] = 1.0;
-        }
-        let rates = system.derivatives(time, &seeded, &u, memory);
-        for (row, rate) in rates.iter().enumerate() {
-            derivatives[row] = rate.value;
-            for (direction, slope) in rate.slope.iter().enumerate().take(N - first) {
-                jacobian[(row, first + direction)] = *slope;
-            }
+    let seeded = std::array::from_fn(|i| Dual::<N>::variable(x[i], i));
+    let rates = system.derivatives(Dual::constant(time), &seeded, &u.map(Dual::constant), memory);
+    for (row, rate) in rates.iter().enumerate() {
+        for (column, slope) in rate.slope.iter().enumerate() {
+            jacobian[(row, column)] = *slope;
         }
     }
-    derivatives
+    rates.map(|rate| rate.value)
 }
 
 /// Inputs that vary linearly from a point in time.

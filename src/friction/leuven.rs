@@ -1,0 +1,272 @@
+//! The modified Leuven law: hysteresis with nested loops, blended into the Stribeck curve.
+
+use serde::{Deserialize, Serialize};
+
+use super::dahl::unloaded_rate;
+use super::stribeck::{
+    StribeckCurve, coulomb_force, damping, exponent, force_level, static_force, stiffness, stribeck_velocity, viscous,
+};
+use super::{Contact, FrictionLaw, Indicators};
+use crate::parameters;
+use crate::scalar::{Scalar, sign};
+use crate::variables::{ParameterError, Variable, units};
+
+parameters! {
+    /// Parameters of [`Leuven`].
+    Parameters {
+        static_force: f64 = static_force(11.0);
+        coulomb_force: f64 = coulomb_force(8.3);
+        stribeck_velocity: f64 = stribeck_velocity(0.01);
+        exponent: f64 = exponent();
+        viscous: f64 = viscous(30.0);
+        transition: f64 = Variable::parameter(5, "n", units::ONE, 1.0)
+            .range(0.1, 10.0)
+            .tunable()
+            .text("Transition exponent: the larger, the more abruptly presliding turns into sliding");
+        stiffness: f64 = stiffness(6, "k1", 1.483e6).text("Stiffness of the linear part of the hysteresis");
+        hysteresis_force: f64 = force_level(7, "f1", 5.595).text("Saturation force of the hysteresis");
+        steepness: f64 = Variable::parameter(8, "f2", units::PER_METRE, 5.631e5)
+            .range(1e-3, 1e12)
+            .tunable()
+            .text("Inverse length on which the hysteresis saturates");
+        damping: f64 = damping(9, "sigma1", 0.0).text("Bristle damping");
+    }
+}
+
+/// Modified Leuven friction: one state, the deflection `z` in m, and the points at which `z` has turned.
+///
+/// ```text
+/// F     = F_h(z) + sigma1*dz/dt + sigma2*v                                 [N]
+/// dz/dt = v*(1 - sgn(q)*|q|^n),   q = F_h*sgn(v)/s(v), s the Stribeck curve  [m/s]
+/// y(z)  = k1*z + lambda*f1*(1 - exp(-f2*z))   odd in z: the virgin curve   [N]
+/// F_h   = y(z) at first, and F_h(z_r) + 2*y((z - z_r)/2) after z has turned at z_r
+/// ```
+///
+/// When a branch reaches the turning point before the last (or, from the first one, its mirror image), the loop in
+/// between is closed and forgotten, and the branch that it interrupted goes on. At constant `v != 0`,
+/// `F -> s(v)*sgn(v) + sigma2*v`, unless the hysteresis saturates below `s`.
+///
+/// # Validity
+/// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
+/// follows `x` only in part. Turning points are kept as positions, so that all loops scale with the load level.
+/// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
+/// at rest only to rounding. The stack holds 128 turning points. When it is full, the latest closed loop, which is the
+/// smallest of all, is forgotten early; the force then jumps by less than that loop was wide when the loop around it
+/// closes. Where `s = 0` there is no dry friction, and the hysteresis starts anew.
+///
+/// # Errors
+/// [`ParameterError`] for `F_c > F_s`.
+///
+/// # Source
+/// Swevers, Al-Bender, Ganseman, Prajogo (2000), IEEE Trans. Automatic Control 45(4):675-686;
+/// Lampaert, Swevers, Al-Bender (2002), IEEE Trans. Automatic Control 47(4):683-687.
+#[derive(Clone, Debug)]
+pub struct Leuven {
+    curve: StribeckCurve,
+    viscous: f64,
+    transition: f64,
+    stiffness: f64,
+    hysteresis_force: f64,
+    steepness: f64,
+    damping: f64,
+}
+
+/// A place where `z` has turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TurningPoint {
+    /// Deflection in m.
+    z: f64,
+    /// Saturating part of the hysteresis force there, as a fraction of `lambda*f1`.
+    saturation: f64,
+}
+
+const CAPACITY: usize = 128;
+
+/// Turning points, the last one first in force. Never allocates; saved as a list.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(into = "Vec<TurningPoint>", try_from = "Vec<TurningPoint>")]
+pub struct Stack {
+    points: [TurningPoint; CAPACITY],
+    len: usize,
+}
+
+impl Stack {
+    const EMPTY: Self = Self { points: [TurningPoint { z: 0.0, saturation: 0.0 }; CAPACITY], len: 0 };
+
+    fn as_slice(&self) -> &[TurningPoint] {
+        &self.points[..self.len]
+    }
+
+    /// Adds a turning point; if there is no room, in place of the innermost loop.
+    fn push(&mut self, point: TurningPoint) {
+        if self.len == CAPACITY {
+            self.len -= 2;
+        }
+        self.points[self.len] = point;
+        self.len += 1;
+    }
+
+    /// Forgets the innermost loop.
+    fn close_loop(&mut self) {
+        self.len = self.len.saturating_sub(2);
+    }
+}
+
+impl std::fmt::Debug for Stack {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.as_slice().fmt(f)
+    }
+}
+
+impl PartialEq for Stack {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
+impl From<Stack> for Vec<TurningPoint> {
+    fn from(stack: Stack) -> Self {
+        stack.as_slice().to_vec()
+    }
+}
+
+impl TryFrom<Vec<TurningPoint>> for Stack {
+    type Error = &'static str;
+
+    fn try_from(points: Vec<TurningPoint>) -> Result<Self, Self::Error> {
+        let mut stack = Self::EMPTY;
+        stack.points.get_mut(..points.len()).ok_or("too many turning points")?.copy_from_slice(&points);
+        stack.len = points.len();
+        Ok(stack)
+    }
+}
+
+/// Where `z` goes and where it has turned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Direction of `z`, +1 or -1; 0 before it has moved.
+    direction: f64,
+    turned: Stack,
+}
+
+impl Memory {
+    const VIRGIN: Self = Self { direction: 0.0, turned: Stack::EMPTY };
+
+    /// Deflection at which the present branch closes a loop.
+    fn closure(&self) -> Option<f64> {
+        match self.turned.as_slice() {
+            [] => None,
+            [first] => Some(-first.z),
+            [.., before, _] => Some(before.z),
+        }
+    }
+}
+
+const REVERSAL: usize = 0;
+
+impl FrictionLaw for Leuven {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
+        Ok(Self {
+            curve,
+            viscous: p.viscous,
+            transition: p.transition,
+            stiffness: p.stiffness,
+            hysteresis_force: p.hysteresis_force,
+            steepness: p.steepness,
+            damping: p.damping,
+        })
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_scale(&self) -> f64 {
+        self.curve.static_force.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
+    }
+
+    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        Memory::VIRGIN
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
+        let viscous = contact.velocity * self.viscous;
+        if self.limit(contact).value() <= 0.0 {
+            rates[0] = unloaded_rate(z[0]);
+            return viscous;
+        }
+        let hysteresis = self.hysteresis(z[0], contact.level, memory);
+        rates[0] = self.rate(contact, hysteresis);
+        hysteresis + rates[0] * self.damping + viscous
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
+        const DEAD_BAND: f64 = 1e-9; // m/s
+        const RELATIVE_DEAD_BAND: f64 = 1e-6;
+        let is_loaded = self.limit(contact) > 0.0;
+        out.push(if is_loaded && memory.direction != 0.0 {
+            let rate = self.rate(contact, self.hysteresis(z[0], contact.level, memory));
+            memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs())
+        } else {
+            1.0
+        });
+        out.push(match memory.closure() {
+            Some(closure) if is_loaded => memory.direction * (closure - z[0]),
+            _ => 1.0,
+        });
+    }
+
+    fn switch(&self, event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut Memory) {
+        if event == REVERSAL {
+            memory.turned.push(TurningPoint { z: z[0], saturation: self.saturation(z[0], memory) });
+            memory.direction = -memory.direction;
+        } else {
+            memory.turned.close_loop();
+        }
+    }
+
+    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
+        if self.limit(contact) <= 0.0 {
+            *memory = Memory::VIRGIN;
+        } else if memory.direction == 0.0 {
+            memory.direction = sign(z[0]);
+        }
+    }
+}
+
+impl Leuven {
+    /// The Stribeck curve at the present speed.
+    fn limit<S: Scalar>(&self, contact: &Contact<S>) -> S {
+        self.curve.level(contact.velocity.abs(), contact.level)
+    }
+
+    /// Rate of `z` at a hysteresis force.
+    fn rate<S: Scalar>(&self, contact: &Contact<S>, hysteresis: S) -> S {
+        let v = contact.velocity;
+        let q = hysteresis * sign(v.value()) / self.limit(contact);
+        v - v * q.abs().powf(self.transition) * sign(q.value())
+    }
+
+    /// The hysteresis force `F_h` in N.
+    fn hysteresis<S: Scalar>(&self, z: S, level: S, memory: &Memory) -> S {
+        z * self.stiffness + level * self.saturation(z, memory) * self.hysteresis_force
+    }
+
+    /// The saturating part of `F_h` on the present branch, as a fraction of `lambda*f1`.
+    fn saturation<S: Scalar>(&self, z: S, memory: &Memory) -> S {
+        match memory.turned.as_slice().last() {
+            None => self.virgin_saturation(z),
+            Some(turn) => self.virgin_saturation((z - turn.z) * 0.5) * 2.0 + turn.saturation,
+        }
+    }
+
+    /// `1 - exp(-f2*z)`, odd in `z`.
+    fn virgin_saturation<S: Scalar>(&self, z: S) -> S {
+        let fall = libm::expm1(-self.steepness * z.value().abs());
+        z.chain(-sign(z.value()) * fall, self.steepness * (1.0 + fall))
+    }
+}

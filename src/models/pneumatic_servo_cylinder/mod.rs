@@ -1,0 +1,500 @@
+//! A double-acting pneumatic cylinder with a friction-loaded carriage, fed by a 5/3 proportional valve or, on a second
+//! rig, by a pressure regulator with the other chamber plugged.
+//!
+//! Chamber A (cap side, full bore) pushes the carriage to +x; chamber B is the rod side. The equations are those of
+//! the rooms [`pneumatics`](crate::pneumatics), [`mechanics`](crate::mechanics) and [`friction`](crate::friction);
+//! this file joins them:
+//!
+//! ```text
+//! F_app = p_A*A_A - p_B*A_B - p_atm*A_r + F_ext - F_wire - m*g*sin(incline) + F_stop
+//! m*dv/dt = F_app - F_f,   dx/dt = v
+//! ```
+
+mod jacobian;
+mod variables;
+
+use std::f64::consts::PI;
+
+use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
+
+use self::variables::{Outputs, Parameters, TABLE};
+use super::equations::Equations;
+use super::simulator::Simulator;
+use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::mechanics::{EndStops, GRAVITY};
+use crate::pneumatics::chamber::{Chamber, ChamberRates, Thermal};
+use crate::pneumatics::gas::{GasState, Reservoir};
+use crate::pneumatics::orifice::{Flow, Orifice};
+use crate::pneumatics::regulator::Regulator;
+use crate::pneumatics::valve::Valve;
+use crate::scalar::Scalar;
+use crate::simulation::{Experiment, Model, Simulation, Start};
+use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "PneumaticServoCylinder",
+    description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
+    variables: || &TABLE,
+    start,
+    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+};
+
+/// What feeds the chambers; both rigs use the first two states.
+#[derive(Clone, Copy, Debug)]
+enum Actuator {
+    /// States: spool velocity and spool.
+    Valve(Valve, Orifice),
+    /// States: unused, and pressure behind the regulator.
+    Regulator(Regulator, Orifice),
+}
+
+/// The equations of the cylinder for given parameters.
+#[derive(Clone, Debug)]
+pub struct PneumaticServoCylinder {
+    p: Parameters,
+    actuator: Actuator,
+    chamber_a: Chamber,
+    chamber_b: Chamber,
+    rod_area: f64,
+    supply: Reservoir,
+    exhaust: Reservoir,
+    stops: EndStops,
+    friction: Friction,
+    /// Inverse of the moving mass in 1/kg.
+    per_mass: f64,
+    /// Constant part of the applied force in N: wire and weight.
+    dead_load: f64,
+    /// Weight of the carriage along the axis in N.
+    carriage_weight: f64,
+}
+
+/// A chamber's side of the piston.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    /// Cap side.
+    A,
+    /// Rod side.
+    B,
+}
+
+/// The states that the gas in a chamber depends on, apart from leakage.
+#[derive(Clone, Copy, Debug)]
+struct ChamberState<S> {
+    actuator: S,
+    pressure: S,
+    temperature: S,
+    position: S,
+    /// Velocity of the carriage.
+    rate: S,
+}
+
+/// Modes and memories of the cylinder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Set point of the spool: the state of the valve's hysteresis.
+    set_point: f64,
+    friction: friction::Memory,
+}
+
+// The order of the states keeps the elimination of the implicit scheme sparse: a chain from the spool over the
+// chambers and the bristles to the motion.
+const ACTUATOR_RATE: usize = 0;
+const ACTUATOR: usize = 1;
+const TEMPERATURE_A: usize = 2;
+const PRESSURE_A: usize = 3;
+const TEMPERATURE_B: usize = 4;
+const PRESSURE_B: usize = 5;
+const BRISTLES: usize = 6;
+/// Position and velocity come last.
+const fn position(n: usize) -> usize {
+    n - 2
+}
+const fn velocity(n: usize) -> usize {
+    n - 1
+}
+const STATES_WITHOUT_BRISTLES: usize = 8;
+
+/// Starts a run with as many states as the friction law needs.
+fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, _) = build(start)?;
+    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+        ..=8 => Ok(Box::new(equations.run::<8>(start)?)),
+        9 => Ok(Box::new(equations.run::<9>(start)?)),
+        10 => Ok(Box::new(equations.run::<10>(start)?)),
+        ..=12 => Ok(Box::new(equations.run::<12>(start)?)),
+        _ => Ok(Box::new(equations.run::<18>(start)?)),
+    }
+}
+
+fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
+    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let parameters = Parameters::read(own);
+    parameters.check()?;
+    Ok((PneumaticServoCylinder::new(parameters, Friction::new(friction, "friction")?), settings))
+}
+
+impl PneumaticServoCylinder {
+    fn new(p: Parameters, friction: Friction) -> Self {
+        let area = |diameter: f64| PI * diameter * diameter / 4.0;
+        let chamber = |area: f64, dead_volume: f64, pressure0: f64| Chamber {
+            area,
+            bore: p.bore,
+            dead_volume,
+            ambient_temperature: p.ambient_temperature,
+            thermal: match p.thermal_model as i32 {
+                2 => Thermal::Polytropic { exponent: 1.0, reference_pressure: pressure0 },
+                3 => Thermal::Polytropic { exponent: p.exponent, reference_pressure: pressure0 },
+                _ => Thermal::EnergyBalance { heat_transfer: p.heat_transfer },
+            },
+        };
+        let actuator = if p.actuation == 2.0 {
+            let regulator = Regulator {
+                min_pressure: p.regulator_min,
+                max_pressure: p.regulator_max,
+                time_constant: p.regulator_lag,
+                conductance: p.regulator_conductance,
+            };
+            Actuator::Regulator(regulator, Orifice::new(p.regulator_ratio))
+        } else {
+            let valve = Valve {
+                conductance: p.valve_conductance,
+                dead_zone: p.dead_zone,
+                leakage: p.leakage,
+                bandwidth: p.bandwidth,
+                damping: p.damping,
+                hysteresis: p.hysteresis,
+                polarity: p.polarity,
+            };
+            Actuator::Valve(valve, Orifice::new(p.valve_ratio))
+        };
+        let slope = GRAVITY * libm::sin(p.incline);
+        Self {
+            actuator,
+            chamber_a: chamber(area(p.bore), p.dead_volume_a, p.pressure0_a),
+            chamber_b: chamber(area(p.bore) - area(p.rod), p.dead_volume_b + p.tank_volume, p.pressure0_b),
+            rod_area: area(p.rod),
+            supply: Reservoir::new(p.supply_temperature),
+            exhaust: Reservoir::new(p.ambient_temperature),
+            stops: EndStops { stroke: p.stroke, stiffness: p.stop_stiffness, damping: p.stop_damping },
+            friction,
+            per_mass: 1.0 / p.moving_mass,
+            dead_load: p.wire_force + p.moving_mass * slope,
+            carriage_weight: p.carriage_mass * slope,
+            p,
+        }
+    }
+
+    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
+        let u: [f64; 3] = std::array::from_fn(|i| start.inputs[i]);
+        let mut x = [0.0; N];
+        x[position(N)] = self.p.position0;
+        x[velocity(N)] = self.p.velocity0;
+        (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
+        (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
+        let set_point = match self.actuator {
+            Actuator::Valve(valve, _) => valve.initial_play(valve.command(u[0])),
+            Actuator::Regulator(regulator, _) => {
+                x[ACTUATOR] = regulator.command(u[0]);
+                0.0
+            }
+        };
+        let contact = self.contact(start.time, &x, &u, x[velocity(N)]);
+        let mut bristles = [0.0; friction::MAX_STATES];
+        let friction = self.friction.start(&contact, &mut bristles);
+        let count = self.friction.states();
+        x[BRISTLES..BRISTLES + count].copy_from_slice(&bristles[..count]);
+        Simulator::new(build, start, x, Memory { set_point, friction })
+    }
+
+    /// Force on the moving mass other than friction in N, and the stops' part of it.
+    #[inline(always)]
+    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 3], rate: S) -> (S, S) {
+        let stop = self.stops.force(x[position(N)], rate);
+        (self.pressure_force(x) + u[1] - self.dead_load + stop, stop)
+    }
+
+    fn pressure_force<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+        x[PRESSURE_A] * self.chamber_a.area
+            - x[PRESSURE_B] * self.chamber_b.area
+            - self.p.ambient_pressure * self.rod_area
+    }
+
+    /// The factor `lambda` of the friction levels.
+    fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+        let excess = |pressure: S, kappa: f64| (pressure - self.p.ambient_pressure) * kappa;
+        let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
+        level.max(S::zero())
+    }
+
+    /// The contact as the friction law sees it, for a velocity of the carriage.
+    #[inline(always)]
+    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 3], rate: S) -> Contact<S> {
+        Contact {
+            time,
+            position: x[position(N)],
+            velocity: x[velocity(N)],
+            applied: self.applied_force(x, u, rate).0,
+            level: self.load_level(x),
+            drive: Drive::Force,
+        }
+    }
+
+    /// Velocity of the carriage: the state, unless the friction law holds the position.
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+    }
+
+    /// Rates of position and velocity; writes those of the bristles.
+    fn motion_rates<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &Memory,
+        bristle_rates: &mut [S],
+    ) -> [S; 2] {
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate);
+        let bristles = &x[BRISTLES..BRISTLES + bristle_rates.len()];
+        let force = self.friction.force(&contact, bristles, &memory.friction, bristle_rates);
+        [rate, (contact.applied - force) * self.per_mass]
+    }
+
+    /// Set point of the spool under the present command.
+    fn set_point<S: Scalar>(valve: &Valve, voltage: S, memory: &Memory) -> S {
+        valve.play(memory.set_point, valve.command(voltage))
+    }
+
+    /// Rates of the gas in both chambers at a velocity of the carriage.
+    fn gas_rates<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 3], rate: S) -> [ChamberRates<S>; 2] {
+        let across = self.piston_leak(x);
+        let back = Flow { mass: -across.mass, ..across };
+        let state = |pressure, temperature| ChamberState {
+            actuator: x[ACTUATOR],
+            pressure: x[pressure],
+            temperature: x[temperature],
+            position: x[position(N)],
+            rate,
+        };
+        [
+            self.chamber_rates(Side::A, state(PRESSURE_A, TEMPERATURE_A), u[2], back),
+            self.chamber_rates(Side::B, state(PRESSURE_B, TEMPERATURE_B), u[2], across),
+        ]
+    }
+
+    /// Rates of the gas in one chamber, for a leakage into it.
+    #[inline(always)]
+    fn chamber_rates<S: Scalar>(
+        &self,
+        side: Side,
+        state: ChamberState<S>,
+        supply: S,
+        leak: Flow<S>,
+    ) -> ChamberRates<S> {
+        let (chamber, length, length_rate) = match side {
+            Side::A => (&self.chamber_a, state.position, state.rate),
+            Side::B => (&self.chamber_b, -state.position + self.p.stroke, -state.rate),
+        };
+        let gas = chamber.gas(state.pressure, state.temperature);
+        let [filling, venting] = self.feed(side, state.actuator, supply, gas);
+        chamber.rates(gas, length, length_rate, [filling, venting, leak])
+    }
+
+    /// Flows from the supply and from the exhaust into a chamber.
+    #[inline(always)]
+    fn feed<S: Scalar>(&self, side: Side, actuator: S, supply: S, gas: GasState<S>) -> [Flow<S>; 2] {
+        match (&self.actuator, side) {
+            (Actuator::Valve(valve, orifice), _) => {
+                let spool = if side == Side::A { actuator } else { -actuator };
+                let exhaust = self.exhaust.at(S::constant(self.p.ambient_pressure));
+                [
+                    orifice.flow(valve.edge(spool), self.supply.at(supply), gas),
+                    orifice.flow(valve.edge(-spool), exhaust, gas),
+                ]
+            }
+            (Actuator::Regulator(regulator, orifice), Side::A) => {
+                [orifice.flow(S::constant(regulator.conductance), self.supply.at(actuator), gas), self.no_flow()]
+            }
+            (Actuator::Regulator(..), Side::B) => [self.no_flow(); 2],
+        }
+    }
+
+    fn no_flow<S: Scalar>(&self) -> Flow<S> {
+        Flow { mass: S::zero(), temperature: S::constant(self.p.ambient_temperature) }
+    }
+
+    /// Laminar leakage from chamber A to chamber B past the piston seal.
+    fn piston_leak<S: Scalar, const N: usize>(&self, x: &[S; N]) -> Flow<S> {
+        if self.p.piston_leakage == 0.0 {
+            return self.no_flow();
+        }
+        let a = self.chamber_a.gas(x[PRESSURE_A], x[TEMPERATURE_A]);
+        let b = self.chamber_b.gas(x[PRESSURE_B], x[TEMPERATURE_B]);
+        let mass = (a.pressure * a.pressure - b.pressure * b.pressure) * self.p.piston_leakage;
+        Flow { mass, temperature: if mass.value() >= 0.0 { a.temperature } else { b.temperature } }
+    }
+
+    /// Rates of the actuator's two states `[rate, position or pressure]`.
+    fn actuator_rates<S: Scalar>(&self, [rate, state]: [S; 2], voltage: S, memory: &Memory) -> [S; 2] {
+        match &self.actuator {
+            Actuator::Valve(valve, _) => {
+                [valve.spool_acceleration(Self::set_point(valve, voltage, memory), state, rate), rate]
+            }
+            Actuator::Regulator(regulator, _) => {
+                [S::zero(), regulator.pressure_rate(regulator.command(voltage), state)]
+            }
+        }
+    }
+}
+
+impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
+    type Memory = Memory;
+
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        let bristles = BRISTLES..BRISTLES + self.friction.states();
+        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &mut rates[bristles]);
+        [rates[ACTUATOR_RATE], rates[ACTUATOR]] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
+        let [a, b] = self.gas_rates(x, u, rate);
+        (rates[PRESSURE_A], rates[TEMPERATURE_A]) = (a.pressure, a.temperature);
+        (rates[PRESSURE_B], rates[TEMPERATURE_B]) = (b.pressure, b.temperature);
+        rates[position(N)] = rate;
+        rates[velocity(N)] = acceleration;
+        rates
+    }
+
+    fn jacobian(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &Memory,
+        jacobian: &mut SMatrix<f64, N, N>,
+    ) -> [f64; N] {
+        self.linearise(time, x, u, memory, jacobian)
+    }
+
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory, out: &mut Indicators) {
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        self.friction.indicators(&contact, &x[BRISTLES..position(N)], &memory.friction, out);
+    }
+
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let (bristles, motion) = x[BRISTLES..].split_at_mut(N - BRISTLES - 2);
+        self.friction.switch(event, &contact, &mut motion[1], bristles, &mut memory.friction);
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
+        if let Actuator::Valve(valve, _) = &self.actuator {
+            memory.set_point = Self::set_point(valve, u[0], memory);
+        }
+        let rate = self.rate(x, memory);
+        let contact = || self.contact(time, x, u, rate);
+        self.friction.follow(contact, &x[BRISTLES..position(N)], &mut memory.friction);
+    }
+
+    fn next_sample(&self, memory: &Memory) -> f64 {
+        self.friction.next_sample(&memory.friction)
+    }
+
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        self.friction.sample(&contact, &x[BRISTLES..position(N)], &mut memory.friction);
+    }
+
+    fn is_admissible(&self, x: &[f64; N]) -> bool {
+        let length_b = self.p.stroke - x[position(N)];
+        let volumes = [self.chamber_a.volume(x[position(N)]), self.chamber_b.volume(length_b)];
+        let gases = [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
+        volumes.iter().chain(&gases).all(|value| *value > 0.0)
+    }
+
+    fn scales(&self) -> [f64; N] {
+        let mut scales = [self.friction.state_scale(); N];
+        scales[ACTUATOR_RATE] = 30.0 * self.p.bandwidth;
+        scales[ACTUATOR] = 30.0;
+        (scales[PRESSURE_A], scales[PRESSURE_B]) = (1e5, 1e5);
+        (scales[TEMPERATURE_A], scales[TEMPERATURE_B]) = (300.0, 300.0);
+        scales[position(N)] = 0.1;
+        scales[velocity(N)] = 0.1;
+        scales
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        memory.set_point.is_finite() && self.friction.owns(&memory.friction)
+    }
+}
+
+impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
+        let held = self.friction.holds_position(&memory.friction);
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate);
+        let count = self.friction.states();
+        let bristles = &x[BRISTLES..BRISTLES + count];
+        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
+        let friction_force = self.friction.force(&contact, bristles, &memory.friction, &mut bristle_rates[..count]);
+        let acceleration = if held { S::zero() } else { (contact.applied - friction_force) * self.per_mass };
+        let [a, b] = self.gas_rates(x, u, rate);
+        let [actuator_acceleration, actuator_rate] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
+        let is_valve = matches!(self.actuator, Actuator::Valve(..));
+        let of_valve = |value: S| if is_valve { value } else { S::zero() };
+        let of_regulator = |value: S| if is_valve { S::zero() } else { value };
+        let outputs = Outputs {
+            position: x[position(N)],
+            velocity: rate,
+            acceleration,
+            rod_force: acceleration * self.p.carriage_mass - u[1] + (self.p.wire_force + self.carriage_weight),
+            pressure_force: self.pressure_force(x),
+            friction_force,
+            pressure_a: x[PRESSURE_A],
+            pressure_b: x[PRESSURE_B],
+            temperature_a: self.chamber_a.gas(x[PRESSURE_A], x[TEMPERATURE_A]).temperature,
+            temperature_b: self.chamber_b.gas(x[PRESSURE_B], x[TEMPERATURE_B]).temperature,
+            mass_flow_a: a.mass_flow,
+            mass_flow_b: b.mass_flow,
+            spool: of_valve(x[ACTUATOR]),
+            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            pressure_rate_a: a.pressure,
+            temperature_rate_a: a.temperature,
+            pressure_rate_b: b.pressure,
+            temperature_rate_b: b.temperature,
+            spool_velocity: of_valve(x[ACTUATOR_RATE]),
+            spool_acceleration: of_valve(actuator_acceleration),
+            regulator_pressure: of_regulator(x[ACTUATOR]),
+            regulator_rate: of_regulator(actuator_rate),
+            valve_command: match &self.actuator {
+                Actuator::Valve(valve, _) => Self::set_point(valve, u[0], memory),
+                Actuator::Regulator(..) => S::zero(),
+            },
+            stop_force: self.applied_force(x, u, rate).1,
+            load_level: contact.level,
+        };
+        let unused = std::iter::repeat_n(S::zero(), friction::MAX_STATES - count);
+        let states = bristles.iter().copied().chain(unused);
+        let values = outputs.values().chain(states).chain(bristle_rates);
+        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    }
+
+    fn state_index(&self, place: usize) -> Option<usize> {
+        let is_valve = matches!(self.actuator, Actuator::Valve(..));
+        match place {
+            0 => Some(position(N)),
+            1 => Some(velocity(N)),
+            2 => Some(PRESSURE_A),
+            3 => Some(TEMPERATURE_A),
+            4 => Some(PRESSURE_B),
+            5 => Some(TEMPERATURE_B),
+            6 => is_valve.then_some(ACTUATOR),
+            7 => is_valve.then_some(ACTUATOR_RATE),
+            8 => (!is_valve).then_some(ACTUATOR),
+            bristle => (bristle - 9 < self.friction.states()).then_some(BRISTLES + bristle - 9),
+        }
+    }
+}
