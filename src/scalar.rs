@@ -175,6 +175,7 @@ impl<const D: usize> Sub for Dual<D> {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
 impl<const D: usize> Mul for Dual<D> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
@@ -182,6 +183,7 @@ impl<const D: usize> Mul for Dual<D> {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts and multiplies")]
 impl<const D: usize> Div for Dual<D> {
     type Output = Self;
     fn div(self, other: Self) -> Self {

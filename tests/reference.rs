@@ -76,9 +76,10 @@ fn deviation(case: &Case, tolerance: f64) -> Deviation {
     }
     let mut running = rig.start().unwrap_or_else(|error| panic!("{}: {error}", case.name));
     let text = std::fs::read_to_string(folder().join(&case.file)).expect("the trajectory");
-    let rows = text.lines().skip(1).map(|line| -> Vec<f64> {
-        line.split(',').map(|cell| cell.parse().expect("a number")).collect()
-    });
+    let rows = text
+        .lines()
+        .skip(1)
+        .map(|line| -> Vec<f64> { line.split(',').map(|cell| cell.parse().expect("a number")).collect() });
     let steps_per_row = (case.output_step / case.communication_step).round() as usize;
     let mut worst = Deviation::default();
     let mut squares = 0.0;

@@ -153,6 +153,7 @@ macro_rules! registry {
         /// The memory of a friction law chosen at run time.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        #[allow(clippy::large_enum_variant, reason = "made once per run and never moved while stepping")]
         pub enum Memory {
             $($law(<$module::$type as FrictionLaw>::Memory)),*
         }

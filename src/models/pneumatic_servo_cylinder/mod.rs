@@ -121,10 +121,10 @@ const STATES_WITHOUT_BRISTLES: usize = 8;
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match STATES_WITHOUT_BRISTLES + equations.friction.states() {
-        ..=8 => Ok(Box::new(equations.run::<8>(start)?)),
+        8 => Ok(Box::new(equations.run::<8>(start)?)),
         9 => Ok(Box::new(equations.run::<9>(start)?)),
         10 => Ok(Box::new(equations.run::<10>(start)?)),
-        ..=12 => Ok(Box::new(equations.run::<12>(start)?)),
+        11..=12 => Ok(Box::new(equations.run::<12>(start)?)),
         _ => Ok(Box::new(equations.run::<18>(start)?)),
     }
 }
