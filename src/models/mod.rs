@@ -1,10 +1,12 @@
 //! Complete systems: equations, events and the variable table of each.
 
+mod bristles;
 mod equations;
+pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 mod simulator;
 
 use crate::simulation::Model;
 
 /// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one.
-pub static ALL: &[Model] = &[pneumatic_servo_cylinder::MODEL];
+pub static ALL: &[Model] = &[pneumatic_servo_cylinder::MODEL, friction_bench::MODEL];

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use crate::friction::{self, Friction};
+use crate::friction::Friction;
+use crate::models::bristles::bristle_table;
 use crate::models::simulator::counters_table;
 use crate::pneumatics::chamber::THERMAL_MODELS;
 use crate::solver::Tuning;
@@ -25,7 +26,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     let mut table = vec![Variable { role: Role::Time, ..time }];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table());
+    table.extend(bristle_table(BRISTLE_BASE, depends::MOTION));
     table.extend(counters_table(COUNTERS_BASE));
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
@@ -151,25 +152,6 @@ outputs! {
             .depends_on(&[depends::P_A, depends::P_B])
             .text("Load level lambda that multiplies the force levels of the friction law");
     }
-}
-
-/// The bristle states of the friction law and their derivatives.
-fn bristle_table() -> Vec<Variable> {
-    let count = friction::MAX_STATES as u32;
-    let states = (0..count).map(|i| {
-        Variable::output(BRISTLE_BASE + i, &format!("friction.state[{}]", i + 1), units::ONE)
-            .local()
-            .depends_on(&[BRISTLE_BASE + i])
-            .text("Continuous state of the friction law (deflection in m, or force in N for GMS and Bliman-Sorine); 0 if unused")
-    });
-    let rates = (0..count).map(|i| {
-        Variable::output(BRISTLE_BASE + count + i, &format!("der(friction.state[{}])", i + 1), units::ONE)
-            .local()
-            .derivative_of(BRISTLE_BASE + i)
-            .depends_on(depends::MOTION)
-            .text("Rate per second of a continuous state of the friction law")
-    });
-    states.chain(rates).collect()
 }
 
 /// The choice of the rig; ids are never reused.

@@ -1,0 +1,107 @@
+//! Where a communication step leads, and which differences of time are rounding.
+
+use super::failure::Failure;
+
+/// The largest difference between two times that counts as rounding, for steps of a size.
+///
+/// A host that multiplies or adds up step sizes, or keeps its time in nanoseconds, is off by some 1e-10 of the time.
+/// Half a step is never rounding, so that every accepted step moves; a few units in the last place always are.
+fn rounding(time: f64, size: f64) -> f64 {
+    let relative = 1e-9 * time.abs().max(size);
+    relative.min(0.5 * size).max(4.0 * f64::EPSILON * time.abs())
+}
+
+/// The end of the step of a size that the host asks for at a communication point: exactly their sum.
+pub fn end_of_step(now: f64, point: f64, size: f64, stop: Option<f64>) -> Result<f64, Failure> {
+    if !(size.is_finite() && size > 0.0) {
+        return Err(Failure::error(format!("the communication step size must be positive and finite, not {size} s")));
+    }
+    let difference = (point - now).abs();
+    if difference.is_nan() || difference > rounding(now, size) {
+        return Err(Failure::error(format!(
+            "the communication point {point} s is not where the instance is, at {now} s"
+        )));
+    }
+    let end = point + size;
+    if !end.is_finite() || end <= now {
+        return Err(Failure::error(format!("the clock cannot resolve a step of {size} s at {now} s")));
+    }
+    if let Some(stop) = stop.filter(|stop| end > stop + rounding(*stop, size)) {
+        return Err(Failure::error(format!(
+            "the step from {point} s by {size} s leads to {end} s, past the stop time {stop} s"
+        )));
+    }
+    Ok(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn end(now: f64, point: f64, size: f64) -> Result<f64, Failure> {
+        end_of_step(now, point, size, None)
+    }
+
+    #[test]
+    fn step_ends_exactly_at_point_plus_size() {
+        assert_eq!(end(0.1, 0.1 + 1e-17, 0.2), Ok(0.1 + 0.2));
+        assert_eq!(end(256.0, 256.0, 0.04), Ok(256.04));
+    }
+
+    #[test]
+    fn size_must_be_positive_and_finite() {
+        for size in [0.0, -0.0, -1e-3, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(end(1.0, 1.0, size).is_err(), "{size}");
+        }
+    }
+
+    #[test]
+    fn point_that_is_no_rounding_away_is_refused_with_both_numbers() {
+        for point in [0.999, 1.001, -1.0, f64::NAN, f64::INFINITY] {
+            let failure = end(1.0, point, 0.01).expect_err("a wrong point");
+            assert!(failure.message.contains(&point.to_string()) && failure.message.contains("at 1 s"), "{failure:?}");
+        }
+    }
+
+    #[test]
+    fn grids_of_multiplied_and_of_added_steps_always_move() {
+        for size in [1.0 / 60.0, 0.04, 1e-3, 1e-5, 0.1, 1.0 / 3.0] {
+            for start in [0.0, 256.0, -7.3, 1e4] {
+                let (mut now, mut sum) = (start, start);
+                for index in 0..5000 {
+                    let multiplied = start + f64::from(index) * size;
+                    let point = if index % 2 == 0 { multiplied } else { sum };
+                    let next = end(now, point, size).expect("rounding is tolerated");
+                    assert!(next > now);
+                    (now, sum) = (next, sum + size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn step_that_the_clock_cannot_resolve_is_refused() {
+        assert!(end(256.0, 256.0, 1e-15).is_err());
+        assert!(end(1e300, 1e300, 1.0).is_err());
+        assert!(end(f64::MAX, f64::MAX, f64::MAX).is_err());
+    }
+
+    #[test]
+    fn smallest_resolvable_steps_move() {
+        let mut now = 256.0;
+        for _ in 0..100 {
+            let next = end(now, now, 6e-14).expect("about one unit in the last place");
+            assert!(next > now);
+            now = next;
+        }
+    }
+
+    #[test]
+    fn stop_time_bounds_the_step_up_to_rounding() {
+        assert!(end_of_step(0.9, 0.9, 0.1, Some(1.0)).is_ok());
+        assert!(end_of_step(0.9, 0.9, 0.1 + 1e-12, Some(1.0)).is_ok());
+        let failure = end_of_step(0.9, 0.9, 0.2, Some(1.0)).expect_err("past the stop time");
+        assert!(failure.message.contains("stop time 1 s"), "{failure:?}");
+        assert!(end_of_step(0.0, 0.0, 0.1, Some(0.0)).is_err());
+    }
+}

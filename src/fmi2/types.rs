@@ -1,0 +1,76 @@
+//! The types of the FMI 2.0 C interface: `fmi2TypesPlatform.h` (platform "default") and `fmi2FunctionTypes.h`.
+
+use std::ffi::{c_char, c_int, c_uint, c_void};
+
+/// `fmi2Component`: an instance, opaque to the host.
+pub type Component = *mut c_void;
+/// `fmi2ComponentEnvironment`: a pointer of the host's, handed back to its callbacks.
+pub type ComponentEnvironment = *mut c_void;
+/// `fmi2FMUstate`: a saved state, opaque to the host.
+pub type FmuState = *mut c_void;
+/// `fmi2ValueReference`.
+pub type ValueReference = c_uint;
+/// `fmi2Real`.
+pub type Real = f64;
+/// `fmi2Integer`.
+pub type Integer = c_int;
+/// `fmi2Boolean`: `fmi2True` is 1, `fmi2False` is 0.
+pub type Boolean = c_int;
+/// `fmi2String`: UTF-8, ended by a zero byte.
+pub type Text = *const c_char;
+/// `fmi2Byte`.
+pub type Byte = c_char;
+
+/// `fmi2Status`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// `fmi2OK`.
+    Ok,
+    /// `fmi2Warning`.
+    Warning,
+    /// `fmi2Discard`.
+    Discard,
+    /// `fmi2Error`.
+    Error,
+    /// `fmi2Fatal`.
+    Fatal,
+    /// `fmi2Pending`; never returned, since no step runs asynchronously.
+    Pending,
+}
+
+/// `fmi2CoSimulation` of `fmi2Type`.
+pub const CO_SIMULATION: c_int = 1;
+
+/// The items of `fmi2StatusKind`.
+pub mod status_kind {
+    use std::ffi::c_int;
+
+    /// `fmi2DoStepStatus`.
+    pub const DO_STEP_STATUS: c_int = 0;
+    /// `fmi2PendingStatus`.
+    pub const PENDING_STATUS: c_int = 1;
+    /// `fmi2LastSuccessfulTime`.
+    pub const LAST_SUCCESSFUL_TIME: c_int = 2;
+    /// `fmi2Terminated`.
+    pub const TERMINATED: c_int = 3;
+}
+
+/// `fmi2CallbackLogger`: environment, instance name, status, category, format and its arguments.
+pub type Logger = unsafe extern "C" fn(ComponentEnvironment, Text, Status, Text, Text, ...);
+
+/// `fmi2CallbackFunctions`; each of them may be NULL.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct CallbackFunctions {
+    /// Receives messages.
+    pub logger: Option<Logger>,
+    /// Not used: memory never changes its owner across the interface.
+    pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,
+    /// Not used.
+    pub free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
+    /// Not used: steps are complete when `fmi2DoStep` returns.
+    pub step_finished: Option<unsafe extern "C" fn(ComponentEnvironment, Status)>,
+    /// Handed to the callbacks.
+    pub environment: ComponentEnvironment,
+}

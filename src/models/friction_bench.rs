@@ -1,0 +1,369 @@
+//! One mass with one friction law, so that the law can be studied alone.
+//!
+//! ```text
+//! SpringPull:        F_app = k_s*(y - x) + c_s*(dy/dt - v) + appliedForce,   dy/dt = driveVelocity
+//! Free:              F_app = appliedForce
+//!                    m*dv/dt = F_app - F_f,   dx/dt = v
+//! PrescribedMotion:  v = driveVelocity,   dx/dt = v;   F_f is read
+//! ```
+
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
+
+use super::bristles::{bristle_table, bristle_values};
+use super::equations::Equations;
+use super::simulator::{Simulator, counters_table};
+use crate::friction::{self, Contact, Friction, Indicators};
+use crate::scalar::{Scalar, sign};
+use crate::simulation::{Experiment, Model, Simulation, Start};
+use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
+use crate::{outputs, parameters};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "FrictionBench",
+    description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
+    variables: || &TABLE,
+    start,
+    experiment: Experiment { stop_time: 120.0, step_size: 1e-2 },
+};
+
+/// Value reference of the first variable of the friction law.
+const FRICTION_BASE: u32 = 10_000;
+/// Value reference of the first parameter of the solver.
+const SOLVER_BASE: u32 = 5_000;
+/// Value reference of the first counter of the solver.
+const COUNTERS_BASE: u32 = 5_100;
+/// Value reference of the first bristle state; its derivatives follow.
+const BRISTLE_BASE: u32 = 400;
+
+static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+    let time = Variable::output(0, "time", units::SECOND).text("Time");
+    let mut table = vec![Variable { role: Role::Time, ..time }];
+    table.extend(Inputs::table());
+    table.extend(Outputs::<f64>::table());
+    table.extend(bristle_table(BRISTLE_BASE, depends::MOTION));
+    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(Parameters::table());
+    table.extend(Friction::table("friction", FRICTION_BASE, 7));
+    table.extend(Tuning::grouped(SOLVER_BASE));
+    table
+});
+
+parameters! {
+    /// The inputs.
+    Inputs {
+        drive_velocity: f64 = Variable::input(1, "driveVelocity", units::METRE_PER_SECOND, 0.1).nominal(0.1).shown_in("mm/s")
+            .text("Velocity of the free end of the spring, or of the mass itself if its motion is prescribed");
+        applied_force: f64 = Variable::input(2, "appliedForce", units::NEWTON, 0.0).nominal(10.0)
+            .text("Force on the mass towards +x; in a prescribed motion, what a law with true stiction answers at rest");
+    }
+}
+
+/// Inputs and states that the computed variables depend on; with which drive, is a matter of parameters.
+mod depends {
+    pub const DRIVE: u32 = 1;
+    pub const FORCE: u32 = 2;
+    pub const X: u32 = 101;
+    pub const V: u32 = 102;
+    pub const Y: u32 = 104;
+    /// What friction and acceleration depend on.
+    pub const MOTION: &[u32] = &[DRIVE, FORCE, X, V, Y, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+}
+
+outputs! {
+    /// The computed variables.
+    Outputs {
+        position = Variable::output(101, "position", units::METRE).nominal(0.1).shown_in("mm")
+            .depends_on(&[depends::X])
+            .text("Position of the mass");
+        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(101)
+            .depends_on(&[depends::V, depends::DRIVE])
+            .text("Velocity of the mass; exactly 0 while it sticks");
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(102)
+            .depends_on(depends::MOTION)
+            .text("Acceleration of the mass; 0 in a prescribed motion, whose velocity is an input");
+        drive_position = Variable::output(104, "drivePosition", units::METRE).nominal(0.1).shown_in("mm")
+            .depends_on(&[depends::Y])
+            .text("Position of the free end of the spring: the integral of driveVelocity");
+        spring_force = Variable::output(105, "springForce", units::NEWTON).nominal(10.0)
+            .depends_on(&[depends::Y, depends::X, depends::V, depends::DRIVE])
+            .text("Force of spring and damper on the mass towards +x; 0 unless they pull it");
+        friction_force = Variable::output(106, "frictionForce", units::NEWTON).nominal(10.0)
+            .depends_on(depends::MOTION)
+            .text("Friction force on the mass, positive when it opposes motion towards +x");
+        sticking = Variable::flag(107, "sticking")
+            .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the mass");
+        drive_rate = Variable::output(204, "der(drivePosition)", units::METRE_PER_SECOND).local().nominal(0.1).shown_in("mm/s").derivative_of(104)
+            .depends_on(&[depends::DRIVE])
+            .text("Velocity of the free end of the spring");
+    }
+}
+
+/// What moves the mass; ids are never reused.
+pub static DRIVES: Enumeration = Enumeration {
+    name: "BenchDrive",
+    description: "What moves the mass",
+    items: &[
+        (1, "SpringPull", "A spring and damper, whose free end moves with driveVelocity, and appliedForce"),
+        (2, "PrescribedMotion", "The mass moves with driveVelocity; its friction force is read"),
+        (3, "Free", "appliedForce alone"),
+    ],
+};
+
+parameters! {
+    /// The parameters of the bench; those of the friction law and of the solver follow in the table.
+    Parameters {
+        drive: f64 = Variable::choice(1001, "bench.drive", &DRIVES, 1)
+            .text("What moves the mass");
+        mass: f64 = Variable::parameter(1002, "mass", units::KILOGRAM, 1.0).range(1e-3, 1e4)
+            .text("Mass");
+        stiffness: f64 = Variable::parameter(1003, "spring.stiffness", units::NEWTON_PER_METRE, 2.0).range(0.0, 1e9)
+            .text("Stiffness of the spring");
+        damping: f64 = Variable::parameter(1004, "spring.damping", units::NEWTON_SECOND_PER_METRE, 0.0).range(0.0, 1e6)
+            .text("Damping coefficient parallel to the spring");
+        position0: f64 = Variable::parameter(1005, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+            .text("Initial position of the mass and of the free end of the spring");
+        velocity0: f64 = Variable::parameter(1006, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+            .text("Initial velocity of the mass, unless its motion is prescribed");
+    }
+}
+
+/// What moves the mass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drive {
+    SpringPull,
+    PrescribedMotion,
+    Free,
+}
+
+/// The equations of the bench for given parameters.
+#[derive(Clone, Debug)]
+pub struct FrictionBench {
+    p: Parameters,
+    drive: Drive,
+    friction: Friction,
+}
+
+/// Memory of the friction law and of a prescribed motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    friction: friction::Memory,
+    trend: Trend,
+}
+
+/// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Trend {
+    /// Velocity last seen in m/s.
+    velocity: f64,
+    /// 1 if its magnitude grew, or after a reversal; -1 if it fell.
+    sign: f64,
+}
+
+impl Trend {
+    /// Takes notice of the present velocity.
+    fn follow(&mut self, velocity: f64) {
+        if velocity != self.velocity {
+            let falls = velocity.abs() < self.velocity.abs() && velocity * self.velocity >= 0.0;
+            self.sign = if falls { -1.0 } else { 1.0 };
+            self.velocity = velocity;
+        }
+    }
+}
+
+/// Bristles come first, then drive position, position and velocity.
+const fn drive_position(n: usize) -> usize {
+    n - 3
+}
+const fn position(n: usize) -> usize {
+    n - 2
+}
+const fn velocity(n: usize) -> usize {
+    n - 1
+}
+const STATES_WITHOUT_BRISTLES: usize = 3;
+
+/// A force in N beyond every level that a friction law can have.
+const OVERWHELMING: f64 = 1e12;
+
+/// Starts a run with as many states as the friction law needs.
+fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, _) = build(start)?;
+    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+        3 => Ok(Box::new(equations.run::<3>(start)?)),
+        4 => Ok(Box::new(equations.run::<4>(start)?)),
+        5 => Ok(Box::new(equations.run::<5>(start)?)),
+        6..=7 => Ok(Box::new(equations.run::<7>(start)?)),
+        _ => Ok(Box::new(equations.run::<13>(start)?)),
+    }
+}
+
+fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
+    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let p = Parameters::read(own);
+    let drive = match p.drive as i32 {
+        2 => Drive::PrescribedMotion,
+        3 => Drive::Free,
+        _ => Drive::SpringPull,
+    };
+    Ok((FrictionBench { p, drive, friction: Friction::new(friction, "friction")? }, settings))
+}
+
+impl FrictionBench {
+    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
+        let u: [f64; 2] = std::array::from_fn(|i| start.inputs[i]);
+        let mut x = [0.0; N];
+        (x[drive_position(N)], x[position(N)]) = (self.p.position0, self.p.position0);
+        x[velocity(N)] = self.p.velocity0;
+        let trend = Trend { velocity: u[0], sign: 1.0 };
+        let rate = if self.drive == Drive::PrescribedMotion { u[0] } else { self.p.velocity0 };
+        let mut bristles = [0.0; friction::MAX_STATES];
+        let friction = self.friction.start(&self.contact(start.time, &x, &u, rate, trend), &mut bristles);
+        let count = self.friction.states();
+        x[..count].copy_from_slice(&bristles[..count]);
+        Simulator::new(build, start, x, Memory { friction, trend })
+    }
+
+    /// Velocity of the mass: the input or the state, unless the friction law holds the position.
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], memory: &Memory) -> S {
+        match self.drive {
+            Drive::PrescribedMotion => u[0],
+            _ if self.friction.holds_position(&memory.friction) => S::zero(),
+            _ => x[velocity(N)],
+        }
+    }
+
+    /// Force of spring and damper in N at a velocity of the mass.
+    fn spring_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], rate: S) -> S {
+        match self.drive {
+            Drive::SpringPull => {
+                (x[drive_position(N)] - x[position(N)]) * self.p.stiffness + (u[0] - rate) * self.p.damping
+            }
+            Drive::PrescribedMotion | Drive::Free => S::zero(),
+        }
+    }
+
+    /// Force on the mass other than friction in N, as the friction law sees it.
+    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], rate: S, trend: Trend) -> S {
+        let accelerates = trend.sign * sign(rate.value());
+        // Polito's law knows from the applied force whether a sliding mass accelerates; the other laws do not ask.
+        if self.drive == Drive::PrescribedMotion && accelerates != 0.0 && matches!(self.friction, Friction::Polito(_)) {
+            return S::constant(accelerates * OVERWHELMING);
+        }
+        self.spring_force(x, u, rate) + u[1]
+    }
+
+    /// The contact as the friction law sees it, for a velocity of the mass.
+    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], rate: S, trend: Trend) -> Contact<S> {
+        let (drive, velocity) = match self.drive {
+            Drive::PrescribedMotion => (friction::Drive::Motion, rate),
+            Drive::SpringPull | Drive::Free => (friction::Drive::Force, x[velocity(N)]),
+        };
+        let applied = self.applied_force(x, u, rate, trend);
+        Contact { time, position: x[position(N)], velocity, applied, level: S::constant(1.0), drive }
+    }
+
+    /// The contact in the present modes.
+    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> Contact<S> {
+        self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
+    }
+
+    /// Acceleration in m/s2 under a friction force.
+    fn acceleration<S: Scalar>(&self, applied: S, friction_force: S) -> S {
+        match self.drive {
+            Drive::PrescribedMotion => S::zero(),
+            Drive::SpringPull | Drive::Free => (applied - friction_force) / self.p.mass,
+        }
+    }
+}
+
+impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
+    type Memory = Memory;
+
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        let contact = self.contact_at(time, x, u, memory);
+        let count = self.friction.states();
+        let force = self.friction.force(&contact, &x[..count], &memory.friction, &mut rates[..count]);
+        rates[drive_position(N)] = u[0];
+        rates[position(N)] = self.rate(x, u, memory);
+        rates[velocity(N)] = self.acceleration(contact.applied, force);
+        rates
+    }
+
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory, out: &mut Indicators) {
+        let contact = self.contact_at(time, x, u, memory);
+        self.friction.indicators(&contact, &x[..drive_position(N)], &memory.friction, out);
+    }
+
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let contact = self.contact_at(time, x, u, memory);
+        let (bristles, motion) = x.split_at_mut(drive_position(N));
+        self.friction.switch(event, &contact, &mut motion[2], bristles, &mut memory.friction);
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
+        memory.trend.follow(u[0]);
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        let contact = || self.contact(time, x, u, rate, trend);
+        self.friction.follow(contact, &x[..drive_position(N)], &mut memory.friction);
+    }
+
+    fn next_sample(&self, memory: &Memory) -> f64 {
+        self.friction.next_sample(&memory.friction)
+    }
+
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let contact = self.contact_at(time, x, u, memory);
+        self.friction.sample(&contact, &x[..drive_position(N)], &mut memory.friction);
+    }
+
+    /// Positions resolve presliding.
+    fn scales(&self) -> [f64; N] {
+        let mut scales = [self.friction.state_scale(); N];
+        (scales[drive_position(N)], scales[position(N)]) = (1e-3, 1e-3);
+        scales[velocity(N)] = 1e-2;
+        scales
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        memory.trend.velocity.is_finite() && self.friction.owns(&memory.friction)
+    }
+}
+
+impl<const N: usize> Equations<N, 2> for FrictionBench {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+        let count = self.friction.states();
+        let contact = self.contact_at(time, x, u, memory);
+        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
+        let friction_force = self.friction.force(&contact, &x[..count], &memory.friction, &mut bristle_rates[..count]);
+        let held = self.friction.holds_position(&memory.friction);
+        let rate = self.rate(x, u, memory);
+        let outputs = Outputs {
+            position: x[position(N)],
+            velocity: rate,
+            acceleration: if held { S::zero() } else { self.acceleration(contact.applied, friction_force) },
+            drive_position: x[drive_position(N)],
+            spring_force: self.spring_force(x, u, rate),
+            friction_force,
+            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            drive_rate: u[0],
+        };
+        let values = outputs.values().chain(bristle_values(&x[..count], &bristle_rates));
+        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    }
+
+    fn state_index(&self, place: usize) -> Option<usize> {
+        match place {
+            0 => Some(position(N)),
+            1 => (self.drive != Drive::PrescribedMotion).then_some(velocity(N)),
+            2 => Some(drive_position(N)),
+            bristle => (bristle - 3 < self.friction.states()).then_some(bristle - 3),
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The hybrid solver on problems with closed solutions, none of which is a cylinder.
+
+use pneumatic_servo::friction::Indicators;
+use pneumatic_servo::scalar::Scalar;
+use pneumatic_servo::simulation::StepError;
+use pneumatic_servo::solver::{HybridSystem, Run, Scheme, Settings};
+
+const ADAPTIVE: Settings = Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000 };
+
+/// `x'' = -x`, with a motion around the unit circle.
+struct Oscillator;
+
+impl HybridSystem<2, 1> for Oscillator {
+    type Memory = ();
+    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &()) -> [S; 2] {
+        [x[1], -x[0]]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], _: &(), _: &mut Indicators) {}
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut ()) {}
+    fn scales(&self) -> [f64; 2] {
+        [1.0; 2]
+    }
+    fn fits(&self, _memory: &()) -> bool {
+        true
+    }
+}
+
+/// `x' = -rate*(x - cos(t)) - sin(t)`: the solution `cos(t)` hides the stiffness (Prothero, Robinson, 1974).
+struct Stiff {
+    rate: f64,
+}
+
+impl HybridSystem<1, 1> for Stiff {
+    type Memory = ();
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
+        [-(x[0] - time.cos()) * self.rate - time.sin()]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], _: &(), _: &mut Indicators) {}
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn depends_on_time(&self) -> bool {
+        true
+    }
+    fn fits(&self, _memory: &()) -> bool {
+        true
+    }
+}
+
+/// A ball that falls with unit acceleration and bounces with a coefficient of restitution; remembers the impacts.
+struct Ball {
+    restitution: f64,
+}
+
+impl HybridSystem<2, 1> for Ball {
+    type Memory = Vec<f64>;
+    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &Vec<f64>) -> [S; 2] {
+        [x[1], S::constant(-1.0)]
+    }
+    fn indicators(&self, _: f64, x: &[f64; 2], _: &[f64; 1], _: &Vec<f64>, out: &mut Indicators) {
+        out.push(x[0]);
+    }
+    fn switch(&self, _: usize, time: f64, x: &mut [f64; 2], _: &[f64; 1], memory: &mut Vec<f64>) {
+        *x = [0.0, -self.restitution * x[1]];
+        memory.push(time);
+    }
+    fn scales(&self) -> [f64; 2] {
+        [1.0; 2]
+    }
+    fn fits(&self, _memory: &Vec<f64>) -> bool {
+        true
+    }
+}
+
+/// `x' = u`, whose only mode is invalid as soon as `x > 1`.
+struct Trap;
+
+impl HybridSystem<1, 1> for Trap {
+    type Memory = ();
+    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], _memory: &()) -> [S; 1] {
+        [u[0]]
+    }
+    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], _: &(), out: &mut Indicators) {
+        out.push(1.0 - x[0]);
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn fits(&self, _memory: &()) -> bool {
+        true
+    }
+}
+
+fn oscillator_error(settings: Settings, end: f64) -> f64 {
+    let mut run = Run::new(Oscillator, settings, 0.0, [1.0, 0.0], (), [0.0]);
+    run.advance(end).unwrap();
+    let (x, ()) = run.state();
+    (x[0] - end.cos()).hypot(x[1] + end.sin())
+}
+
+/// Halving the step divides the error by 2 to the power of the order, within a fifth for the terms of higher order.
+#[test]
+fn fixed_step_schemes_have_their_order() {
+    for (scheme, order, step) in [
+        (Scheme::ExplicitEuler, 1, 1e-3),
+        (Scheme::ImplicitEuler, 1, 1e-3),
+        (Scheme::Rk3, 3, 0.02),
+        (Scheme::Rk4, 4, 0.05),
+    ] {
+        let error = |step: f64| oscillator_error(Settings { scheme, step, ..ADAPTIVE }, 2.0);
+        let ratio = error(step) / error(step / 2.0);
+        let expected = f64::from(1 << order);
+        assert!((ratio / expected - 1.0).abs() < 0.2, "{scheme:?}: {ratio}, not {expected}");
+    }
+}
+
+/// The error after 10 s stays within ten times the tolerance per step, at any tolerance: steps are about 0.1 to 1 s.
+#[test]
+fn adaptive_scheme_keeps_the_tolerance() {
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let error = oscillator_error(Settings { tolerance, ..ADAPTIVE }, 10.0);
+        assert!(error < 100.0 * tolerance, "{error} at {tolerance}");
+    }
+}
+
+/// A method of order 4 with an error estimate of order 3 needs `10^(1/4)` times the steps per decade of tolerance.
+#[test]
+fn work_grows_with_the_fourth_root_of_the_tolerance() {
+    let steps = |tolerance: f64| {
+        let mut run = Run::new(Oscillator, Settings { tolerance, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
+        run.advance(100.0).unwrap();
+        run.counters().steps as f64
+    };
+    let growth = steps(1e-11) / steps(1e-7);
+    assert!((growth / 10.0 - 1.0).abs() < 0.15, "{growth}, not 10");
+}
+
+/// Stiffness far beyond the step size costs neither accuracy nor steps: a million times stiffer, the same work.
+#[test]
+fn stiffness_does_not_limit_the_step() {
+    let run = |rate: f64| {
+        let mut run = Run::new(Stiff { rate }, ADAPTIVE, 0.0, [1.0], (), [0.0]);
+        run.advance(10.0).unwrap();
+        let (x, ()) = run.state();
+        ((x[0] - 10.0f64.cos()).abs(), run.counters().steps)
+    };
+    let (mild_error, mild_steps) = run(1e2);
+    let (stiff_error, stiff_steps) = run(1e8);
+    assert!(mild_error < 1e-7 && stiff_error < 1e-7, "{mild_error}, {stiff_error}");
+    assert!(stiff_steps < 2 * mild_steps, "{stiff_steps} steps, {mild_steps} for the mild problem");
+}
+
+/// Dropped from 1/2 m, the ball lands at 1 s and bounces for 2 e, 2 e^2, ... seconds.
+#[test]
+fn impacts_are_located_to_rounding() {
+    let mut run = Run::new(Ball { restitution: 0.8 }, ADAPTIVE, 0.0, [0.5, 0.0], Vec::new(), [0.0]);
+    run.advance(6.0).unwrap();
+    let (_, impacts) = run.state();
+    let mut expected = 1.0;
+    for (index, impact) in impacts.iter().enumerate() {
+        assert!((impact - expected).abs() < 1e-10, "impact {index} at {impact}, not {expected}");
+        expected += 2.0 * 0.8f64.powi(index as i32 + 1);
+    }
+    assert!(expected > 6.0, "an impact is missing: {impacts:?}");
+}
+
+/// Communication points between and at the impacts change nothing.
+#[test]
+fn communication_points_do_not_matter() {
+    let impacts = |interval: f64| {
+        let mut run = Run::new(Ball { restitution: 0.8 }, ADAPTIVE, 0.0, [0.5, 0.0], Vec::new(), [0.0]);
+        for step in 1..=(4.0 / interval).round() as usize {
+            run.advance(step as f64 * interval).unwrap();
+        }
+        run.state().1.clone()
+    };
+    let (coarse, fine) = (impacts(0.5), impacts(1e-3));
+    assert_eq!(coarse.len(), fine.len());
+    assert!(coarse.iter().zip(&fine).all(|(a, b)| (a - b).abs() < 1e-10));
+}
+
+/// The integral of a ramp is a parabola, which the method reproduces to rounding.
+#[test]
+fn inputs_with_a_slope_are_integrated_exactly() {
+    let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [0.0]);
+    run.set_inputs([0.1], [0.2]);
+    run.advance(2.0).unwrap();
+    assert!((run.state().0[0] - 0.6).abs() < 1e-14);
+    assert!((run.inputs().0[0] - 0.5).abs() < 1e-15);
+}
+
+#[test]
+fn events_without_end_are_an_error_and_the_time_is_named() {
+    let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [1.0]);
+    let error = run.advance(2.0).unwrap_err();
+    let StepError::Chattering { time } = error else { panic!("{error}") };
+    assert!((time - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn work_within_one_call_is_bounded() {
+    let mut run = Run::new(Oscillator, Settings { max_steps: 10, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
+    let StepError::TooManySteps { time, limit: 10 } = run.advance(100.0).unwrap_err() else { panic!("another error") };
+    assert!(time > 0.0 && time < 100.0 && time == run.time());
+}
+
+#[test]
+fn an_explicit_scheme_beyond_its_stability_is_an_error() {
+    let settings = Settings { scheme: Scheme::ExplicitEuler, step: 0.1, ..ADAPTIVE };
+    let mut run = Run::new(Stiff { rate: 1e6 }, settings, 0.0, [2.0], (), [0.0]);
+    let StepError::Diverged { step, .. } = run.advance(100.0).unwrap_err() else { panic!("another error") };
+    assert!((step - 0.1).abs() < 1e-12);
+}
