@@ -48,6 +48,11 @@ impl Rig {
         Self::new("PneumaticServoCylinder").choose("friction.law", law)
     }
 
+    /// The friction bench with a friction law and a drive.
+    pub fn bench(law: &str, drive: &str) -> Self {
+        Self::new("FrictionBench").choose("friction.law", law).choose("bench.drive", drive)
+    }
+
     /// With a parameter or the start value of an input changed.
     pub fn set(mut self, name: &str, value: f64) -> Self {
         let place = |of: fn(&Variable) -> bool| variables(self.model, of).iter().position(|v| v.name == name);
@@ -88,6 +93,15 @@ impl Running {
         let place = variables(self.model, is_input).iter().position(|v| v.name == name).expect("an input");
         self.inputs[place] = value;
         let slopes = vec![0.0; self.inputs.len()];
+        self.simulation.set_inputs(&self.inputs, &slopes);
+    }
+
+    /// Sets an input that rises by a slope per second from now on.
+    pub fn ramp(&mut self, name: &str, value: f64, slope: f64) {
+        let place = variables(self.model, is_input).iter().position(|v| v.name == name).expect("an input");
+        self.inputs[place] = value;
+        let mut slopes = vec![0.0; self.inputs.len()];
+        slopes[place] = slope;
         self.simulation.set_inputs(&self.inputs, &slopes);
     }
 

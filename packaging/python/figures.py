@@ -1,0 +1,170 @@
+"""Figures of an experiment: what moved over time, and friction against velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from fmpy.model_description import ModelDescription
+from matplotlib.axes import Axes
+
+if TYPE_CHECKING:
+    from experiment import Run
+
+BLUE, VERMILION, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#5b6876"
+
+STYLE = {
+    "figure.dpi": 150,
+    "savefig.bbox": "tight",
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e8ee",
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over time that share an axis."""
+
+    label: str
+    curves: Sequence[tuple[str, str, str]]
+    """Variable, text of the legend, colour."""
+
+
+PANELS = [
+    Panel("valve voltage", [("valveVoltage", "", GREY)]),
+    Panel("position", [("position", "", BLUE)]),
+    Panel("velocity", [("velocity", "", BLUE)]),
+    Panel(
+        "pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]
+    ),
+    Panel("friction force", [("frictionForce", "", GREEN)]),
+]
+
+
+@dataclass(frozen=True)
+class Units:
+    """In which unit each variable is shown."""
+
+    scales: dict[str, tuple[str, float, float]]
+    """Unit, factor and offset by variable."""
+
+    @staticmethod
+    def of(description: ModelDescription) -> Units:
+        """The display unit of each variable where it has one, else its unit."""
+        displays = {
+            (unit.name, display.name): display for unit in description.unitDefinitions for display in unit.displayUnits
+        }
+        scales = {}
+        for variable in description.modelVariables:
+            display = displays.get((variable.unit, variable.displayUnit))
+            if display is None:
+                scales[variable.name] = (variable.unit or "", 1.0, 0.0)
+            else:
+                scales[variable.name] = (display.name, float(display.factor), float(display.offset))
+        return Units(scales)
+
+    def label(self, text: str, variable: str) -> str:
+        return f"{text} ({self.scales[variable][0]})"
+
+    def shown(self, run: Run, variable: str) -> np.ndarray:
+        _, factor, offset = self.scales[variable]
+        return run.columns[variable] * factor + offset
+
+
+def draw_run(run: Run, file: Path) -> None:
+    """Everything about one run: curves over time on the left, friction against velocity on the right."""
+    panels = [panel for panel in PANELS if panel.curves[0][0] in run.columns]
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(12, 8), layout="constrained")
+        left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1))
+        axes = left.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for panel, axis in zip(panels, axes, strict=True):
+            draw_panel(axis, run, panel)
+        axes[-1].set_xlabel("time (s)")
+        axis = right.subplots(1, 1)
+        draw_friction(axis, run)
+        axis.set_title("friction force against velocity")
+        figure.suptitle(title(run), fontsize=12, fontweight="bold", x=0.01, ha="left")
+        save(figure, file)
+
+
+def draw_overview(runs: Sequence[Run], file: Path) -> None:
+    """Friction against velocity under every law, on equal axes."""
+    columns = 4
+    rows = -(-len(runs) // columns)
+    with plt.rc_context(STYLE):
+        figure, grid = plt.subplots(
+            rows, columns, figsize=(12, 2.7 * rows), sharex=True, sharey=True, squeeze=False, layout="constrained"
+        )
+        for axis, run in zip(grid.flat, runs, strict=False):
+            draw_friction(axis, run)
+            axis.set_title(run.law)
+            axis.label_outer()
+        for axis in list(grid.flat)[len(runs) :]:
+            axis.set_visible(False)
+        bottoms = [grid[(len(runs) - 1 - column) // columns, column] for column in range(min(columns, len(runs)))]
+        for axis in bottoms:
+            axis.tick_params(labelbottom=True)
+            axis.set_xlabel(runs[0].units.label("velocity", "velocity"))
+        figure.suptitle(
+            f"{runs[0].model}: friction force against velocity in the default experiment",
+            fontsize=12,
+            fontweight="bold",
+        )
+        save(figure, file)
+
+
+def draw_panel(axis: Axes, run: Run, panel: Panel) -> None:
+    shade_sticking(axis, run)
+    for variable, text, colour in panel.curves:
+        axis.plot(run.columns["time"], run.units.shown(run, variable), color=colour, label=text or None)
+    if len(panel.curves) > 1:
+        axis.legend(loc="upper right", ncols=len(panel.curves))
+    axis.set_ylabel(run.units.label(panel.label, panel.curves[0][0]))
+    axis.margins(x=0)
+
+
+def draw_friction(axis: Axes, run: Run) -> None:
+    velocity, force = run.units.shown(run, "velocity"), run.units.shown(run, "frictionForce")
+    axis.axhline(0, color=GREY, linewidth=0.6)
+    axis.axvline(0, color=GREY, linewidth=0.6)
+    axis.plot(velocity, force, color=GREEN, linewidth=1.0)
+    axis.set_xlabel(run.units.label("velocity", "velocity"))
+    axis.set_ylabel(run.units.label("friction force", "frictionForce"))
+
+
+def shade_sticking(axis: Axes, run: Run) -> None:
+    """Marks the time during which the mass sticks."""
+    if "sticking" not in run.columns:
+        return
+    times, sticking = run.columns["time"], run.columns["sticking"] > 0.5
+    axis.fill_between(
+        times, 0, 1, where=sticking, step="post", transform=axis.get_xaxis_transform(), color="#eceff3", linewidth=0
+    )
+
+
+def title(run: Run) -> str:
+    text = f"{run.model}, friction law {run.law}" if run.law else run.model
+    return f"{text} (shaded: sticking)" if np.any(run.columns.get("sticking", np.zeros(1)) > 0.5) else text
+
+
+def save(figure: plt.Figure, file: Path) -> None:
+    figure.savefig(file, metadata={"Software": None})
+    plt.close(figure)

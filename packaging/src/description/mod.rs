@@ -1,0 +1,97 @@
+//! `modelDescription.xml`, made from the variable table.
+
+mod structure;
+mod types;
+mod units;
+mod variables;
+mod xml;
+
+use std::io;
+
+use anyhow::{Context, Result};
+use pneumatic_servo::fmi2;
+use pneumatic_servo::simulation::Model;
+use quick_xml::events::{BytesDecl, Event};
+
+pub use self::types::used as enumerations;
+use self::xml::{Element, Xml};
+
+/// What changes from build to build.
+pub struct Stamp {
+    /// Identifies the description and the library that belongs to it.
+    pub guid: String,
+    /// When it was generated, in ISO 8601.
+    pub date: String,
+}
+
+/// The description of a model.
+///
+/// # Errors
+/// When a variable refers to one that the table does not have.
+pub fn xml(model: &Model, stamp: &Stamp) -> Result<String> {
+    let variables = (model.variables)();
+    let structure = structure::Structure::new(variables).with_context(|| format!("the table of {}", model.name))?;
+    let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    root(model, stamp).contain(&mut xml, |xml| {
+        co_simulation(xml, model)?;
+        units::write(xml, variables)?;
+        types::write(xml, variables)?;
+        log_categories(xml)?;
+        default_experiment(xml, model)?;
+        variables::write(xml, variables)?;
+        structure.write(xml)
+    })?;
+    let mut text = String::from_utf8(xml.into_inner()).context("the description is not UTF-8")?;
+    text.push('\n');
+    Ok(text)
+}
+
+fn root(model: &Model, stamp: &Stamp) -> Element {
+    Element::new("fmiModelDescription")
+        .with("fmiVersion", "2.0")
+        .with("modelName", model.name)
+        .with("guid", &stamp.guid)
+        .with("description", model.description)
+        .with("version", env!("CARGO_PKG_VERSION"))
+        .with("license", env!("CARGO_PKG_LICENSE"))
+        .with("generationTool", concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION")))
+        .with("generationDateAndTime", &stamp.date)
+        .with("variableNamingConvention", "structured")
+}
+
+fn co_simulation(xml: &mut Xml, model: &Model) -> io::Result<()> {
+    Element::new("CoSimulation")
+        .with("modelIdentifier", model.name)
+        .with("needsExecutionTool", "false")
+        .with("canHandleVariableCommunicationStepSize", "true")
+        .with("canInterpolateInputs", "true")
+        .with("maxOutputDerivativeOrder", "1")
+        .with("canRunAsynchronuously", "false")
+        .with("canBeInstantiatedOnlyOncePerProcess", "false")
+        .with("canNotUseMemoryManagementFunctions", "false")
+        .with("canGetAndSetFMUstate", "true")
+        .with("canSerializeFMUstate", "true")
+        .with("providesDirectionalDerivative", "true")
+        .write(xml)
+}
+
+fn log_categories(xml: &mut Xml) -> io::Result<()> {
+    Element::new("LogCategories").contain(xml, |xml| {
+        fmi2::LOG_CATEGORIES.iter().try_for_each(|category| {
+            Element::new("Category").with("name", category.name).with("description", category.description).write(xml)
+        })
+    })
+}
+
+fn default_experiment(xml: &mut Xml, model: &Model) -> io::Result<()> {
+    Element::new("DefaultExperiment")
+        .with("startTime", "0")
+        .with_number("stopTime", model.experiment.stop_time)
+        .with_number("tolerance", TOLERANCE)
+        .with_number("stepSize", model.experiment.step_size)
+        .write(xml)
+}
+
+/// The default of `solver.relativeTolerance`.
+const TOLERANCE: f64 = 1e-6;

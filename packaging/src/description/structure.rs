@@ -1,0 +1,127 @@
+//! `ModelStructure`: outputs and state derivatives, what they depend on, and what is computed at initialization.
+
+use std::collections::BTreeSet;
+use std::io;
+
+use anyhow::{Context, Result};
+use pneumatic_servo::variables::{Role, Variable};
+
+use super::xml::{Element, Xml};
+
+/// The three lists of the section; variables are named by their index, which counts from 1.
+pub struct Structure {
+    outputs: Vec<Unknown>,
+    derivatives: Vec<Unknown>,
+    initial_unknowns: BTreeSet<usize>,
+}
+
+/// A variable and those it depends on.
+#[derive(Debug, PartialEq)]
+struct Unknown {
+    index: usize,
+    dependencies: Vec<usize>,
+}
+
+/// The index of the variable with this value reference, counted from 1.
+pub fn index_of(variables: &[Variable], reference: u32) -> Option<usize> {
+    variables.iter().position(|variable| variable.reference == reference).map(|position| position + 1)
+}
+
+impl Structure {
+    /// Reads the lists from the table.
+    ///
+    /// # Errors
+    /// When a variable refers to one that the table does not have.
+    pub fn new(variables: &[Variable]) -> Result<Self> {
+        let select = |wanted: &dyn Fn(&Variable) -> bool| -> Result<Vec<Unknown>> {
+            let numbered = (1..).zip(variables).filter(|(_, variable)| wanted(variable));
+            numbered.map(|(index, variable)| Unknown::new(variables, index, variable)).collect()
+        };
+        let outputs = select(&|variable| variable.role == Role::Output)?;
+        let derivatives = select(&|variable| variable.derivative_of.is_some())?;
+        let states = derivatives.iter().filter_map(|unknown| {
+            let state = variables[unknown.index - 1].derivative_of?;
+            index_of(variables, state)
+        });
+        // All of them are calculated at initialization; there are no calculated parameters.
+        let initial_unknowns = outputs.iter().chain(&derivatives).map(|unknown| unknown.index).chain(states).collect();
+        Ok(Self { outputs, derivatives, initial_unknowns })
+    }
+
+    /// Writes the section.
+    pub fn write(&self, xml: &mut Xml) -> io::Result<()> {
+        Element::new("ModelStructure").contain(xml, |xml| {
+            list(xml, "Outputs", self.outputs.iter().map(Unknown::element))?;
+            list(xml, "Derivatives", self.derivatives.iter().map(Unknown::element))?;
+            list(xml, "InitialUnknowns", self.initial_unknowns.iter().map(|index| unknown(*index)))
+        })
+    }
+}
+
+impl Unknown {
+    fn new(variables: &[Variable], index: usize, variable: &Variable) -> Result<Self> {
+        let find = |reference: u32| {
+            index_of(variables, reference)
+                .with_context(|| format!("{} refers to the unknown value reference {reference}", variable.name))
+        };
+        variable.derivative_of.map(find).transpose()?;
+        let dependencies: BTreeSet<usize> =
+            variable.depends_on.iter().map(|known| find(*known)).collect::<Result<_>>()?;
+        Ok(Self { index, dependencies: dependencies.into_iter().collect() })
+    }
+
+    fn element(&self) -> Element {
+        let indices: Vec<String> = self.dependencies.iter().map(usize::to_string).collect();
+        unknown(self.index)
+            .with("dependencies", &indices.join(" "))
+            .with("dependenciesKind", &vec!["dependent"; indices.len()].join(" "))
+    }
+}
+
+fn unknown(index: usize) -> Element {
+    Element::new("Unknown").with("index", &index.to_string())
+}
+
+/// Writes a list, unless it is empty.
+fn list(xml: &mut Xml, name: &'static str, elements: impl Iterator<Item = Element>) -> io::Result<()> {
+    let mut elements = elements.peekable();
+    if elements.peek().is_none() {
+        return Ok(());
+    }
+    Element::new(name).contain(xml, |xml| elements.try_for_each(|element| element.write(xml)))
+}
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::variables::units;
+
+    use super::*;
+
+    /// Time, an input, a state that is an output, its derivative, and a local variable.
+    fn table() -> Vec<Variable> {
+        vec![
+            Variable { role: Role::Time, ..Variable::output(0, "time", units::SECOND) },
+            Variable::input(10, "flow", units::CUBIC_METRE, 0.0),
+            Variable::output(30, "level", units::METRE).depends_on(&[30]),
+            Variable::output(31, "rise", units::METRE_PER_SECOND).local().derivative_of(30).depends_on(&[30, 10]),
+            Variable::output(32, "spill", units::METRE).local(),
+        ]
+    }
+
+    #[test]
+    fn outputs_derivatives_and_initial_unknowns_are_found() -> Result<()> {
+        let structure = Structure::new(&table())?;
+        assert_eq!(structure.outputs, [Unknown { index: 3, dependencies: vec![3] }]);
+        assert_eq!(structure.derivatives, [Unknown { index: 4, dependencies: vec![2, 3] }]);
+        assert_eq!(structure.initial_unknowns, BTreeSet::from([3, 4]));
+        Ok(())
+    }
+
+    #[test]
+    fn a_reference_to_nothing_is_named() {
+        let mut table = table();
+        table[2].depends_on.push(99);
+        let message = Structure::new(&table).err().map(|error| error.to_string());
+        assert_eq!(message.as_deref(), Some("level refers to the unknown value reference 99"));
+    }
+}

@@ -1,0 +1,47 @@
+//! `TypeDefinitions`: the enumerations that the table uses.
+
+use std::io;
+
+use pneumatic_servo::variables::{Enumeration, Kind, Variable};
+
+use super::xml::{Element, Xml};
+
+/// Writes the section, unless there is nothing in it.
+pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
+    let enumerations = used(variables);
+    if enumerations.is_empty() {
+        return Ok(());
+    }
+    Element::new("TypeDefinitions")
+        .contain(xml, |xml| enumerations.into_iter().try_for_each(|enumeration| write_type(xml, enumeration)))
+}
+
+/// Each enumeration once, in the order in which the table first uses it.
+pub fn used(variables: &[Variable]) -> Vec<&'static Enumeration> {
+    let mut enumerations: Vec<&'static Enumeration> = Vec::new();
+    for variable in variables {
+        if let Kind::Enumeration(of) = variable.kind
+            && !enumerations.iter().any(|known| known.name == of.name)
+        {
+            enumerations.push(of);
+        }
+    }
+    enumerations
+}
+
+fn write_type(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
+    Element::new("SimpleType").with("name", enumeration.name).with("description", enumeration.description).contain(
+        xml,
+        |xml| {
+            Element::new("Enumeration").contain(xml, |xml| {
+                enumeration.items.iter().try_for_each(|(id, name, description)| {
+                    Element::new("Item")
+                        .with("name", name)
+                        .with("value", &id.to_string())
+                        .with("description", description)
+                        .write(xml)
+                })
+            })
+        },
+    )
+}

@@ -1,0 +1,101 @@
+//! `documentation/index.html`: one self-contained page per model, from hand-written text and the variable table.
+
+mod math;
+mod table;
+mod text;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use pneumatic_servo::simulation::Model;
+use pneumatic_servo::variables::Role;
+
+use self::text::escape;
+
+/// The page of a model around its hand-written part, `<Model>.html` of a folder.
+///
+/// # Errors
+/// When that file or one it includes is missing, or an equation in it cannot be read.
+pub fn page(model: &Model, folder: &Path) -> Result<String> {
+    let source = source(folder, &format!("{}.html", model.name))?;
+    let variables = (model.variables)();
+    let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
+    let sections = [
+        math::render(&source).with_context(|| format!("the equations of {}", model.name))?,
+        table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
+        table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
+        table::parameters(&of_role(&[Role::Fixed, Role::Tunable])),
+        table::enumerations(variables),
+        table::interface("internal", "Internal variables", &of_role(&[Role::Local])),
+        licence(),
+    ];
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
+         <style>\n{style}</style>\n</head>\n<body>\n<header>\n<h1>{name}</h1>\n<p>{description}</p>\n\
+         <p class=\"facts\">FMI 2.0 for co-simulation, version {version}, default experiment 0 s to {stop} s \
+         with communication steps of {step} s</p>\n</header>\n<main>\n{contents}</main>\n</body>\n</html>\n",
+        name = escape(model.name),
+        style = include_str!("style.css"),
+        description = escape(model.description),
+        version = env!("CARGO_PKG_VERSION"),
+        stop = text::number(model.experiment.stop_time),
+        step = text::number(model.experiment.step_size),
+        contents = sections.concat(),
+    ))
+}
+
+/// A file in which every line `{{name}}` is replaced by the file of that name.
+fn source(folder: &Path, name: &str) -> Result<String> {
+    let file = folder.join(name);
+    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let mut whole = String::new();
+    for line in text.lines() {
+        match line.strip_prefix("{{").and_then(|line| line.strip_suffix("}}")) {
+            Some(included) => whole.push_str(&source(folder, included)?),
+            None => whole.extend([line, "\n"]),
+        }
+    }
+    Ok(whole)
+}
+
+fn licence() -> String {
+    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts are in \
+     <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use pneumatic_servo::models;
+
+    use super::*;
+
+    fn folder() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription")
+    }
+
+    #[test]
+    fn every_variable_is_on_the_page_of_its_model() -> Result<()> {
+        for model in models::ALL {
+            let page = page(model, &folder())?;
+            for variable in (model.variables)().iter().filter(|variable| variable.role != Role::Time) {
+                let cell = format!("<code>{}</code>", escape(&variable.name));
+                assert!(page.contains(&cell), "{} is missing", variable.name);
+            }
+            assert!(!page.contains("http://") && !page.contains("https://"), "the page needs a network");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn every_friction_law_has_its_equations() -> Result<()> {
+        let page = source(&folder(), "friction.html")?;
+        for (_, name, _) in pneumatic_servo::friction::LAWS.items {
+            assert!(page.contains(&format!("<td>{name}</td>")), "{name} is missing in modelDescription/friction.html");
+        }
+        Ok(())
+    }
+}

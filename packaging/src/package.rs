@@ -1,0 +1,93 @@
+//! `cargo xtask package`: the FMUs, checked, with results and figures beside them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use pneumatic_servo::simulation::Model;
+use pneumatic_servo::{fmi2, models};
+
+use crate::archive::Archive;
+use crate::description::{self, Stamp};
+use crate::documentation;
+use crate::library::Library;
+use crate::moment::Moment;
+use crate::process::{self, heading};
+use crate::venv::Venv;
+use crate::workspace::Workspace;
+
+/// Builds every FMU, validates it, runs its default experiment and draws the figures.
+///
+/// # Errors
+/// When a tool is missing, or any of these steps fails or finds something.
+pub fn run(workspace: &Workspace) -> Result<()> {
+    heading("Build the shared library");
+    let library = Library::build(workspace)?;
+
+    heading("Join the FMUs");
+    let fmus = join(workspace, &[library])?;
+
+    heading("Prepare the Python environment");
+    let venv = Venv::prepare(workspace)?;
+    println!("{}", venv.python().display());
+
+    for fmu in &fmus {
+        heading(&format!("Validate {}", file_name(fmu)));
+        process::run(venv.command().arg(workspace.python().join("check.py")).arg(fmu))?;
+        heading(&format!("Run the default experiment of {}", file_name(fmu)));
+        process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
+    }
+    Ok(())
+}
+
+/// Puts libraries for any number of platforms into one FMU per model, and returns the files.
+///
+/// # Errors
+/// When a source file is missing or an FMU cannot be written.
+pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<Vec<PathBuf>> {
+    let folder = workspace.fmus();
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let moment = Moment::of_source(&workspace.root)?;
+    let mut fmus = Vec::new();
+    for model in models::ALL {
+        let fmu = folder.join(format!("{}.fmu", model.name));
+        contents(workspace, model, libraries, moment)?.write(&fmu, moment)?;
+        println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
+        fmus.push(fmu);
+    }
+    Ok(fmus)
+}
+
+/// Everything that is in the FMU of a model.
+fn contents(workspace: &Workspace, model: &Model, libraries: &[Library], moment: Moment) -> Result<Archive> {
+    let mut archive = Archive::default();
+    let stamp = Stamp { guid: fmi2::guid(model), date: moment.iso() };
+    archive.add("modelDescription.xml", description::xml(model, &stamp)?)?;
+    for library in libraries {
+        let (folder, extension) = (library.platform.folder(), library.platform.extension());
+        archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
+    }
+    archive.add("documentation/index.html", documentation::page(model, &workspace.descriptions())?)?;
+    for licence in licences(&workspace.root)? {
+        archive.add(&format!("documentation/licenses/{}.txt", file_name(&licence)), bytes(&licence)?)?;
+    }
+    archive.add("model.png", bytes(&workspace.descriptions().join("model.png"))?)?;
+    Ok(archive)
+}
+
+/// The licence files of the repository, sorted.
+fn licences(root: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(root).with_context(|| format!("cannot list {}", root.display()))?;
+    let mut files: Vec<PathBuf> = entries.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
+    files.retain(|file| file.is_file() && file_name(file).starts_with("LICENSE"));
+    files.sort();
+    ensure!(!files.is_empty(), "{} has no licence file (LICENSE*)", root.display());
+    Ok(files)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn bytes(file: &Path) -> Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}

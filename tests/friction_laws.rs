@@ -1,0 +1,210 @@
+//! What every friction law of the registry must do, whatever law it is.
+
+mod rig;
+
+use pneumatic_servo::friction::{Contact, Drive, Friction, Indicators, LAWS, MAX_STATES, Memory};
+use pneumatic_servo::scalar::{Dual, Scalar};
+use rig::Rig;
+
+fn laws() -> impl Iterator<Item = &'static str> {
+    LAWS.items.iter().map(|(_, name, _)| *name)
+}
+
+/// A small generator (Numerical Recipes' LCG, upper bits) so that failures repeat.
+struct Random(u64);
+
+impl Random {
+    /// Uniform in [-1, 1).
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A magnitude between bounds, uniform in its logarithm, with a random sign.
+    fn spread(&mut self, least: f64, most: f64) -> f64 {
+        let exponent = 0.5 * (self.next() + 1.0);
+        least * (most / least).powf(exponent) * if self.next() < 0.0 { -1.0 } else { 1.0 }
+    }
+}
+
+/// The law's steady curve for `v > 0` with its default parameters, as the catalogue of laws defines it.
+fn steady_curve(law: &str, v: f64) -> Result<f64, &'static str> {
+    let bell = |w: f64| (-(v / w).powi(2)).exp();
+    let stribeck = 8.3 + 2.7 * bell(0.01);
+    let viscous = 30.0 * v;
+    // Rises to F_s until 1 mm/s, falls to F_c until 10 mm/s.
+    let stepped = |rise: fn(f64) -> f64| {
+        if v < 1e-3 { 11.0 * rise(v / 1e-3) } else { 11.0 - 2.7 * rise(((v - 1e-3) / 9e-3).min(1.0)) }
+    };
+    let cubic: fn(f64) -> f64 = |q| q * q * (3.0 - 2.0 * q);
+    let sine: fn(f64) -> f64 = |q| 0.5 * (1.0 - (std::f64::consts::PI * q).cos());
+    Ok(match law {
+        "None" => 0.0,
+        "Coulomb" | "CoulombStiction" | "ResetIntegrator" | "MaxwellSlip" | "DNLRX" | "BlimanSorine"
+        | "StickSlipSpring" => 8.3 + viscous,
+        "SmoothCoulomb" => 8.3 * (v / 1e-3).tanh() + viscous,
+        "VelocityBased" => {
+            let shape = 2.0 - 2.0 / std::f64::consts::PI * (8.3f64 / 11.0).asin();
+            let slope = (std::f64::consts::FRAC_PI_2 / shape).tan() / 0.01;
+            11.0 * (shape * (slope * v).atan()).sin() + viscous
+        }
+        "StribeckRegularised" => stribeck * (v / 1e-3).min(1.0) + viscous,
+        "Stribeck" | "Karnopp" | "LuGre" | "Leuven" | "GMS" | "ElastoPlastic" => stribeck + viscous,
+        "Polito" => 7.8 + 3.0 * bell(0.01) + 33.0 * v,
+        "Dahl" => 10.6,
+        "Bristle" => return Err("bonds break and form at random: only the mean force is steady"),
+        "Armstrong" => 8.3 + 2.7 / (1.0 + (v / 0.01).powi(2)) + viscous,
+        "StepRegularised" => stepped(cubic) + viscous,
+        "SineRegularised" => stepped(sine) + viscous,
+        "StickSlipCreep" => {
+            let creep = cubic(((1e-2 - v) / 9e-3).clamp(0.0, 1.0));
+            creep * 11.0 + (1.0 - creep) * 8.3 + viscous
+        }
+        _ => panic!("what is the steady curve of {law}?"),
+    })
+}
+
+/// Sliding for 3 cm and 0.5 s leaves nothing of the transient; the solver's tolerance remains.
+#[test]
+fn steady_sliding_gives_the_steady_curve() {
+    for law in laws() {
+        for v in [5e-4, 2e-3, 5e-3, 0.02, 0.3] {
+            let Ok(expected) = steady_curve(law, v) else { continue };
+            for direction in [1.0, -1.0] {
+                let mut run = Rig::bench(law, "PrescribedMotion").set("driveVelocity", direction * v).start().unwrap();
+                run.advance(0.5 + 0.03 / v).unwrap_or_else(|error| panic!("{law}: {error}"));
+                let found = direction * run.get("frictionForce");
+                assert!((found - expected).abs() < 2e-5 * 11.0, "{law} at {v} m/s: {found} N, not {expected} N");
+            }
+        }
+    }
+}
+
+/// Whether a law is odd; the others are left out with their reason.
+fn is_odd(law: &str) -> bool {
+    // Bristle: one generator serves both directions.
+    law != "Bristle"
+}
+
+/// Every operation on mirrored numbers gives mirrored numbers; 1e-9 leaves room for sums taken in another order.
+#[test]
+fn mirrored_motion_gives_mirrored_friction() {
+    for law in laws().filter(|law| is_odd(law)) {
+        for drive in ["PrescribedMotion", "SpringPull", "Free"] {
+            let rig = Rig::bench(law, drive).set("driveVelocity", 0.0).set("spring.stiffness", 1e3);
+            let mut runs = [1.0, -1.0].map(|side| (side, rig.start().unwrap()));
+            let mut random = Random(7);
+            for step in 1..300 {
+                let v = if step % 10 == 0 { 0.0 } else { random.spread(1e-5, 0.1) };
+                let force = random.spread(1.0, 30.0);
+                let end = f64::from(step) * 0.01;
+                let [right, left] = runs.each_mut().map(|(side, run)| {
+                    run.set("driveVelocity", *side * v);
+                    run.set("appliedForce", *side * force);
+                    run.advance(end).unwrap_or_else(|error| panic!("{law} {drive}: {error}"));
+                    ["frictionForce", "position", "velocity"].map(|name| *side * run.get(name))
+                });
+                for (a, b) in right.into_iter().zip(left) {
+                    assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{law} {drive}: {right:?}, {left:?} at {end} s");
+                }
+            }
+        }
+    }
+}
+
+/// The law with default parameters.
+fn default_law(law: &str) -> Friction {
+    let table = Friction::table("friction", 0, 1);
+    let mut values: Vec<f64> = table.iter().map(|variable| variable.start.unwrap()).collect();
+    values[0] = f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0);
+    Friction::new(&values, "friction").unwrap()
+}
+
+/// Variables of the equations: velocity, position, applied force, level, then the states.
+const DIRECTIONS: usize = 4 + MAX_STATES;
+
+/// The friction force and the rates of the states.
+fn evaluate<S: Scalar>(law: &Friction, drive: Drive, memory: &Memory, at: &[S]) -> Vec<S> {
+    let contact =
+        Contact { time: S::constant(0.1), velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
+    let mut rates = vec![S::zero(); law.states()];
+    let force = law.force(&contact, &at[4..4 + law.states()], memory, &mut rates);
+    rates.push(force);
+    rates
+}
+
+/// Central differences with steps of 1e-6 of each variable are good to 1e-5 of the derivative, plus rounding.
+#[test]
+fn derivatives_by_dual_numbers_are_those_of_differences() {
+    for name in laws() {
+        let law = default_law(name);
+        let mut random = Random(u64::from(name.len() as u32));
+        for round in 0..200 {
+            let drive = if round % 4 == 0 { Drive::Motion } else { Drive::Force };
+            let mut at = [0.0; DIRECTIONS];
+            at[..4].copy_from_slice(&[random.spread(1e-5, 0.5), 0.25, 8.0 * random.next(), 1.2 + 0.5 * random.next()]);
+            for state in &mut at[4..4 + law.states()] {
+                *state = law.state_scale() * random.next();
+            }
+            let mut contact =
+                Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
+            let mut memory = law.start(&contact, &mut [0.0; MAX_STATES]);
+            for _ in 0..20 {
+                let mut indicators = Indicators::default();
+                law.indicators(&contact, &at[4..], &memory, &mut indicators);
+                let Some(event) = indicators.as_slice().iter().position(|value| *value < 0.0) else { break };
+                let mut velocity = contact.velocity;
+                law.switch(event, &contact, &mut velocity, &mut at[4..], &mut memory);
+                contact.velocity = velocity;
+            }
+            at[0] = contact.velocity;
+            let seeded: Vec<_> = at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
+            let exact = evaluate(&law, drive, &memory, &seeded);
+            let used = 4 + law.states();
+            for direction in (0..used).filter(|direction| at[*direction] != 0.0) {
+                let step = 1e-6 * at[direction].abs();
+                let [above, below] = [step, -step].map(|shift| {
+                    let mut shifted = at;
+                    shifted[direction] += shift;
+                    evaluate(&law, drive, &memory, &shifted)
+                });
+                for (row, dual) in exact.iter().enumerate() {
+                    let difference = (above[row] - below[row]) / (2.0 * step);
+                    let rounding = 1e-15 * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states())) / step;
+                    let allowed = 1e-5 * dual.slope[direction].abs() + 4.0 * rounding;
+                    assert!(
+                        (dual.slope[direction] - difference).abs() <= allowed,
+                        "{name}: d[{row}]/d[{direction}] is {difference}, not {} at {at:?} in {memory:?}",
+                        dual.slope[direction],
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A run that is saved, continued, restored and continued again repeats every bit.
+#[test]
+fn restored_runs_repeat_every_bit() {
+    for law in laws() {
+        let mut run = Rig::bench(law, "SpringPull").set("spring.stiffness", 1e4).start().unwrap();
+        let mut random = Random(3);
+        let mut play = |run: &mut rig::Running, from: i32, random: &mut Random| -> Vec<u64> {
+            let mut bits = Vec::new();
+            for step in from..from + 50 {
+                run.set("driveVelocity", random.spread(1e-4, 0.2));
+                run.set("appliedForce", random.spread(1.0, 20.0));
+                run.advance(f64::from(step + 1) * 0.007).unwrap_or_else(|error| panic!("{law}: {error}"));
+                bits.extend(["position", "velocity", "frictionForce", "solver.steps"].map(|name| run.get(name).to_bits()));
+            }
+            bits
+        };
+        play(&mut run, 0, &mut random);
+        let (saved, at) = (run.simulation().save(), random.0);
+        let first = play(&mut run, 50, &mut random);
+        run.simulation().restore(&saved).unwrap();
+        assert_eq!(run.simulation().save(), saved, "{law}");
+        let second = play(&mut run, 50, &mut Random(at));
+        assert!(first == second, "{law} forgets something");
+    }
+}

@@ -1,0 +1,50 @@
+//! Every friction law survives inputs that no machine would see.
+
+mod rig;
+
+use pneumatic_servo::friction::LAWS;
+use rig::Rig;
+
+/// A small generator (Knuth's LCG, upper bits) so that failures repeat.
+struct Random(u64);
+
+impl Random {
+    /// Uniform between bounds.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+const FINITE: [&str; 7] =
+    ["position", "velocity", "acceleration", "frictionForce", "chamberA.massFlow", "chamberB.massFlow", "valve.spool"];
+const POSITIVE: [&str; 4] = ["chamberA.pressure", "chamberB.pressure", "chamberA.temperature", "chamberB.temperature"];
+
+/// Plays 30 s of random inputs held for 0.1 to 50 ms each; returns the number of accepted steps.
+fn survive(law: &str, seed: u64) -> f64 {
+    let mut run = Rig::cylinder(law).set("solver.maxStepsPerCommunicationStep", 100_000.0).start().unwrap();
+    let mut random = Random(seed);
+    let mut time = 0.0;
+    while time < 30.0 {
+        run.set("valveVoltage", random.between(0.0, 10.0));
+        run.set("externalForce", random.between(-500.0, 500.0));
+        run.set("supplyPressure", random.between(1e5, 10e5));
+        time += 1e-4 * 500f64.powf(random.between(0.0, 1.0));
+        run.advance(time).unwrap_or_else(|error| panic!("{law} with seed {seed}: {error}"));
+        for name in FINITE.into_iter().chain(POSITIVE) {
+            let value = run.get(name);
+            assert!(value.is_finite(), "{law} with seed {seed}: {name} = {value} at {time} s");
+            assert!(value > 0.0 || !POSITIVE.contains(&name), "{law} with seed {seed}: {name} = {value} at {time} s");
+        }
+    }
+    run.get("solver.steps")
+}
+
+#[test]
+fn thirty_seconds_of_hostile_input_are_survived_by_every_law() {
+    for (index, (_, law, _)) in LAWS.items.iter().enumerate() {
+        let begin = std::time::Instant::now();
+        let steps = survive(law, index as u64);
+        println!("{law:22} {steps:8} steps {:6.2} s", begin.elapsed().as_secs_f64());
+    }
+}

@@ -1,0 +1,100 @@
+"""Runs through FMPy, as a host makes them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from client import Client
+from experiment import laws_of, simulate
+from fmpy import simulate_fmu
+from shared import LAWS, run, sine
+
+
+
+def test_every_law_is_run(fmu: Path) -> None:
+    assert set(LAWS) <= set(laws_of(fmu))
+
+
+def test_every_law_runs_with_every_status_ok(fmu: Path) -> None:
+    """The client raises an exception for every status other than OK."""
+    for law in laws_of(fmu):
+        columns = simulate(fmu, law).columns
+        assert columns["time"][-1] == 3.0, law
+        for name, column in columns.items():
+            assert np.all(np.isfinite(column)), f"{law}: {name}"
+        assert np.ptp(columns["position"]) > 0.1, law
+        assert np.all(columns["chamberA.pressure"] > 5e4), law
+        assert np.all(columns["chamberB.pressure"] > 5e4), law
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_simulate_fmu_agrees_with_the_step_by_step_run(fmu: Path, law: str) -> None:
+    """Both hold the input for 1 ms; FMPy's interpolation at the sample differs by rounding only."""
+    time = np.arange(3001) * 1e-3
+    signal = np.array([(t, sine(t)) for t in time], dtype=[("time", float), ("valveVoltage", float)])
+    result = simulate_fmu(
+        str(fmu),
+        start_values={"friction.law": law},
+        input=signal,
+        output_interval=1e-3,
+        relative_tolerance=1e-6,
+        output=["position", "chamberA.pressure", "chamberB.pressure"],
+    )
+    columns = simulate(fmu, law).columns
+    assert len(result) == len(columns["time"])
+    assert np.max(np.abs(result["position"] - columns["position"])) < 1e-6
+    assert np.max(np.abs(result["chamberA.pressure"] - columns["chamberA.pressure"])) < 10.0
+    assert np.max(np.abs(result["chamberB.pressure"] - columns["chamberB.pressure"])) < 10.0
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_results_do_not_depend_on_the_communication_step(fmu: Path, law: str) -> None:
+    """One input for all: held for 50 ms. The bounds are those that the default tolerance promises."""
+    ends = {}
+    for step in (1e-3, 1e-2, 5e-2):
+        with Client(fmu) as client:
+            client.start({"friction.law": law, "valveVoltage": sine(0.0)})
+            steps_per_hold = round(5e-2 / step)
+            for index in range(20 * steps_per_hold):
+                if index % steps_per_hold == 0:
+                    client.set({"valveVoltage": sine(index * step)})
+                client.advance((index + 1) * step)
+            ends[step] = client.get(["position", "chamberA.pressure", "chamberB.pressure"])
+    for step in (1e-3, 1e-2):
+        position, pressure_a, pressure_b = np.abs(np.subtract(ends[step], ends[5e-2]))
+        assert position < 1e-4, step
+        assert pressure_a < 300.0, step
+        assert pressure_b < 300.0, step
+
+
+@pytest.mark.parametrize("step", [1e-3, 5e-2])
+def test_stiction_under_load_does_not_drift(fmu: Path, step: float) -> None:
+    with Client(fmu) as client:
+        client.start({"friction.law": "Stribeck", "externalForce": 8.0})
+        before = client.get(["position"])
+        for index in range(round(10.0 / step)):
+            client.advance((index + 1) * step)
+        assert client.get(["position", "velocity", "sticking"]) == [*before, 0.0, 1.0]
+
+
+def test_carriage_rests_at_each_reversal(fmu: Path) -> None:
+    """With the defaults the carriage sticks for about 95 ms in each half period of 1 Hz."""
+    columns = simulate(fmu, "Stribeck").columns
+    late = columns["time"] >= 1.0
+    sticking = columns["sticking"][late] > 0.5
+    starts = np.flatnonzero(np.diff(sticking.astype(int)) == 1)
+    stops = np.flatnonzero(np.diff(sticking.astype(int)) == -1)
+    rests = [(stops[stops > start][0] - start) * 1e-3 for start in starts if np.any(stops > start)]
+    assert len(rests) in (3, 4)
+    assert all(0.085 < rest < 0.105 for rest in rests), rests
+
+
+def test_statistics_count_up(client: Client) -> None:
+    client.start()
+    names = ["solver.steps", "solver.events"]
+    before = client.get(names)
+    for _ in run(client, 0.5, 1e-3):
+        pass
+    steps, events = np.subtract(client.get(names), before)
+    assert steps >= 500
+    assert events >= 1

@@ -1,0 +1,468 @@
+"""The pneumatic servo cylinder without its friction: air, valve, regulator, forces.
+
+The air in a chamber is described by its mass ``m`` and internal energy ``U``; pressure and
+temperature follow from ``p = (gamma - 1) U / V`` and ``T = U / (m c_v)``.  A model written in
+pressure and temperature integrates different equations, so agreement between the two is evidence
+for both.  All quantities are SI.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+GAS_CONSTANT = 287.05
+GAMMA = 1.4
+CV = GAS_CONSTANT / (GAMMA - 1.0)
+CP = GAMMA * CV
+NORMAL_DENSITY = 1.185
+NORMAL_TEMPERATURE = 293.15
+LAMINAR_RATIO = 0.995
+GRAVITY = 9.80665
+
+Value = float | str
+Parameters = Mapping[str, Value]
+
+DEFAULTS: dict[str, Value] = {
+    "cylinder.bore": 0.016,
+    "cylinder.rod": 0.006,
+    "cylinder.stroke": 0.5,
+    "cylinder.stopStiffness": 1e6,
+    "cylinder.stopDamping": 0.75,
+    "chamberA.deadVolume": 5e-6,
+    "chamberB.deadVolume": 5e-6,
+    "chamberA.pressure0": 101325.0,
+    "chamberB.pressure0": 101325.0,
+    "chamberB.tankVolume": 0.0,
+    "mass.moving": 0.88,
+    "position0": 0.25,
+    "velocity0": 0.0,
+    "ambientPressure": 101325.0,
+    "ambientTemperature": 293.15,
+    "supplyTemperature": 293.15,
+    "thermal.model": "EnergyBalance",
+    "thermal.heatTransfer": 60.0,
+    "thermal.exponent": 1.2,
+    "incline": 0.0,
+    "wireForce": 0.0,
+    "piston.leakage": 0.0,
+    "actuation": "ProportionalValve",
+    "valve.C": 3.93e-9,
+    "valve.b": 0.3,
+    "valve.deadZone": 0.08,
+    "valve.leakage": 0.002,
+    "valve.bandwidth": 115.0,
+    "valve.damping": 0.7071067811865476,
+    "valve.hysteresis": 0.004,
+    "valve.polarity": 1.0,
+    "regulator.pMin": 1.5e5,
+    "regulator.pMax": 10e5,
+    "regulator.tau": 0.02,
+    "regulator.C": 4e-9,
+    "regulator.b": 0.3,
+    "friction.kappaA": 0.0,
+    "friction.kappaB": 0.0,
+}
+
+
+class Inputs(NamedTuple):
+    """The inputs of the model, held constant over one communication step."""
+
+    voltage: float
+    external_force: float
+    supply_pressure: float
+
+
+class Gas(NamedTuple):
+    """A state of air."""
+
+    pressure: float
+    temperature: float
+
+
+class Stream(NamedTuple):
+    """A mass flow into a chamber and the temperature of the side it comes from."""
+
+    mass_flow: float
+    temperature: float
+
+
+class Plant:
+    """Everything that accelerates the carriage except friction.
+
+    State vector: position, velocity, mass and energy of chamber A, mass and energy of chamber B,
+    and the two states of the actuator.
+    """
+
+    SIZE = 8
+
+    def __init__(self, parameters: Parameters) -> None:
+        bore, rod = _number(parameters, "cylinder.bore"), _number(parameters, "cylinder.rod")
+        piston_area = math.pi * bore**2 / 4.0
+        self.rod_area = math.pi * rod**2 / 4.0
+        self.stroke = _number(parameters, "cylinder.stroke")
+        self.stop_stiffness = _number(parameters, "cylinder.stopStiffness")
+        self.stop_damping = _number(parameters, "cylinder.stopDamping")
+        self.mass = _number(parameters, "mass.moving")
+        self.ambient_pressure = _number(parameters, "ambientPressure")
+        self.leakage = _number(parameters, "piston.leakage")
+        self.kappa_a = _number(parameters, "friction.kappaA")
+        self.kappa_b = _number(parameters, "friction.kappaB")
+        self.constant_load = (
+            _number(parameters, "wireForce")
+            + self.mass * GRAVITY * math.sin(_number(parameters, "incline"))
+            + self.ambient_pressure * self.rod_area
+        )
+        self.chamber_a = _chamber(parameters, "chamberA", piston_area, 0.0)
+        self.chamber_b = _chamber(
+            parameters,
+            "chamberB",
+            piston_area - self.rod_area,
+            _number(parameters, "chamberB.tankVolume"),
+        )
+        self.actuator = _actuator(parameters)
+        self.start_position = _number(parameters, "position0")
+        self.start_velocity = _number(parameters, "velocity0")
+
+    def start(self, command: float) -> list[float]:
+        """The initial state, with ``command`` what the actuator is told at t = 0."""
+        x = self.start_position
+        return [
+            x,
+            self.start_velocity,
+            *self.chamber_a.start(x),
+            *self.chamber_b.start(self.stroke - x),
+            *self.actuator.start(command),
+        ]
+
+    def units(self) -> list[float]:
+        """The natural size of each state, by which its absolute tolerance is set.
+
+        The velocity unit is small because sliding starts from exactly zero velocity.
+        """
+        start = self.start(0.0)
+        return [1e-2, 1e-3, *start[2:6], *self.actuator.units]
+
+    def gases(self, state: list[float]) -> tuple[Gas, Gas]:
+        """The air in chambers A and B."""
+        x = state[0]
+        return (
+            self.chamber_a.gas(state[2], state[3], x),
+            self.chamber_b.gas(state[4], state[5], self.stroke - x),
+        )
+
+    def applied_force(self, x: float, v: float, a: Gas, b: Gas, external_force: float) -> float:
+        """The sum of all forces on the carriage except friction."""
+        return (
+            a.pressure * self.chamber_a.area
+            - b.pressure * self.chamber_b.area
+            - self.constant_load
+            + external_force
+            + self._stop_force(x, v)
+        )
+
+    def friction_level(self, a: Gas, b: Gas) -> float:
+        """The factor by which the chamber pressures scale the friction forces."""
+        level = (
+            1.0
+            + self.kappa_a * (a.pressure - self.ambient_pressure)
+            + self.kappa_b * (b.pressure - self.ambient_pressure)
+        )
+        return max(0.0, level)
+
+    def rates(
+        self,
+        state: list[float],
+        v: float,
+        acceleration: float,
+        a: Gas,
+        b: Gas,
+        command: float,
+        supply_pressure: float,
+    ) -> list[float]:
+        """The derivatives of the state, with ``v`` the velocity the carriage really has."""
+        x = state[0]
+        actuator = state[6:8]
+        streams_a, streams_b = self.actuator.streams(actuator, a, b, supply_pressure)
+        if self.leakage > 0.0:
+            cross = self._cross_leakage(a, b)
+            streams_a.append(Stream(-cross.mass_flow, cross.temperature))
+            streams_b.append(cross)
+        return [
+            v,
+            acceleration,
+            *self.chamber_a.rates(a, streams_a, x, v),
+            *self.chamber_b.rates(b, streams_b, self.stroke - x, -v),
+            *self.actuator.rates(actuator, command),
+        ]
+
+    def _stop_force(self, x: float, v: float) -> float:
+        if x < 0.0:
+            return max(0.0, -self.stop_stiffness * x * (1.0 - self.stop_damping * v))
+        if x > self.stroke:
+            depth = x - self.stroke
+            return -max(0.0, self.stop_stiffness * depth * (1.0 + self.stop_damping * v))
+        return 0.0
+
+    def _cross_leakage(self, a: Gas, b: Gas) -> Stream:
+        """The laminar leakage past the piston, from chamber A into chamber B."""
+        mass_flow = self.leakage * (a.pressure**2 - b.pressure**2)
+        return Stream(mass_flow, a.temperature if mass_flow > 0.0 else b.temperature)
+
+
+@dataclass(frozen=True)
+class Chamber(ABC):
+    """A chamber of variable length; ``fixed_volume`` is dead volume plus tank."""
+
+    area: float
+    fixed_volume: float
+    bore: float
+    start_pressure: float
+    ambient_temperature: float
+
+    def volume(self, length: float) -> float:
+        return self.fixed_volume + self.area * length
+
+    def start(self, length: float) -> tuple[float, float]:
+        """Mass and energy at the initial pressure and ambient temperature."""
+        energy_per_kelvin = CV * self.start_pressure * self.volume(length) / GAS_CONSTANT
+        return energy_per_kelvin / (CV * self.ambient_temperature), energy_per_kelvin
+
+    @abstractmethod
+    def gas(self, mass: float, energy: float, length: float) -> Gas:
+        """Pressure and temperature from the conserved quantities."""
+
+    @abstractmethod
+    def rates(
+        self, gas: Gas, streams: list[Stream], length: float, speed: float
+    ) -> tuple[float, float]:
+        """The derivatives of mass and energy while the chamber lengthens at ``speed``."""
+
+
+@dataclass(frozen=True)
+class EnergyBalanceChamber(Chamber):
+    """Air that exchanges enthalpy with its ports and heat with its wall."""
+
+    heat_transfer: float
+
+    def gas(self, mass: float, energy: float, length: float) -> Gas:
+        return Gas((GAMMA - 1.0) * energy / self.volume(length), energy / (mass * CV))
+
+    def rates(
+        self, gas: Gas, streams: list[Stream], length: float, speed: float
+    ) -> tuple[float, float]:
+        enthalpy = CP * sum(stream.mass_flow * stream.temperature for stream in streams)
+        wall = 2.0 * self.area + math.pi * self.bore * max(length, 0.0)
+        heat = self.heat_transfer * wall * (self.ambient_temperature - gas.temperature)
+        work = gas.pressure * self.area * speed
+        return sum(stream.mass_flow for stream in streams), enthalpy + heat - work
+
+
+@dataclass(frozen=True)
+class PolytropicChamber(Chamber):
+    """Air whose pressure follows its density as p ~ rho^n; n = 1 is isothermal.
+
+    The energy is not an independent quantity here, and its state stays where it started.
+    """
+
+    exponent: float
+
+    def gas(self, mass: float, energy: float, length: float) -> Gas:
+        start_density = self.start_pressure / (GAS_CONSTANT * self.ambient_temperature)
+        compression = mass / (start_density * self.volume(length))
+        return Gas(
+            self.start_pressure * compression**self.exponent,
+            self.ambient_temperature * compression ** (self.exponent - 1.0),
+        )
+
+    def rates(
+        self, gas: Gas, streams: list[Stream], length: float, speed: float
+    ) -> tuple[float, float]:
+        return sum(stream.mass_flow for stream in streams), 0.0
+
+
+class Actuator(ABC):
+    """What exchanges air with the chambers; it has two states."""
+
+    units: tuple[float, float]
+
+    @abstractmethod
+    def command(self, voltage: float) -> float:
+        """What a newly sampled voltage tells the actuator to do."""
+
+    @abstractmethod
+    def start(self, command: float) -> tuple[float, float]:
+        """The initial states."""
+
+    @abstractmethod
+    def rates(self, state: list[float], command: float) -> tuple[float, float]:
+        """The derivatives of the states."""
+
+    @abstractmethod
+    def streams(
+        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
+    ) -> tuple[list[Stream], list[Stream]]:
+        """The flows into chambers A and B."""
+
+    @abstractmethod
+    def spool(self, state: list[float]) -> float:
+        """The position of the valve spool, -1 to 1."""
+
+
+class ProportionalValve(Actuator):
+    """A spool valve: play on the command, second-order spool, four metering edges."""
+
+    units = (1.0, 1e2)
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._conductance = _number(parameters, "valve.C")
+        self._critical_ratio = _number(parameters, "valve.b")
+        self._dead_zone = _number(parameters, "valve.deadZone")
+        self._leakage = _number(parameters, "valve.leakage")
+        self._frequency = 2.0 * math.pi * _number(parameters, "valve.bandwidth")
+        self._damping = _number(parameters, "valve.damping")
+        self._half_play = _number(parameters, "valve.hysteresis")
+        self._polarity = _number(parameters, "valve.polarity")
+        self._exhaust = Gas(
+            _number(parameters, "ambientPressure"), _number(parameters, "ambientTemperature")
+        )
+        self._supply_temperature = _number(parameters, "supplyTemperature")
+        self._played: float = 0.0
+
+    def command(self, voltage: float) -> float:
+        u = self._polarity * _clamp((voltage - 5.0) / 5.0, -1.0, 1.0)
+        self._played = _clamp(self._played, u - self._half_play, u + self._half_play)
+        return self._played
+
+    def start(self, command: float) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    def rates(self, state: list[float], command: float) -> tuple[float, float]:
+        spool, speed = state
+        wn = self._frequency
+        return speed, wn * (wn * (command - spool) - 2.0 * self._damping * speed)
+
+    def streams(
+        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
+    ) -> tuple[list[Stream], list[Stream]]:
+        supply = Gas(supply_pressure, self._supply_temperature)
+        forward = self._conductance * self._opening(state[0])
+        backward = self._conductance * self._opening(-state[0])
+        ratio = self._critical_ratio
+        return (
+            [orifice(forward, ratio, supply, a), orifice(backward, ratio, self._exhaust, a)],
+            [orifice(backward, ratio, supply, b), orifice(forward, ratio, self._exhaust, b)],
+        )
+
+    def spool(self, state: list[float]) -> float:
+        return state[0]
+
+    def _opening(self, spool: float) -> float:
+        travel = _clamp((spool - self._dead_zone) / (1.0 - self._dead_zone), 0.0, 1.0)
+        return self._leakage + (1.0 - self._leakage) * travel
+
+
+class PressureRegulator(Actuator):
+    """A reservoir at a regulated pressure feeds chamber A; chamber B is plugged.
+
+    The first state is the regulated pressure, the second is unused.
+    """
+
+    units = (1e5, 1.0)
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._low = _number(parameters, "regulator.pMin")
+        self._high = _number(parameters, "regulator.pMax")
+        self._tau = _number(parameters, "regulator.tau")
+        self._conductance = _number(parameters, "regulator.C")
+        self._critical_ratio = _number(parameters, "regulator.b")
+        self._temperature = _number(parameters, "supplyTemperature")
+
+    def command(self, voltage: float) -> float:
+        return self._low + (self._high - self._low) * _clamp(voltage, 0.0, 10.0) / 10.0
+
+    def start(self, command: float) -> tuple[float, float]:
+        return command, 0.0
+
+    def rates(self, state: list[float], command: float) -> tuple[float, float]:
+        return (command - state[0]) / self._tau, 0.0
+
+    def streams(
+        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
+    ) -> tuple[list[Stream], list[Stream]]:
+        reservoir = Gas(state[0], self._temperature)
+        return [orifice(self._conductance, self._critical_ratio, reservoir, a)], []
+
+    def spool(self, state: list[float]) -> float:
+        return 0.0
+
+
+def orifice(conductance: float, critical_ratio: float, outside: Gas, inside: Gas) -> Stream:
+    """The flow from ``outside`` into ``inside`` through an ISO 6358 orifice."""
+    if outside.pressure >= inside.pressure:
+        return Stream(
+            _orifice_flow(conductance, critical_ratio, outside, inside), outside.temperature
+        )
+    return Stream(-_orifice_flow(conductance, critical_ratio, inside, outside), inside.temperature)
+
+
+def _orifice_flow(
+    conductance: float, critical_ratio: float, upstream: Gas, downstream: Gas
+) -> float:
+    ratio = downstream.pressure / upstream.pressure
+    choked = (
+        conductance
+        * upstream.pressure
+        * NORMAL_DENSITY
+        * math.sqrt(NORMAL_TEMPERATURE / upstream.temperature)
+    )
+    if ratio <= critical_ratio:
+        return choked
+    if ratio < LAMINAR_RATIO:
+        return choked * _subsonic(ratio, critical_ratio)
+    laminar_edge = _subsonic(LAMINAR_RATIO, critical_ratio)
+    return choked * laminar_edge * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
+
+
+def _subsonic(ratio: float, critical_ratio: float) -> float:
+    return math.sqrt(1.0 - ((ratio - critical_ratio) / (1.0 - critical_ratio)) ** 2)
+
+
+def _chamber(parameters: Parameters, name: str, area: float, tank_volume: float) -> Chamber:
+    common = (
+        area,
+        _number(parameters, f"{name}.deadVolume") + tank_volume,
+        _number(parameters, "cylinder.bore"),
+        _number(parameters, f"{name}.pressure0"),
+        _number(parameters, "ambientTemperature"),
+    )
+    match parameters["thermal.model"]:
+        case "EnergyBalance":
+            return EnergyBalanceChamber(*common, _number(parameters, "thermal.heatTransfer"))
+        case "Isothermal":
+            return PolytropicChamber(*common, 1.0)
+        case "Polytropic":
+            return PolytropicChamber(*common, _number(parameters, "thermal.exponent"))
+        case other:
+            raise ValueError(f"unknown thermal.model {other!r}")
+
+
+def _actuator(parameters: Parameters) -> Actuator:
+    match parameters["actuation"]:
+        case "ProportionalValve":
+            return ProportionalValve(parameters)
+        case "PressureRegulator":
+            return PressureRegulator(parameters)
+        case other:
+            raise ValueError(f"unknown actuation {other!r}")
+
+
+def _number(parameters: Parameters, name: str) -> float:
+    return float(parameters[name])
+
+
+def _clamp(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)

@@ -1,0 +1,243 @@
+"""Runs one case: plant and friction law together, from event to event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
+
+from friction import LAWS, Contact, Law, Regime
+from plant import DEFAULTS, Gas, Inputs, Plant, Value
+
+DEFAULT_LAW = "Stribeck"
+INPUT_DEFAULTS: dict[str, Any] = {
+    "valveVoltage": 5.0,
+    "externalForce": 0.0,
+    "supplyPressure": 5e5,
+}
+MAX_EVENTS_PER_STEP = 200
+LONGEST_INTEGRATION_STEP = 1e-4
+"""Far below half a period of a ringing bristle, lest a step hide two reversals."""
+
+
+class Row(NamedTuple):
+    """One line of a reference file."""
+
+    time: float
+    position: float
+    velocity: float
+    pressureA: float
+    temperatureA: float
+    pressureB: float
+    temperatureB: float
+    spool: float
+    frictionForce: float
+    sticking: int
+
+
+def simulate(case: Mapping[str, Any], tolerance: float) -> list[Row]:
+    """The trajectory of ``case`` at a relative tolerance."""
+    plant_parameters, law = configure(case["parameters"])
+    run = Run(Plant(plant_parameters), law, tolerance)
+    return list(_rows(run, case))
+
+
+def configure(parameters: Mapping[str, Value]) -> tuple[dict[str, Value], Law]:
+    """Splits the parameters of a case into those of the plant and a ready friction law."""
+    own = dict(parameters)
+    entry = LAWS[str(own.pop("friction.law", DEFAULT_LAW))]
+    prefix = f"friction.{entry.group}."
+    settings = {
+        name.removeprefix(prefix): own.pop(name) for name in parameters if name.startswith(prefix)
+    }
+    unknown = (settings.keys() - entry.defaults.keys()) | (own.keys() - DEFAULTS.keys())
+    if unknown:
+        raise ValueError(f"unknown parameters {sorted(unknown)}")
+    numbers = {name: float(value) for name, value in settings.items()}
+    return DEFAULTS | own, entry.build({**entry.defaults, **numbers})
+
+
+def _rows(run: Run, case: Mapping[str, Any]) -> Iterator[Row]:
+    step = case["communicationStep"]
+    steps_per_row = round(case["outputStep"] / step)
+    signals = INPUT_DEFAULTS | case["inputs"]
+    run.sample(_inputs(signals, 0.0))
+    run.start()
+    yield run.row(0.0)
+    for k in range(round(case["stopTime"] / step)):
+        run.sample(_inputs(signals, k * step))
+        run.advance(step)
+        if (k + 1) % steps_per_row == 0:
+            yield run.row((k + 1) * step)
+
+
+def _inputs(signals: Mapping[str, Any], time: float) -> Inputs:
+    return Inputs(
+        signal(signals["valveVoltage"], time),
+        signal(signals["externalForce"], time),
+        signal(signals["supplyPressure"], time),
+    )
+
+
+def signal(description: Any, time: float) -> float:
+    """The value of an input: a constant, or an offset sine."""
+    if not isinstance(description, Mapping):
+        return float(description)
+    if description["waveform"] != "sine":
+        raise ValueError(f"unknown waveform {description['waveform']!r}")
+    angle = 2.0 * math.pi * description["frequency"] * time
+    return float(description["offset"] + description["amplitude"] * math.sin(angle))
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Everything the equations need at one state."""
+
+    state: list[float]
+    velocity: float
+    a: Gas
+    b: Gas
+    contact: Contact
+
+
+class Run:
+    """The state of a simulation that advances by communication steps."""
+
+    def __init__(self, plant: Plant, law: Law, tolerance: float) -> None:
+        self._plant = plant
+        self._law = law
+        self._tolerance = tolerance
+        self._absolute = tolerance * np.array([*plant.units(), *law.units])
+        self._inputs: Inputs
+        self._command: float
+        self._regime: Regime
+        self._state: list[float]
+
+    def sample(self, inputs: Inputs) -> None:
+        """Takes new inputs, to be held until the next sample."""
+        self._inputs = inputs
+        self._command = self._plant.actuator.command(inputs.voltage)
+
+    def start(self) -> None:
+        """Sets the initial state and regime."""
+        self._state = self._plant.start(self._command) + [0.0] * len(self._law.units)
+        self._regime = self._law.start(self._instant(self._state, held=False).contact)
+
+    def advance(self, duration: float) -> None:
+        """Integrates over one communication step."""
+        self._adopt_inputs()
+        time = 0.0
+        for _ in range(MAX_EVENTS_PER_STEP):
+            time = self._integrate(time, duration)
+            if time >= duration:
+                return
+        raise RuntimeError(f"no progress in regime {self._regime}")
+
+    def row(self, time: float) -> Row:
+        """The outputs at the current state, with the inputs in force up to now."""
+        now = self._instant(self._state, self._regime.held)
+        return Row(
+            round(time, 9),
+            self._state[0],
+            now.velocity,
+            now.a.pressure,
+            now.a.temperature,
+            now.b.pressure,
+            now.b.temperature,
+            self._plant.actuator.spool(self._state[6:8]),
+            self._regime.force(now.contact),
+            int(self._regime.sticking),
+        )
+
+    def _adopt_inputs(self) -> None:
+        """Leaves a regime that a jump of the inputs has ended."""
+        contact = self._instant(self._state, self._regime.held).contact
+        for which, margin in enumerate(self._regime.margins(contact)):
+            if margin < 0.0:
+                self._regime = self._regime.expired(contact, which)
+                return
+
+    def _integrate(self, time: float, end: float) -> float:
+        """Integrates to ``end`` or to the end of the regime, and returns the time reached."""
+        events = self._events()
+        solution = solve_ivp(
+            lambda t, y: self._rates(y.tolist()),
+            (time, end),
+            np.array(self._state),
+            method="DOP853",
+            events=events,
+            rtol=self._tolerance,
+            atol=self._absolute,
+            max_step=LONGEST_INTEGRATION_STEP,
+        )
+        if not solution.success:
+            raise RuntimeError(solution.message)
+        self._state = solution.y[:, -1].tolist()
+        if solution.status == 1:
+            self._change_regime(next(i for i, hits in enumerate(solution.t_events) if len(hits)))
+        return float(solution.t[-1])
+
+    def _change_regime(self, event: int) -> None:
+        if self._regime.direction == 0:
+            contact = self._instant(self._state, self._regime.held).contact
+            self._regime = self._regime.expired(contact, event)
+        elif event > 0:
+            contact = self._instant(self._state, self._regime.held).contact
+            self._regime = self._regime.expired(contact, event - 1)
+        else:
+            self._state[1] = 0.0
+            contact = self._instant(self._state, self._regime.held).contact
+            self._regime = self._regime.at_rest(contact)
+
+    def _events(self) -> list[Callable[[float, Any], float]]:
+        """The event functions of the regime: reversal first, if it has a direction."""
+        regime = self._regime
+        count = len(regime.margins(self._instant(self._state, regime.held).contact))
+        events = [self._margin_event(regime, i) for i in range(count)]
+        if regime.direction != 0:
+            events.insert(0, _terminal(lambda t, y: regime.direction * y[1]))
+        return events
+
+    def _margin_event(self, regime: Regime, which: int) -> Callable[[float, Any], float]:
+        return _terminal(
+            lambda t, y: regime.margins(self._instant(y.tolist(), regime.held).contact)[which]
+        )
+
+    def _rates(self, state: list[float]) -> list[float]:
+        if not all(content > 0.0 for content in state[2:6]):
+            # A trial step far too long has left the physical states; NaN makes it be rejected.
+            return [math.nan] * len(state)
+        regime = self._regime
+        now = self._instant(state, regime.held)
+        acceleration = (now.contact.applied - regime.force(now.contact)) / self._plant.mass
+        return [
+            *self._plant.rates(
+                state,
+                now.velocity,
+                acceleration,
+                now.a,
+                now.b,
+                self._command,
+                self._inputs.supply_pressure,
+            ),
+            *regime.rates(now.contact),
+        ]
+
+    def _instant(self, state: list[float], held: bool) -> Instant:
+        x, v = state[0], 0.0 if held else state[1]
+        a, b = self._plant.gases(state)
+        applied = self._plant.applied_force(x, v, a, b, self._inputs.external_force)
+        level = self._plant.friction_level(a, b)
+        contact = Contact(x, state[1], state[Plant.SIZE :], applied, level)
+        return Instant(state, v, a, b, contact)
+
+
+def _terminal(function: Callable[[float, Any], float]) -> Callable[[float, Any], float]:
+    """Marks an event function: integration stops where it falls through zero."""
+    function.terminal = True  # type: ignore[attr-defined]
+    function.direction = -1.0  # type: ignore[attr-defined]
+    return function
