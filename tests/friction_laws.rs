@@ -189,7 +189,7 @@ fn restored_runs_repeat_every_bit() {
     for law in laws() {
         let mut run = Rig::bench(law, "SpringPull").set("spring.stiffness", 1e4).start().unwrap();
         let mut random = Random(3);
-        let mut play = |run: &mut rig::Running, from: i32, random: &mut Random| -> Vec<u64> {
+        let play = |run: &mut rig::Running, from: i32, random: &mut Random| -> Vec<u64> {
             let mut bits = Vec::new();
             for step in from..from + 50 {
                 run.set("driveVelocity", random.spread(1e-4, 0.2));

@@ -38,18 +38,16 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
 
     /// The computed variables of the model for dual numbers in one direction of time, states and inputs.
     fn differentiate(&self, time: f64, states: [f64; N], slopes: [f64; U], computed: &mut [f64]) {
-        let (x, memory) = self.run.consistent_state();
         let (u, _) = self.run.inputs();
         let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
         let (own, counters) = computed.split_at_mut(computed.len() - COUNTERS);
         let mut values = vec![dual(0.0, 0.0); own.len()];
-        self.run.system().outputs(
-            dual(self.run.time(), time),
-            &std::array::from_fn(|i| dual(x[i], states[i])),
-            &std::array::from_fn(|i| dual(u[i], slopes[i])),
-            &memory,
-            &mut values,
-        );
+        let time = dual(self.run.time(), time);
+        let u = std::array::from_fn(|i| dual(u[i], slopes[i]));
+        self.run.consistent(|x, memory| {
+            let x = std::array::from_fn(|i| dual(x[i], states[i]));
+            self.run.system().outputs(time, &x, &u, memory, &mut values);
+        });
         for (slot, value) in own.iter_mut().zip(values) {
             *slot = value.slope[0];
         }
@@ -79,10 +77,9 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
     }
 
     fn values(&self, computed: &mut [f64]) {
-        let (x, memory) = self.run.consistent_state();
         let (u, _) = self.run.inputs();
         let (own, counters) = computed.split_at_mut(computed.len() - COUNTERS);
-        self.run.system().outputs(self.run.time(), &x, &u, &memory, own);
+        self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
         let Counters { steps, rejected, jacobians, events } = self.run.counters();
         for (slot, count) in counters.iter_mut().zip([steps, rejected, jacobians, events]) {
             // FMI integers have 32 bits; a run that exceeds them shows the largest.
@@ -91,9 +88,9 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
     }
 
     fn rates(&self, computed: &mut [f64]) {
-        let (x, memory) = self.run.consistent_state();
         let (u, slopes) = self.run.inputs();
-        let derivatives = self.run.system().derivatives(self.run.time(), &x, &u, &memory);
+        let derivatives =
+            self.run.consistent(|x, memory| self.run.system().derivatives(self.run.time(), x, &u, memory));
         self.differentiate(1.0, derivatives, slopes, computed);
     }
 

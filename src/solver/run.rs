@@ -47,6 +47,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     is_linearised: bool,
     /// Indicators at the present states, memory and inputs.
     indicators: Indicators,
+    /// Whether states and memory have followed the present inputs.
+    is_settled: bool,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -75,6 +77,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
             indicators: Indicators::default(),
+            is_settled: false,
         }
     }
 
@@ -91,7 +94,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Exchanges the system for one with other parameters.
     pub fn replace_system(&mut self, system: H) {
         self.system = system;
-        self.is_linearised = false;
+        (self.is_linearised, self.is_settled) = (false, false);
     }
 
     /// What has been done so far.
@@ -112,14 +115,16 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Goes to a saved state.
     pub fn restore(&mut self, time: f64, x: [f64; N], memory: H::Memory, step: f64, counters: Counters) {
         (self.time, self.x, self.memory, self.step, self.counters) = (time, x, memory, step, counters);
-        self.is_linearised = false;
+        (self.is_linearised, self.is_settled) = (false, false);
     }
 
     /// Sets the inputs and their slopes from now on.
     pub fn set_inputs(&mut self, values: [f64; U], slopes: [f64; U]) {
         let inputs = Held { since: self.time, values, slopes };
-        // Inputs that stay as they are leave the linearisation valid.
-        self.is_linearised &= values == self.inputs.at(self.time) && slopes == self.inputs.slopes;
+        // Inputs that stay as they are leave everything valid.
+        let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes;
+        self.is_linearised &= is_same;
+        self.is_settled &= is_same;
         self.inputs = inputs;
     }
 
@@ -128,15 +133,18 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         (self.inputs.at(self.time), self.inputs.slopes)
     }
 
-    /// States and memory consistent with the present inputs: what the next step starts from.
+    /// Looks at the states and the memory consistent with the present inputs: what the next step starts from.
     ///
     /// If the inputs set off events without end, those before the limit have happened.
-    pub fn consistent_state(&self) -> ([f64; N], H::Memory) {
+    pub fn consistent<R>(&self, look: impl FnOnce(&[f64; N], &H::Memory) -> R) -> R {
+        if self.is_settled {
+            return look(&self.x, &self.memory);
+        }
         let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
         let u = self.inputs.at(self.time);
         self.system.follow(self.time, &x, &u, &mut memory);
         let _ = settle(&self.system, self.time, &mut x, &u, &mut memory, &mut counters);
-        (x, memory)
+        look(&x, &memory)
     }
 
     /// Integrates to `end`.
@@ -385,6 +393,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let before = self.counters.events;
         self.indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters)?;
         self.is_linearised &= self.counters.events == before;
+        self.is_settled = true;
         Ok(())
     }
 }

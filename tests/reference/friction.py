@@ -609,7 +609,7 @@ class GeneralisedMaxwellSlip(MaxwellElements):
 
 @dataclass(frozen=True)
 class MaxwellSlip(MaxwellElements):
-    """Elements with constant limits: the friction level is taken to be 1."""
+    """Elements with constant limits; slipping ones would have to follow a varying level."""
 
     stiffness: tuple[float, ...]
     limits: tuple[float, ...]
@@ -619,6 +619,8 @@ class MaxwellSlip(MaxwellElements):
         return 0.0
 
     def reserve(self, c: Contact, direction: int, element: int) -> float:
+        if c.level != 1.0:
+            raise ValueError("MaxwellSlip is not implemented for pressure-dependent friction")
         return self.limits[element] - direction * c.z[element]
 
 

@@ -20,6 +20,7 @@ INPUT_DEFAULTS: dict[str, Any] = {
     "supplyPressure": 5e5,
 }
 MAX_EVENTS_PER_STEP = 200
+"""Beyond this the regimes alternate without end, which no correct case does."""
 LONGEST_INTEGRATION_STEP = 1e-4
 """Far below half a period of a ringing bristle, lest a step hide two reversals."""
 
@@ -97,8 +98,8 @@ def signal(description: Any, time: float) -> float:
 class Instant:
     """Everything the equations need at one state."""
 
-    state: list[float]
     velocity: float
+    """The velocity of the carriage: zero where the friction law holds it."""
     a: Gas
     b: Gas
     contact: Contact
@@ -155,7 +156,7 @@ class Run:
 
     def _adopt_inputs(self) -> None:
         """Leaves a regime that a jump of the inputs has ended."""
-        contact = self._instant(self._state, self._regime.held).contact
+        contact = self._contact()
         for which, margin in enumerate(self._regime.margins(contact)):
             if margin < 0.0:
                 self._regime = self._regime.expired(contact, which)
@@ -182,21 +183,18 @@ class Run:
         return float(solution.t[-1])
 
     def _change_regime(self, event: int) -> None:
-        if self._regime.direction == 0:
-            contact = self._instant(self._state, self._regime.held).contact
-            self._regime = self._regime.expired(contact, event)
-        elif event > 0:
-            contact = self._instant(self._state, self._regime.held).contact
-            self._regime = self._regime.expired(contact, event - 1)
-        else:
+        directed = self._regime.direction != 0
+        if directed and event == 0:
+            # The event leaves a velocity of rounding size; the mass is exactly at rest.
             self._state[1] = 0.0
-            contact = self._instant(self._state, self._regime.held).contact
-            self._regime = self._regime.at_rest(contact)
+            self._regime = self._regime.at_rest(self._contact())
+        else:
+            self._regime = self._regime.expired(self._contact(), event - int(directed))
 
     def _events(self) -> list[Callable[[float, Any], float]]:
         """The event functions of the regime: reversal first, if it has a direction."""
         regime = self._regime
-        count = len(regime.margins(self._instant(self._state, regime.held).contact))
+        count = len(regime.margins(self._contact()))
         events = [self._margin_event(regime, i) for i in range(count)]
         if regime.direction != 0:
             events.insert(0, _terminal(lambda t, y: regime.direction * y[1]))
@@ -227,13 +225,16 @@ class Run:
             *regime.rates(now.contact),
         ]
 
+    def _contact(self) -> Contact:
+        return self._instant(self._state, self._regime.held).contact
+
     def _instant(self, state: list[float], held: bool) -> Instant:
         x, v = state[0], 0.0 if held else state[1]
         a, b = self._plant.gases(state)
         applied = self._plant.applied_force(x, v, a, b, self._inputs.external_force)
         level = self._plant.friction_level(a, b)
         contact = Contact(x, state[1], state[Plant.SIZE :], applied, level)
-        return Instant(state, v, a, b, contact)
+        return Instant(v, a, b, contact)
 
 
 def _terminal(function: Callable[[float, Any], float]) -> Callable[[float, Any], float]:
