@@ -40,21 +40,23 @@ STYLE = {
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves over time that share an axis."""
+    """Curves over time that share an axis; a model has one panel for those of them that it knows."""
 
     label: str
     curves: Sequence[tuple[str, str, str]]
     """Variable, text of the legend, colour."""
 
+    def of(self, run: Run) -> Panel:
+        """The panel without the curves that a run does not have."""
+        return Panel(self.label, [curve for curve in self.curves if curve[0] in run.columns])
+
 
 PANELS = [
-    Panel("valve voltage", [("valveVoltage", "", GREY)]),
-    Panel("position", [("position", "", BLUE)]),
-    Panel("velocity", [("velocity", "", BLUE)]),
-    Panel(
-        "pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]
-    ),
-    Panel("friction force", [("frictionForce", "", GREEN)]),
+    Panel("valve voltage", [("valveVoltage", "valve", GREY)]),
+    Panel("position", [("drivePosition", "drive", GREY), ("position", "mass", BLUE)]),
+    Panel("velocity", [("velocity", "mass", BLUE)]),
+    Panel("pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]),
+    Panel("friction force", [("frictionForce", "friction", GREEN)]),
 ]
 
 
@@ -90,7 +92,7 @@ class Units:
 
 def draw_run(run: Run, file: Path) -> None:
     """Everything about one run: curves over time on the left, friction against velocity on the right."""
-    panels = [panel for panel in PANELS if panel.curves[0][0] in run.columns]
+    panels = [panel for panel in (panel.of(run) for panel in PANELS) if panel.curves]
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(12, 8), layout="constrained")
         left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1))
@@ -134,7 +136,7 @@ def draw_overview(runs: Sequence[Run], file: Path) -> None:
 def draw_panel(axis: Axes, run: Run, panel: Panel) -> None:
     shade_sticking(axis, run)
     for variable, text, colour in panel.curves:
-        axis.plot(run.columns["time"], run.units.shown(run, variable), color=colour, label=text or None)
+        axis.plot(run.columns["time"], run.units.shown(run, variable), color=colour, label=text)
     if len(panel.curves) > 1:
         axis.legend(loc="upper right", ncols=len(panel.curves))
     axis.set_ylabel(run.units.label(panel.label, panel.curves[0][0]))

@@ -129,7 +129,11 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     }
 }
 
-fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
+/// The equations for the parameters of a start, and the solver settings.
+///
+/// # Errors
+/// [`ParameterError`] when values that are legal one by one do not fit together.
+pub fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
@@ -190,6 +194,12 @@ impl PneumaticServoCylinder {
     }
 
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
+        let (x, memory) = self.initial_state(start);
+        Simulator::new(build, start, x, memory)
+    }
+
+    /// The states and the memory a run starts with; `N` is 8 plus the number of the friction law's states, or more.
+    pub fn initial_state<const N: usize>(&self, start: &Start) -> ([f64; N], Memory) {
         let u: [f64; 3] = std::array::from_fn(|i| start.inputs[i]);
         let mut x = [0.0; N];
         x[position(N)] = self.p.position0;
@@ -208,7 +218,7 @@ impl PneumaticServoCylinder {
         let friction = self.friction.start(&contact, &mut bristles);
         let count = self.friction.states();
         x[BRISTLES..BRISTLES + count].copy_from_slice(&bristles[..count]);
-        Simulator::new(build, start, x, Memory { set_point, friction })
+        (x, Memory { set_point, friction })
     }
 
     /// Force on the moving mass other than friction in N, and the stops' part of it.
