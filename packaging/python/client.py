@@ -43,7 +43,7 @@ class Client:
         self.time = math.nan
         self._folder = fmpy.extract(str(fmu))
         self._callbacks = self._make_callbacks()
-        self.slave = _StrictSlave(
+        self.slave = FMU2StrictSlave(
             guid=guid or self.description.guid,
             unzipDirectory=self._folder,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
@@ -125,8 +125,11 @@ class Client:
         return callbacks
 
 
-class _StrictSlave(FMU2Slave):
-    """FMPy lets warnings pass; here they are exceptions like every status other than OK."""
+class FMU2StrictSlave(FMU2Slave):
+    """FMPy lets warnings pass; here they are exceptions like every status other than OK.
+
+    FMPy chooses the functions to load by the beginning of the name of this class.
+    """
 
     messages: list[str]
 

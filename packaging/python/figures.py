@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from fmpy.model_description import ModelDescription
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
     from experiment import Run
@@ -100,15 +101,21 @@ def draw_run(run: Run, file: Path) -> None:
         for panel, axis in zip(panels, axes, strict=True):
             draw_panel(axis, run, panel)
         axes[-1].set_xlabel("time (s)")
-        axis = right.subplots(1, 1)
-        draw_friction(axis, run)
-        axis.set_title("friction force against velocity")
+        left.align_ylabels(axes)
+        whole, near = right.subplots(2, 1)
+        draw_friction(whole, run)
+        whole.set_title("friction force against velocity")
+        draw_friction(near, run)
+        zoom(near, run)
+        near.set_title("the same near standstill")
+        right.align_ylabels([whole, near])
         figure.suptitle(title(run), fontsize=12, fontweight="bold", x=0.01, ha="left")
         save(figure, file)
 
 
 def draw_overview(runs: Sequence[Run], file: Path) -> None:
-    """Friction against velocity under every law, on equal axes."""
+    """Friction against velocity under every law with friction, on equal axes."""
+    runs = [run for run in runs if np.any(run.columns["frictionForce"] != 0.0)]
     columns = 4
     rows = -(-len(runs) // columns)
     with plt.rc_context(STYLE):
@@ -118,6 +125,7 @@ def draw_overview(runs: Sequence[Run], file: Path) -> None:
         for axis, run in zip(grid.flat, runs, strict=False):
             draw_friction(axis, run)
             axis.set_title(run.law)
+            axis.xaxis.set_major_locator(MaxNLocator(4))
             axis.label_outer()
         for axis in list(grid.flat)[len(runs) :]:
             axis.set_visible(False)
@@ -138,7 +146,7 @@ def draw_panel(axis: Axes, run: Run, panel: Panel) -> None:
     for variable, text, colour in panel.curves:
         axis.plot(run.columns["time"], run.units.shown(run, variable), color=colour, label=text)
     if len(panel.curves) > 1:
-        axis.legend(loc="upper right", ncols=len(panel.curves))
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(panel.curves), borderaxespad=0.0)
     axis.set_ylabel(run.units.label(panel.label, panel.curves[0][0]))
     axis.margins(x=0)
 
@@ -150,6 +158,17 @@ def draw_friction(axis: Axes, run: Run) -> None:
     axis.plot(velocity, force, color=GREEN, linewidth=1.0)
     axis.set_xlabel(run.units.label("velocity", "velocity"))
     axis.set_ylabel(run.units.label("friction force", "frictionForce"))
+
+
+def zoom(axis: Axes, run: Run) -> None:
+    """Shows a twentieth of the speeds, where the mass starts and stops."""
+    velocity, force = run.units.shown(run, "velocity"), run.units.shown(run, "frictionForce")
+    limit = np.max(np.abs(velocity)) / 20.0
+    if limit > 0.0:
+        inside = force[np.abs(velocity) <= limit]
+        margin = 0.05 * max(np.ptp(inside), 1.0)
+        axis.set_xlim(-limit, limit)
+        axis.set_ylim(np.min(inside) - margin, np.max(inside) + margin)
 
 
 def shade_sticking(axis: Axes, run: Run) -> None:

@@ -1,7 +1,7 @@
 //! The exported C functions: all common and co-simulation functions of FMI 2.0, and nothing else.
 //!
 //! This is the only file with `unsafe`. It turns pointers into slices, calls the host's logger, and hands everything
-//! to [`Handle::call`].
+//! to `Handle::call`.
 //!
 //! # Safety
 //! What every function relies on, as the standard asks of the host:
@@ -14,7 +14,6 @@
 #![allow(non_snake_case, reason = "the names are those of the standard")]
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
 #![allow(clippy::too_many_arguments, reason = "the signatures are those of the standard")]
-#![allow(missing_docs, reason = "the functions are those of the standard, which describes them")]
 
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
@@ -31,16 +30,19 @@ use super::types::{
 
 // Versions, instances, logging
 
+/// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetTypesPlatform() -> Text {
     c"default".as_ptr()
 }
 
+/// The version of the standard.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> Text {
     c"2.0".as_ptr()
 }
 
+/// Makes an instance of the model with a GUID; NULL, and a message, if there is none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     instance_name: Text,
@@ -58,6 +60,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     handle.map_or(ptr::null_mut(), |handle| Box::into_raw(handle).cast())
 }
 
+/// Frees an instance and the states it has saved. Refused while another call of the instance runs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     // SAFETY: of the module.
@@ -69,6 +72,7 @@ pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     }
 }
 
+/// Switches logging on for some categories (for all, if none is named) or off. Failures are always logged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetDebugLogging(
     component: Component,
@@ -89,6 +93,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
 
 // Life
 
+/// Sets start time, stop time and tolerance; without it a run starts at 0 s, without end.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
     component: Component,
@@ -105,24 +110,28 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     unsafe { call(component, Call::SetupExperiment, body) }
 }
 
+/// From now on computed values can be read; they follow parameters and inputs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(component: Component) -> Status {
     // SAFETY: of the module.
     unsafe { call(component, Call::EnterInitializationMode, Instance::enter_initialization_mode) }
 }
 
+/// Refused if parameters do not fit together.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(component: Component) -> Status {
     // SAFETY: of the module.
     unsafe { call(component, Call::ExitInitializationMode, Instance::exit_initialization_mode) }
 }
 
+/// Ends the run; everything can still be read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(component: Component) -> Status {
     // SAFETY: of the module.
     unsafe { call(component, Call::Terminate, Instance::terminate) }
 }
 
+/// Goes back to the state after `fmi2Instantiate`; logging and saved states stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(component: Component) -> Status {
     // SAFETY: of the module.
@@ -131,6 +140,7 @@ pub unsafe extern "C" fn fmi2Reset(component: Component) -> Status {
 
 // Values
 
+/// Reads real variables.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetReal(
     component: Component,
@@ -142,6 +152,7 @@ pub unsafe extern "C" fn fmi2GetReal(
     unsafe { get(component, Call::GetReal, Base::Real, references, number, values, |value| value) }
 }
 
+/// Reads integers and enumerations.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetInteger(
     component: Component,
@@ -153,6 +164,7 @@ pub unsafe extern "C" fn fmi2GetInteger(
     unsafe { get(component, Call::GetInteger, Base::Integer, references, number, values, |value| value as Integer) }
 }
 
+/// Reads Booleans.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBoolean(
     component: Component,
@@ -177,6 +189,7 @@ pub unsafe extern "C" fn fmi2GetString(
     unsafe { get(component, Call::GetString, Base::Text, references, number, values, |_| ptr::null()) }
 }
 
+/// Sets real inputs and parameters: all of them, or none if one is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
     component: Component,
@@ -188,6 +201,7 @@ pub unsafe extern "C" fn fmi2SetReal(
     unsafe { set(component, Call::SetReal, Base::Real, references, number, values, |value| value) }
 }
 
+/// Sets integer and enumeration parameters: all of them, or none if one is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetInteger(
     component: Component,
@@ -199,6 +213,7 @@ pub unsafe extern "C" fn fmi2SetInteger(
     unsafe { set(component, Call::SetInteger, Base::Integer, references, number, values, f64::from) }
 }
 
+/// Sets Boolean parameters: all of them, or none if one is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetBoolean(
     component: Component,
@@ -224,6 +239,7 @@ pub unsafe extern "C" fn fmi2SetString(
 
 // Saved states
 
+/// Saves everything that affects the further run; the handle may be NULL or one to save over.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
@@ -237,12 +253,14 @@ pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut FmuSt
     unsafe { call(component, Call::GetFMUstate, body) }
 }
 
+/// Goes back to a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: FmuState) -> Status {
     // SAFETY: of the module; the state is only compared.
     unsafe { call(component, Call::SetFMUstate, |instance| instance.set_state(state.addr())) }
 }
 
+/// Frees a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(component: Component, state: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
@@ -259,6 +277,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(component: Component, state: *mut FmuS
     unsafe { call(component, Call::FreeFMUstate, body) }
 }
 
+/// How many bytes a saved state takes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializedFMUstateSize(component: Component, state: FmuState, size: *mut usize) -> Status {
     let body = |instance: &mut Instance| {
@@ -271,6 +290,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(component: Component, state:
     unsafe { call(component, Call::SerializedFMUstateSize, body) }
 }
 
+/// Writes a saved state as bytes; the size must be the one told.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializeFMUstate(
     component: Component,
@@ -293,6 +313,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     unsafe { call(component, Call::SerializeFMUstate, body) }
 }
 
+/// Takes a saved state from bytes, of any instance of the same model and build on any platform.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     component: Component,
@@ -315,6 +336,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
 
 // Derivatives
 
+/// The exact derivative of computed reals in one direction of inputs and continuous states.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     component: Component,
@@ -340,6 +362,7 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     unsafe { call(component, Call::GetDirectionalDerivative, body) }
 }
 
+/// Sets slopes of inputs, which hold for the next step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     component: Component,
@@ -361,6 +384,7 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     unsafe { call(component, Call::SetRealInputDerivatives, body) }
 }
 
+/// The exact first derivatives of real outputs with respect to time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     component: Component,
@@ -384,6 +408,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
 
 // Steps
 
+/// Integrates to exactly the communication point plus the step size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     component: Component,
@@ -396,12 +421,14 @@ pub unsafe extern "C" fn fmi2DoStep(
     unsafe { call(component, Call::DoStep, body) }
 }
 
+/// Always refused: a step is never pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(component: Component) -> Status {
     // SAFETY: of the module.
     unsafe { call(component, Call::CancelStep, |_| Ok(())) }
 }
 
+/// Tells whether the last step was completed or discarded (`fmi2DoStepStatus`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(component: Component, kind: c_int, value: *mut Status) -> Status {
     let told = |instance: &mut Instance| {
@@ -412,12 +439,14 @@ pub unsafe extern "C" fn fmi2GetStatus(component: Component, kind: c_int, value:
     unsafe { tell(component, Call::GetStatus, value, told) }
 }
 
+/// Tells up to which time all is well (`fmi2LastSuccessfulTime`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(component: Component, kind: c_int, value: *mut Real) -> Status {
     // SAFETY: of the module.
     unsafe { tell(component, Call::GetRealStatus, value, |instance| instance.last_successful_time(kind)) }
 }
 
+/// There is no such status.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetIntegerStatus(component: Component, kind: c_int, value: *mut Integer) -> Status {
     let told = |instance: &mut Instance| instance.unavailable_status(kind).map(|()| 0);
@@ -425,6 +454,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(component: Component, kind: c_int,
     unsafe { tell(component, Call::GetIntegerStatus, value, told) }
 }
 
+/// Tells whether the instance wants to terminate, after a discarded step (`fmi2Terminated`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(component: Component, kind: c_int, value: *mut Boolean) -> Status {
     let told = |instance: &mut Instance| instance.wants_to_terminate(kind).map(Boolean::from);
@@ -432,6 +462,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(component: Component, kind: c_int,
     unsafe { tell(component, Call::GetBooleanStatus, value, told) }
 }
 
+/// There is no such status, since no step is ever pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(component: Component, kind: c_int, value: *mut Text) -> Status {
     let told = |instance: &mut Instance| instance.unavailable_status(kind).map(|()| ptr::null());

@@ -17,7 +17,7 @@ parameters! {
     /// Rate-independent hysteresis before sliding, no stiction peak, drifts under oscillating loads below `F_c`.
     ///
     /// # Validity
-    /// `|z| <= lambda*F_c/sigma0` is invariant. Where `lambda*F_c = 0` there is no dry friction.
+    /// `|z| <= lambda*F_c/sigma0` is invariant. Where `lambda*F_c` falls to 0, within the last micronewton, `z` goes to 0.
     ///
     /// # Source
     /// Dahl (1968), A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1.
@@ -53,18 +53,23 @@ impl FrictionLaw for Dahl {
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
         let (v, z) = (contact.velocity, z[0]);
         let limit = contact.level * self.coulomb_force;
-        if limit.value() <= 0.0 {
-            rates[0] = unloaded_rate(z);
-            return v * self.viscous;
-        }
-        let reserve = -(z * (sign(v.value()) * self.stiffness) / limit) + 1.0;
-        rates[0] = v * reserve.abs().powf(self.exponent) * sign(reserve.value());
+        let reserve = (limit - z * (sign(v.value()) * self.stiffness)) / divisor(limit);
+        rates[0] = v * reserve.abs().powf(self.exponent) * sign(reserve.value()) + fading_rate(z, limit);
         z * self.stiffness + v * self.viscous
     }
 }
 
-/// Rate in m/s at which an unloaded bristle, which carries no force, goes back to zero deflection.
-pub fn unloaded_rate<S: Scalar>(z: S) -> S {
+/// A friction level in N below which bristles fade away, so that no law divides by a level of zero.
+const LEAST_LEVEL: f64 = 1e-6;
+
+/// What a bristle law divides by in place of a friction level: the same except where that fades away.
+pub fn divisor<S: Scalar>(level: S) -> S {
+    level.max(S::constant(LEAST_LEVEL))
+}
+
+/// Rate at which a bristle goes back to zero deflection (or force) where its friction level fades away; 0 elsewhere.
+pub fn fading_rate<S: Scalar>(z: S, level: S) -> S {
     const RELAXATION: f64 = 1e6; // 1/s: at once, on the scale of any step
-    -z * RELAXATION
+    let share = -level / LEAST_LEVEL + 1.0;
+    if share.value() > 0.0 { -z * share * RELAXATION } else { S::zero() }
 }

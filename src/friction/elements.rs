@@ -42,12 +42,8 @@ pub struct Load {
 }
 
 impl Load {
-    /// Positive while an element may stick: below the limit, or while the motion unloads it. An element that can carry
-    /// nothing has no events; its law gives it no force.
+    /// Positive while an element may stick: below the limit, or while the motion unloads it.
     fn reserve(self, velocity: f64) -> f64 {
-        if self.limit <= 0.0 {
-            return 1.0;
-        }
         let unloading = -sign(self.force) * velocity;
         (self.limit * (1.0 - AT_LIMIT) - self.force.abs()).max(unloading)
     }

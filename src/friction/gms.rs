@@ -1,6 +1,6 @@
 //! The generalised Maxwell-slip law.
 
-use super::dahl::unloaded_rate;
+use super::dahl::{divisor, fading_rate};
 use super::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
 use super::stribeck::{
     StribeckCurve, coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous,
@@ -46,7 +46,7 @@ parameters! {
 ///
 /// # Validity
 /// Slipping forces lag behind `s` by about `s/C` seconds. An element whose limit falls below its force while the motion
-/// unloads it stays a spring. Where `s = 0` there is no dry friction.
+/// unloads it stays a spring. Where `s` falls to 0, within the last micronewton, the forces go to 0.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`, or if the shares of all elements in use are 0.
@@ -100,14 +100,13 @@ impl FrictionLaw for Gms {
         let level = self.curve.level(v.abs(), contact.level);
         let mut sum = v * self.viscous;
         for (element, (force, rate)) in z.iter().zip(rates).enumerate() {
-            *rate = match modes.slip(element) {
-                _ if level.value() * self.share[element] <= 0.0 => unloaded_rate(*force),
-                Some(direction) => (-*force / level + self.share[element] * direction) * self.attraction,
-                None => v * self.stiffness[element],
+            let limit = level * self.share[element];
+            let own = match modes.slip(element) {
+                Some(direction) => (limit * direction - *force) * self.attraction / divisor(level),
+                None => v * self.stiffness[element] * (limit / divisor(limit)),
             };
-            if level.value() > 0.0 {
-                sum += *force;
-            }
+            *rate = own + fading_rate(*force, limit);
+            sum += *force;
         }
         sum
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::dahl::unloaded_rate;
+use super::dahl::{divisor, fading_rate};
 use super::stribeck::{
     StribeckCurve, coulomb_force, damping, exponent, force_level, static_force, stiffness, stribeck_velocity, viscous,
 };
@@ -52,7 +52,7 @@ parameters! {
 /// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
 /// at rest only to rounding. The stack holds 128 turning points. When it is full, the latest closed loop, which is the
 /// smallest of all, is forgotten early; the force then jumps by less than that loop was wide when the loop around it
-/// closes. Where `s = 0` there is no dry friction, and the hysteresis starts anew.
+/// closes. Where `s` falls to 0, within the last micronewton, `z` goes to 0 and the hysteresis starts anew.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.
@@ -194,30 +194,21 @@ impl FrictionLaw for Leuven {
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
-        let viscous = contact.velocity * self.viscous;
-        if self.limit(contact).value() <= 0.0 {
-            rates[0] = unloaded_rate(z[0]);
-            return viscous;
-        }
         let hysteresis = self.hysteresis(z[0], contact.level, memory);
-        rates[0] = self.rate(contact, hysteresis);
-        hysteresis + rates[0] * self.damping + viscous
+        rates[0] = self.rate(contact, hysteresis) + fading_rate(z[0], self.limit(contact));
+        hysteresis + rates[0] * self.damping + contact.velocity * self.viscous
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
-        let is_loaded = self.limit(contact) > 0.0;
-        out.push(if is_loaded && memory.direction != 0.0 {
+        out.push(if memory.direction == 0.0 {
+            1.0
+        } else {
             let rate = self.rate(contact, self.hysteresis(z[0], contact.level, memory));
             memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs())
-        } else {
-            1.0
         });
-        out.push(match memory.closure() {
-            Some(closure) if is_loaded => memory.direction * (closure - z[0]),
-            _ => 1.0,
-        });
+        out.push(memory.closure().map_or(1.0, |closure| memory.direction * (closure - z[0])));
     }
 
     fn switch(&self, event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut Memory) {
@@ -246,9 +237,9 @@ impl Leuven {
 
     /// Rate of `z` at a hysteresis force.
     fn rate<S: Scalar>(&self, contact: &Contact<S>, hysteresis: S) -> S {
-        let v = contact.velocity;
-        let q = hysteresis * sign(v.value()) / self.limit(contact);
-        v - v * q.abs().powf(self.transition) * sign(q.value())
+        let (v, limit) = (contact.velocity, self.limit(contact));
+        let q = hysteresis * sign(v.value()) / divisor(limit);
+        v * (limit / divisor(limit) - q.abs().powf(self.transition) * sign(q.value()))
     }
 
     /// The hysteresis force `F_h` in N.

@@ -1,6 +1,6 @@
 //! The LuGre bristle.
 
-use super::dahl::unloaded_rate;
+use super::dahl::{divisor, fading_rate};
 use super::stribeck::{
     StribeckCurve, coulomb_force, damping, exponent, static_force, stiffness, stribeck_velocity, velocity, viscous,
 };
@@ -34,7 +34,7 @@ parameters! {
 ///
 /// # Validity
 /// `|z| <= lambda*F_s/sigma0` is invariant; passive with constant damping only if
-/// `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s = 0` there is no dry friction.
+/// `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.
@@ -78,11 +78,7 @@ impl FrictionLaw for LuGre {
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
         let (v, z) = (contact.velocity, z[0]);
         let limit = self.curve.level(v.abs(), contact.level);
-        if limit.value() <= 0.0 {
-            rates[0] = unloaded_rate(z);
-            return v * self.viscous;
-        }
-        let rate = v - v.abs() * z * self.stiffness / limit;
+        let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
         rates[0] = rate;
         let decay = (-(v / self.damping_velocity).powf(2.0)).exp();
         z * self.stiffness + decay * rate * self.damping + v * self.viscous

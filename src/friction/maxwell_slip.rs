@@ -24,7 +24,7 @@ parameters! {
 /// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
 ///
 /// ```text
-/// stick:  F_i = k_i*(x - a_i)        while |F_i| <= lambda*W_i or the motion unloads it   [N]
+/// stick:  F_i = k_i*(x - a_i)        until |F_i| = lambda*W_i under growing load          [N]
 /// slip:   F_i = lambda*W_i*sgn(v)    until v = 0, where a_i = x - F_i/k_i                 [N]
 /// F = sum F_i + sigma2*v                                                                  [N]
 /// ```
@@ -33,8 +33,8 @@ parameters! {
 /// cycle is repeated. Sliding force `sum W_i`; no stiction peak.
 ///
 /// # Validity
-/// Positions of about 1 m resolve the forces to `1e-16 m * k_i`. When the load level falls while an element unloads,
-/// its force is brought back to the limit after each solver step.
+/// Positions of about 1 m resolve the forces to `1e-16 m * k_i`. An element whose limit falls below its force slides
+/// along the limit; the anchor is then moved after each solver step.
 ///
 /// # Source
 /// Iwan (1966), ASME J. Applied Mechanics 33(4):893-900.
@@ -96,9 +96,8 @@ impl FrictionLaw for MaxwellSlip {
                 continue;
             }
             let Load { force, limit } = self.load(element, contact, memory);
-            let has_fallen_below = force.abs() > limit && force * contact.velocity <= 0.0;
-            if limit <= 0.0 || has_fallen_below {
-                memory.anchors[element] = contact.position - limit.max(0.0).copysign(force) / self.stiffness[element];
+            if force.abs() > limit && force * contact.velocity <= 0.0 {
+                memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element];
             }
         }
     }
@@ -108,14 +107,21 @@ impl MaxwellSlip {
     fn element_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
         let limit = contact.level * self.limit[element];
         match memory.modes.slip(element) {
-            _ if limit.value() <= 0.0 => S::zero(),
             Some(direction) => limit * direction,
-            None => (contact.position - memory.anchors[element]) * self.stiffness[element],
+            None => self.spring_force(element, contact, memory).clamp(-limit, limit),
         }
     }
 
+    fn spring_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
+        (contact.position - memory.anchors[element]) * self.stiffness[element]
+    }
+
+    /// The load of an element that sticks; one without any strength has no events.
     fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
-        Load { force: self.element_force(element, contact, memory), limit: contact.level * self.limit[element] }
+        match self.limit[element] {
+            0.0 => Load { force: 0.0, limit: 1.0 },
+            limit => Load { force: self.spring_force(element, contact, memory), limit: contact.level * limit },
+        }
     }
 
     fn loads<'a>(&'a self, contact: &'a Contact<f64>, memory: &'a Memory) -> impl Iterator<Item = Load> + Clone + 'a {

@@ -6,6 +6,7 @@
 //! changes at events. Laws know neither models nor solvers; a model may hold several contacts.
 
 pub mod elements;
+pub mod ramp;
 pub mod stick_slip;
 pub mod stribeck;
 
@@ -239,6 +240,10 @@ registry! {
     15 Leuven "leuven" leuven::Leuven "Hysteresis with nested loops and non-local memory, blended into a Stribeck curve";
     16 GMS "gms" gms::Gms "Maxwell-slip elements with Stribeck effect, frictional lag and non-local memory";
     17 MaxwellSlip "maxwellSlip" maxwell_slip::MaxwellSlip "Spring-slider elements: rate-independent hysteresis without drift";
+    19 BlimanSorine "blimanSorine" bliman_sorine::BlimanSorine "Difference of two Dahl elements: stiction peak as a function of the path";
+    20 ElastoPlastic "elastoPlastic" elasto_plastic::ElastoPlastic "Bristle with a purely elastic range: presliding without drift, Stribeck effect";
+    21 StepRegularised "stepRegularised" step_regularised::StepRegularised "Static peak and kinetic level as cubic steps of velocity (creeps)";
+    22 SineRegularised "sineRegularised" sine_regularised::SineRegularised "Static peak and kinetic level as half sine waves of velocity (creeps)";
 }
 
 impl Friction {

@@ -38,6 +38,9 @@ impl Valve {
 
     /// The play operator: where the command drags the spool's set point from where it was.
     pub fn play<S: Scalar>(&self, before: f64, command: S) -> S {
+        if self.hysteresis == 0.0 {
+            return command;
+        }
         S::constant(before).clamp(command - self.hysteresis, command + self.hysteresis)
     }
 
@@ -84,6 +87,14 @@ mod tests {
         assert_eq!(VALVE.play(0.2, 0.205), 0.2);
         assert_eq!(VALVE.play(0.2, 0.3), 0.29);
         assert_eq!(VALVE.play(0.2, 0.1), 0.11);
+    }
+
+    /// Without hysteresis the set point is the command, derivatives included.
+    #[test]
+    fn play_of_no_width_hands_on_the_command() {
+        let direct = Valve { hysteresis: 0.0, ..VALVE };
+        let command = crate::scalar::Dual::<1>::variable(0.2, 0);
+        assert_eq!(direct.play(0.2, command), command);
     }
 
     #[test]

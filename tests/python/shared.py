@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
 
 from client import Client
 
-LAWS = [
-    *("None", "Coulomb", "CoulombStiction", "SmoothCoulomb", "VelocityBased", "StribeckRegularised"),
-    *("Stribeck", "Karnopp", "Polito", "Dahl", "LuGre"),
-]
+DESCRIPTION = Path(__file__).parents[2] / "modelDescription" / "PneumaticServoCylinder.xml"
+
+LAWS = [item.get("name", "") for item in ElementTree.parse(DESCRIPTION).iterfind(".//*[@name='FrictionLaw']//Item")]
+"""Every friction law, by the committed description."""
+
 
 
 def sine(time: float) -> float:
