@@ -36,7 +36,10 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         heading(&format!("Run the default experiment of {}", file_name(fmu)));
         process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
     }
-    Ok(())
+    heading("Compare the friction laws");
+    let of = |model: &str| workspace.fmus().join(format!("{model}.fmu"));
+    let catalogue = workspace.python().join("catalogue.py");
+    process::run(venv.command().arg(catalogue).arg(of("FrictionBench")).arg(of("PneumaticServoCylinder")))
 }
 
 /// Puts libraries for any number of platforms into one FMU per model, and returns the files.

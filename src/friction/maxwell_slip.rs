@@ -95,8 +95,9 @@ impl FrictionLaw for MaxwellSlip {
             if memory.modes.slip(element).is_some() {
                 continue;
             }
-            let Load { force, limit } = self.load(element, contact, memory);
-            if force.abs() > limit && force * contact.velocity <= 0.0 {
+            let force = self.spring_force(element, contact, memory);
+            let limit = contact.level * self.limit[element];
+            if limit == 0.0 || (force.abs() > limit && force * contact.velocity <= 0.0) {
                 memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element];
             }
         }
@@ -118,9 +119,9 @@ impl MaxwellSlip {
 
     /// The load of an element that sticks; one without any strength has no events.
     fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
-        match self.limit[element] {
+        match contact.level * self.limit[element] {
             0.0 => Load { force: 0.0, limit: 1.0 },
-            limit => Load { force: self.spring_force(element, contact, memory), limit: contact.level * limit },
+            limit => Load { force: self.spring_force(element, contact, memory), limit },
         }
     }
 

@@ -5,6 +5,8 @@
 //! states (bristle deflections), integrated by the solver, and a memory (modes, stacks, generators) that only
 //! changes at events. Laws know neither models nor solvers; a model may hold several contacts.
 
+pub mod anchored;
+pub mod bounded;
 pub mod elements;
 pub mod ramp;
 pub mod stick_slip;
@@ -236,6 +238,7 @@ registry! {
     8 Karnopp "karnopp" karnopp::Karnopp "Stribeck curve with a zero-velocity band that holds the mass";
     9 Polito "polito" polito::Polito "Different Stribeck curves while accelerating and decelerating, true stiction";
     10 Dahl "dahl" dahl::Dahl "Bristle with rate-independent presliding, no stiction peak";
+    12 ResetIntegrator "resetIntegrator" reset_integrator::ResetIntegrator "Bond that yields at a limit, with stiction peak, without drift";
     14 LuGre "lugre" lugre::LuGre "Bristle with presliding, Stribeck effect and frictional lag";
     15 Leuven "leuven" leuven::Leuven "Hysteresis with nested loops and non-local memory, blended into a Stribeck curve";
     16 GMS "gms" gms::Gms "Maxwell-slip elements with Stribeck effect, frictional lag and non-local memory";
@@ -244,6 +247,8 @@ registry! {
     20 ElastoPlastic "elastoPlastic" elasto_plastic::ElastoPlastic "Bristle with a purely elastic range: presliding without drift, Stribeck effect";
     21 StepRegularised "stepRegularised" step_regularised::StepRegularised "Static peak and kinetic level as cubic steps of velocity (creeps)";
     22 SineRegularised "sineRegularised" sine_regularised::SineRegularised "Static peak and kinetic level as half sine waves of velocity (creeps)";
+    23 StickSlipSpring "stickSlipSpring" stick_slip_spring::StickSlipSpring "Spring-damper while sticking, Coulomb friction while sliding";
+    24 StickSlipCreep "stickSlipCreep" stick_slip_creep::StickSlipCreep "Bounded stiction displacement at low speed, Coulomb friction at high speed";
 }
 
 impl Friction {

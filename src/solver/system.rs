@@ -65,7 +65,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     }
 }
 
-/// The Jacobian, exact to rounding, by evaluating the equations once with dual numbers in all directions.
+/// The Jacobian, exact to rounding, by evaluating the equations with dual numbers a few directions at a time.
+///
+/// The number of directions is the same for all systems, so that the equations are compiled for it once.
 pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
     system: &H,
     time: f64,
@@ -74,14 +76,22 @@ pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U
     memory: &H::Memory,
     jacobian: &mut SMatrix<f64, N, N>,
 ) -> [f64; N] {
-    let seeded = std::array::from_fn(|i| Dual::<N>::variable(x[i], i));
-    let rates = system.derivatives(Dual::constant(time), &seeded, &u.map(Dual::constant), memory);
-    for (row, rate) in rates.iter().enumerate() {
-        for (column, slope) in rate.slope.iter().enumerate() {
-            jacobian[(row, column)] = *slope;
+    const DIRECTIONS: usize = 6;
+    let (time, u) = (Dual::constant(time), u.map(Dual::constant));
+    let mut derivatives = [0.0; N];
+    for first in (0..N).step_by(DIRECTIONS) {
+        let mut seeded = x.map(Dual::<DIRECTIONS>::constant);
+        for (direction, state) in seeded[first..].iter_mut().take(DIRECTIONS).enumerate() {
+            state.slope[direction] = 1.0;
+        }
+        for (row, rate) in system.derivatives(time, &seeded, &u, memory).iter().enumerate() {
+            derivatives[row] = rate.value;
+            for (column, slope) in (first..N).zip(rate.slope) {
+                jacobian[(row, column)] = slope;
+            }
         }
     }
-    rates.map(|rate| rate.value)
+    derivatives
 }
 
 /// Inputs that vary linearly from a point in time.

@@ -120,7 +120,7 @@ const STATES_WITHOUT_BRISTLES: usize = 8;
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+    match equations.states() {
         8 => Ok(Box::new(equations.run::<8>(start)?)),
         9 => Ok(Box::new(equations.run::<9>(start)?)),
         10 => Ok(Box::new(equations.run::<10>(start)?)),
@@ -193,12 +193,17 @@ impl PneumaticServoCylinder {
         }
     }
 
+    /// Number of states that are integrated.
+    pub fn states(&self) -> usize {
+        STATES_WITHOUT_BRISTLES + self.friction.states()
+    }
+
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
         let (x, memory) = self.initial_state(start);
         Simulator::new(build, start, x, memory)
     }
 
-    /// The states and the memory a run starts with; `N` is 8 plus the number of the friction law's states, or more.
+    /// The states and the memory a run starts with; `N` is [`states`](Self::states) or more.
     pub fn initial_state<const N: usize>(&self, start: &Start) -> ([f64; N], Memory) {
         let u: [f64; 3] = std::array::from_fn(|i| start.inputs[i]);
         let mut x = [0.0; N];

@@ -1,0 +1,58 @@
+//! Measures every friction law, compares with general solvers at equal error, and writes `target/bench`.
+//!
+//! `cargo bench --package benchmark --bench comparison`; with `-- latency` or `-- precision` only that part.
+
+use std::env;
+use std::fs;
+
+use anyhow::Result;
+use benchmark::report::{Comparison, draw, folder, latency_table, points, ratio_table};
+use benchmark::{case, latency, precision};
+
+/// The default tolerance of the FMU.
+const TOLERANCE: f64 = 1e-6;
+
+fn main() -> Result<()> {
+    let asked = |part: &str| env::args().any(|argument| argument == part);
+    let everything = !asked("latency") && !asked("precision");
+    let folder = folder()?;
+    let mut report = String::from("# Cost of a communication step\n");
+    if everything || asked("latency") {
+        report += &latencies();
+    }
+    if everything || asked("precision") {
+        let comparisons = comparisons()?;
+        for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
+            report += &format!("\n## Ratios at the errors of the rival at {tolerance:e}\n\n");
+            report += &ratio_table(&comparisons, tolerance);
+        }
+        let (data, figure) = (folder.join("work-precision.csv"), folder.join("work-precision.png"));
+        fs::write(&data, points(&comparisons))?;
+        if let Err(error) = draw(&data, &figure) {
+            eprintln!("no figure: {error:#}");
+        }
+    }
+    fs::write(folder.join("report.md"), &report)?;
+    println!("{report}\nwritten to {}", folder.display());
+    Ok(())
+}
+
+fn latencies() -> String {
+    let mut rows = Vec::new();
+    for case in case::all() {
+        for size in [1e-3, 1e-2] {
+            let found = latency::measure(&case, TOLERANCE, size, 10.0, 10);
+            rows.push((case.name.clone(), size, found));
+        }
+    }
+    format!("\n{}", latency_table(&rows))
+}
+
+fn comparisons() -> Result<Vec<Comparison>> {
+    let measured = case::compared().into_iter().map(|case| {
+        eprintln!("comparing {}", case.name);
+        let reference = precision::reference(&case);
+        Ok(Comparison { curves: precision::measure(&case, &reference, 3)?, name: case.name })
+    });
+    measured.collect()
+}

@@ -1,0 +1,141 @@
+//! Drives the library through its C interface as a host does.
+
+#![allow(unsafe_code, reason = "the C interface takes pointers")]
+
+use std::ffi::CString;
+use std::hint::black_box;
+use std::ptr;
+
+use pneumatic_servo::fmi2::exports::{
+    fmi2DoStep, fmi2EnterInitializationMode, fmi2ExitInitializationMode, fmi2FreeFMUstate, fmi2FreeInstance,
+    fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2Instantiate, fmi2SetFMUstate, fmi2SetInteger, fmi2SetReal,
+    fmi2SetupExperiment,
+};
+use pneumatic_servo::fmi2::guid;
+use pneumatic_servo::fmi2::types::{CO_SIMULATION, Component, FmuState, Status};
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use pneumatic_servo::variables::{Kind, Variable};
+
+use crate::case::{Case, variable, variables};
+
+/// A running instance.
+pub struct Host {
+    component: Component,
+    voltage: u32,
+    time: f64,
+}
+
+/// A state saved by an instance.
+pub struct Saved(FmuState);
+
+fn check(status: Status, call: &str) {
+    assert!(status == Status::Ok, "{call} returns {status:?}");
+}
+
+impl Host {
+    /// Instantiates and initializes.
+    ///
+    /// # Panics
+    /// When a call fails.
+    pub fn start(case: &Case, tolerance: f64) -> Self {
+        let guid = CString::new(guid(&MODEL)).expect("no zero byte");
+        let (name, callbacks) = (c"benchmark".as_ptr(), ptr::null());
+        // SAFETY: strings end with a zero byte; callbacks may be NULL.
+        let component =
+            unsafe { fmi2Instantiate(name, CO_SIMULATION, guid.as_ptr(), ptr::null(), callbacks, 0, 0) };
+        assert!(!component.is_null(), "fmi2Instantiate returns NULL");
+        let host = Self { component, voltage: variable("valveVoltage").reference, time: 0.0 };
+        for (parameter, value) in variables(Variable::is_parameter).into_iter().zip(&case.parameters) {
+            if parameter.start != Some(*value) {
+                host.set_parameter(parameter, *value);
+            }
+        }
+        // SAFETY: the component is alive.
+        unsafe {
+            check(fmi2SetupExperiment(component, 1, tolerance, 0.0, 0, 0.0), "fmi2SetupExperiment");
+            check(fmi2EnterInitializationMode(component), "fmi2EnterInitializationMode");
+            check(fmi2ExitInitializationMode(component), "fmi2ExitInitializationMode");
+        }
+        host
+    }
+
+    fn set_parameter(&self, parameter: &Variable, value: f64) {
+        let reference = parameter.reference;
+        // SAFETY: the component is alive, and the pointers are to one element each.
+        let status = match parameter.kind {
+            Kind::Real(_) => unsafe { fmi2SetReal(self.component, &reference, 1, &value) },
+            _ => unsafe { fmi2SetInteger(self.component, &reference, 1, &(value as i32)) },
+        };
+        check(status, &parameter.name);
+    }
+
+    /// Sets the valve voltage and takes a communication step: `fmi2SetReal` and `fmi2DoStep`.
+    ///
+    /// # Panics
+    /// When a call fails.
+    #[inline(never)]
+    pub fn step(&mut self, voltage: f64, size: f64) {
+        let component = black_box(self.component);
+        // SAFETY: the component is alive, and the pointers are to one element each.
+        unsafe {
+            check(fmi2SetReal(component, &self.voltage, 1, &voltage), "fmi2SetReal");
+            check(fmi2DoStep(component, self.time, size, 1), "fmi2DoStep");
+        }
+        self.time += size;
+    }
+
+    /// Real variables by reference.
+    ///
+    /// # Panics
+    /// When the call fails.
+    pub fn reals<const M: usize>(&self, references: &[u32; M]) -> [f64; M] {
+        let mut values = [0.0; M];
+        // SAFETY: the component is alive, and both pointers are to `M` elements.
+        let status = unsafe { fmi2GetReal(self.component, references.as_ptr(), M, values.as_mut_ptr()) };
+        check(status, "fmi2GetReal");
+        values
+    }
+
+    /// Integer variables by name.
+    ///
+    /// # Panics
+    /// When the call fails.
+    pub fn integers<const M: usize>(&self, names: [&str; M]) -> [i32; M] {
+        let references = names.map(|name| variable(name).reference);
+        let mut values = [0; M];
+        // SAFETY: the component is alive, and both pointers are to `M` elements.
+        let status = unsafe { fmi2GetInteger(self.component, references.as_ptr(), M, values.as_mut_ptr()) };
+        check(status, "fmi2GetInteger");
+        values
+    }
+
+    /// Saves the state.
+    ///
+    /// # Panics
+    /// When the call fails.
+    pub fn save(&self) -> Saved {
+        let mut state = ptr::null_mut();
+        // SAFETY: the component is alive, and the pointer is to one element.
+        check(unsafe { fmi2GetFMUstate(self.component, &mut state) }, "fmi2GetFMUstate");
+        Saved(state)
+    }
+
+    /// Goes back to a saved state and frees it.
+    ///
+    /// # Panics
+    /// When a call fails.
+    pub fn restore(&self, Saved(mut state): Saved) {
+        // SAFETY: the component is alive, and the state was saved by it.
+        unsafe {
+            check(fmi2SetFMUstate(self.component, state), "fmi2SetFMUstate");
+            check(fmi2FreeFMUstate(self.component, &mut state), "fmi2FreeFMUstate");
+        }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        // SAFETY: the component is alive, and nobody uses it afterwards.
+        unsafe { fmi2FreeInstance(self.component) };
+    }
+}

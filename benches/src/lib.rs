@@ -1,0 +1,21 @@
+//! Measures the cost of a step, and compares it at equal error with a general stiff solver on the same equations.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `case` | the friction laws with their parameters, and the experiment |
+//! | `host` | drives an FMU through its C interface; the only file with `unsafe` |
+//! | `rival` | the general solver (diffsol) on the same equations, events and error weights |
+//! | `error` | trajectories and their deviation from a reference |
+//! | `precision` | cost against error, and the ratio of two costs at equal error |
+//! | `latency` | the distribution of the cost of a communication step |
+//! | `report` | the report, the measured points and the figure |
+//!
+//! `benches/calls.rs` times single calls with criterion, `benches/comparison.rs` writes the report.
+
+pub mod case;
+pub mod error;
+pub mod host;
+pub mod latency;
+pub mod precision;
+pub mod report;
+pub mod rival;

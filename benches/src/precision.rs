@@ -1,0 +1,161 @@
+//! Cost against error, and the ratio of two costs at equal error.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+
+use crate::case::{Case, DURATION, STEP, voltage};
+use crate::error::{Deviation, Trajectory, trajectory};
+use crate::host::Host;
+use crate::rival::{Coupling, Method, Rival};
+
+/// Tolerance of the reference.
+const REFERENCE_TOLERANCE: f64 = 1e-11;
+/// Tolerances of our solver.
+const TOLERANCES: [f64; 15] =
+    [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 1e-9, 1e-10];
+/// Tolerances of the rivals.
+const RIVAL_TOLERANCES: [f64; 8] = [1e-3, 1e-4, 3e-5, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+
+/// Who solves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solver {
+    /// This library, through its C interface.
+    Ours,
+    /// A general solver.
+    Rival(Rival),
+}
+
+impl Solver {
+    /// All that are compared.
+    pub const ALL: [Self; 6] = [
+        Self::Ours,
+        Self::rival(Method::Bdf, Coupling::Restarted),
+        Self::rival(Method::Bdf, Coupling::Stopped),
+        Self::rival(Method::Bdf, Coupling::Free),
+        Self::rival(Method::Esdirk34, Coupling::Stopped),
+        Self::rival(Method::Esdirk34, Coupling::Free),
+    ];
+
+    const fn rival(method: Method, coupling: Coupling) -> Self {
+        Self::Rival(Rival { method, coupling })
+    }
+
+    /// Its name in reports.
+    pub fn name(self) -> String {
+        match self {
+            Self::Ours => "ours".to_owned(),
+            Self::Rival(Rival { method, coupling }) => {
+                format!("{method:?} {coupling:?}").to_lowercase()
+            }
+        }
+    }
+}
+
+/// A run of the experiment.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Mean cost of a communication step in ns.
+    pub cost: f64,
+    /// Deviation from the reference.
+    pub deviation: Deviation,
+}
+
+/// The points of a solver for a case, by falling tolerance.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Who solves.
+    pub solver: Solver,
+    /// The runs.
+    pub points: Vec<Point>,
+}
+
+/// The reference of a case: our solver at a tight tolerance, which the rivals approach.
+pub fn reference(case: &Case) -> Trajectory {
+    trajectory(case, REFERENCE_TOLERANCE)
+}
+
+/// Measures all solvers in turn, each `repeats` times, of which the least time counts.
+///
+/// # Errors
+/// When a rival cannot even start; a tolerance at which it gives up is left out.
+pub fn measure(case: &Case, reference: &Trajectory, repeats: usize) -> Result<Vec<Curve>> {
+    let curve = |solver| {
+        let points = match solver {
+            Solver::Ours => TOLERANCES.iter().map(|tolerance| Some(our_point(case, reference, *tolerance, repeats))).collect(),
+            Solver::Rival(rival) => {
+                let tolerances = RIVAL_TOLERANCES.iter();
+                tolerances.map(|tolerance| rival_point(rival, case, reference, *tolerance, repeats)).collect::<Vec<_>>()
+            }
+        };
+        let points: Vec<Point> = points.into_iter().flatten().collect();
+        points.first().with_context(|| format!("{} fails at every tolerance", solver.name()))?;
+        Ok(Curve { solver, points })
+    };
+    Solver::ALL.into_iter().map(curve).collect()
+}
+
+fn our_point(case: &Case, reference: &Trajectory, tolerance: f64, repeats: usize) -> Point {
+    let run = || {
+        let mut host = Host::start(case, tolerance);
+        let start = Instant::now();
+        for index in 0..reference.len() {
+            host.step(voltage(index as f64 * STEP), STEP);
+        }
+        start.elapsed().as_nanos() as f64
+    };
+    let least = (0..3 * repeats).map(|_| run()).fold(f64::INFINITY, f64::min);
+    let deviation = Deviation::between(&trajectory(case, tolerance), reference);
+    Point { tolerance, cost: least * STEP / DURATION, deviation }
+}
+
+fn rival_point(rival: Rival, case: &Case, reference: &Trajectory, tolerance: f64, repeats: usize) -> Option<Point> {
+    let mut least = f64::INFINITY;
+    let mut found = Trajectory::new();
+    for _ in 0..repeats {
+        let start = Instant::now();
+        match rival.run(case, tolerance) {
+            Ok(trajectory) => found = trajectory,
+            Err(error) => {
+                eprintln!("{}: {rival:?} at {tolerance:e}: {error:#}", case.name);
+                return None;
+            }
+        }
+        least = least.min(start.elapsed().as_nanos() as f64);
+    }
+    Some(Point { tolerance, cost: least * STEP / DURATION, deviation: Deviation::between(&found, reference) })
+}
+
+impl Curve {
+    /// The cost at which an error is reached, between the measured points in logarithms of both: the least of the
+    /// points that reach it, and of the ways from these to the nearest cheaper point that does not. `None` where no
+    /// point reaches it.
+    pub fn cost_at(&self, limit: f64, error: impl Fn(&Deviation) -> f64) -> Option<f64> {
+        let reaches = |point: &&Point| error(&point.deviation) <= limit;
+        let enough = self.points.iter().filter(reaches).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let cheaper = self.points.iter().filter(|point| point.cost < enough.cost);
+        let Some(short) = cheaper.max_by(|a, b| a.cost.total_cmp(&b.cost)) else { return Some(enough.cost) };
+        let (coarse, fine) = (error(&short.deviation).ln(), error(&enough.deviation).ln());
+        let part = (coarse - limit.ln()) / (coarse - fine);
+        Some((short.cost.ln() + part * (enough.cost / short.cost).ln()).exp())
+    }
+
+    /// The point nearest to a tolerance.
+    ///
+    /// # Panics
+    /// When there is no point.
+    pub fn near(&self, tolerance: f64) -> &Point {
+        let distance = |point: &Point| (point.tolerance / tolerance).ln().abs();
+        self.points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a point")
+    }
+}
+
+/// How much cheaper our solver is than a rival at the errors that the rival has at a tolerance: by position and by
+/// friction force, of which the smaller counts.
+pub fn ratio(ours: &Curve, rival: &Curve, tolerance: f64) -> Option<[f64; 2]> {
+    let at = rival.near(tolerance).deviation;
+    let by = |error: fn(&Deviation) -> f64| Some(rival.cost_at(error(&at), error)? / ours.cost_at(error(&at), error)?);
+    Some([by(|it| it.position)?, by(|it| it.friction)?])
+}

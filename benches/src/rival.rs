@@ -1,0 +1,340 @@
+//! A general stiff solver on the same equations: diffsol, with dense LU and exact products with the Jacobian.
+//!
+//! It is given the error weights that our solver uses, and the modes of set-valued laws are handled as ours are: after
+//! each step it looks at our indicators, finds the first zero on its own interpolant, goes back to it and lets our
+//! equations switch. Its right-hand side is ours; the play of the valve, which has a memory, is worked out beforehand
+//! and enters as a voltage, so that the solver may look ahead.
+
+use std::cell::{Cell, RefCell};
+
+use anyhow::{Context, Result, bail};
+use diffsol::{
+    NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod,
+};
+use pneumatic_servo::friction::Indicators;
+use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PneumaticServoCylinder, build};
+use pneumatic_servo::scalar::Dual;
+use pneumatic_servo::simulation::Start;
+use pneumatic_servo::solver::HybridSystem;
+
+use crate::case::{Case, DURATION, STEP, inputs, voltage};
+use crate::error::Trajectory;
+
+type Matrix = NalgebraMat<f64>;
+type Vector = NalgebraVec<f64>;
+type Lu = NalgebraLU<f64>;
+
+/// The methods of the rival.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Backward differentiation formulas of order 1 to 5, as in CVODE.
+    Bdf,
+    /// A singly diagonally implicit Runge-Kutta method of order 3.
+    Esdirk34,
+}
+
+/// What happens at the end of a communication step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coupling {
+    /// The solver stops and starts afresh, as it must where it knows nothing of the input to come.
+    Restarted,
+    /// The solver stops there, but keeps its history and step size in spite of the jump of the input.
+    Stopped,
+    /// The solver knows the whole input beforehand, steps across its jumps, and is interpolated.
+    Free,
+}
+
+/// A general solver and the way it is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rival {
+    /// The method.
+    pub method: Method,
+    /// How it is coupled.
+    pub coupling: Coupling,
+}
+
+impl Rival {
+    /// Runs the experiment.
+    ///
+    /// # Errors
+    /// When the solver gives up.
+    pub fn run(self, case: &Case, tolerance: f64) -> Result<Trajectory> {
+        let case = case.clone().with("valve.hysteresis", 0.0);
+        let start = Start { time: 0.0, parameters: &case.parameters, inputs: &inputs(), tolerance: None };
+        let (system, _) = build(&start).context("legal parameters")?;
+        match system.states() {
+            8 => self.run_with::<8>(&case, &start, system, tolerance),
+            9 => self.run_with::<9>(&case, &start, system, tolerance),
+            count => bail!("{count} states are not provided for"),
+        }
+    }
+
+    fn run_with<const N: usize>(
+        self,
+        case: &Case,
+        start: &Start,
+        system: PneumaticServoCylinder,
+        tolerance: f64,
+    ) -> Result<Trajectory> {
+        let (x, memory) = system.initial_state::<N>(start);
+        let scales = HybridSystem::<N, 3>::scales(&system);
+        let plant = Plant {
+            system,
+            memory: RefCell::new(memory),
+            inputs: Inputs { values: effective_voltages(case), held: Cell::new(0), free: self.coupling == Coupling::Free },
+            outputs: Outputs::new(case),
+        };
+        let mut problem = OdeBuilder::<Matrix>::new()
+            .rtol(tolerance)
+            .atol(scales.map(|scale| scale * tolerance))
+            .rhs_implicit(
+                |x, _, time, rates| rates.copy_from_slice(&plant.rates::<N>(time, x.try_into().expect("all states"))),
+                |x, _, time, seed, rates| rates.copy_from_slice(&plant.directional_rates::<N>(time, x, seed)),
+            )
+            .init(|_, _, states| states.copy_from_slice(&x), N)
+            .build()?;
+        problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
+        problem.ode_options.max_error_test_failures = usize::MAX;
+        problem.ode_options.min_timestep = 1e-15;
+        match self.method {
+            Method::Bdf => plant.integrate::<N, _, _>(problem.bdf::<Lu>()?, self.coupling),
+            Method::Esdirk34 => plant.integrate::<N, _, _>(problem.esdirk34::<Lu>()?, self.coupling),
+        }
+    }
+}
+
+/// The voltages that lead a valve without play to the set points of the valve with its play.
+fn effective_voltages(case: &Case) -> Vec<f64> {
+    let width = case.parameter("valve.hysteresis");
+    let mut set_point = 0.0f64;
+    let steps = 0..(DURATION / STEP).round() as usize;
+    let voltages = steps.map(|index| {
+        let command = (voltage(index as f64 * STEP) - 5.0) / 5.0;
+        set_point = set_point.clamp(command - width, command + width);
+        5.0 + 5.0 * set_point
+    });
+    voltages.collect()
+}
+
+/// The inputs as the rival sees them.
+struct Inputs {
+    values: Vec<f64>,
+    /// The communication step that is being taken.
+    held: Cell<usize>,
+    /// Whether the input changes with time of its own.
+    free: bool,
+}
+
+impl Inputs {
+    fn at(&self, time: f64) -> [f64; 3] {
+        let index = if self.free { (time / STEP) as usize } else { self.held.get() };
+        let [_, force, supply] = inputs();
+        [self.values[index.min(self.values.len() - 1)], force, supply]
+    }
+}
+
+/// What the friction force follows from: `F_app - m*dv/dt`.
+struct Outputs {
+    area_a: f64,
+    area_b: f64,
+    dead_force: f64,
+    mass: f64,
+}
+
+impl Outputs {
+    fn new(case: &Case) -> Self {
+        let area = |diameter: &str| std::f64::consts::PI / 4.0 * case.parameter(diameter).powi(2);
+        let (bore, rod) = (area("cylinder.bore"), area("cylinder.rod"));
+        let dead_force = case.parameter("ambientPressure") * rod + case.parameter("wireForce");
+        Self { area_a: bore, area_b: bore - rod, dead_force, mass: case.parameter("mass.moving") }
+    }
+
+    /// Position and friction force between the end stops.
+    fn of<const N: usize>(&self, x: &[f64; N], rates: &[f64; N]) -> [f64; 2] {
+        const PRESSURE_A: usize = 3;
+        const PRESSURE_B: usize = 5;
+        let applied = x[PRESSURE_A] * self.area_a - x[PRESSURE_B] * self.area_b - self.dead_force;
+        [x[N - 2], applied - self.mass * rates[N - 1]]
+    }
+}
+
+/// The equations with what they remember.
+struct Plant {
+    system: PneumaticServoCylinder,
+    memory: RefCell<Memory>,
+    inputs: Inputs,
+    outputs: Outputs,
+}
+
+impl Plant {
+    fn rates<const N: usize>(&self, time: f64, x: &[f64; N]) -> [f64; N] {
+        self.system.derivatives(time, x, &self.inputs.at(time), &self.memory.borrow())
+    }
+
+    fn directional_rates<const N: usize>(&self, time: f64, x: &[f64], seed: &[f64]) -> [f64; N] {
+        let x = std::array::from_fn::<_, N, _>(|i| Dual { value: x[i], slope: [seed[i]] });
+        let constant = |value: f64| Dual::<1> { value, slope: [0.0] };
+        let inputs = self.inputs.at(time).map(constant);
+        self.system.derivatives(constant(time), &x, &inputs, &self.memory.borrow()).map(|rate| rate.slope[0])
+    }
+
+    fn indicators<const N: usize>(&self, time: f64, x: &[f64; N]) -> Indicators {
+        let mut indicators = Indicators::default();
+        self.system.indicators(time, x, &self.inputs.at(time), &self.memory.borrow(), &mut indicators);
+        indicators
+    }
+
+    /// Integrates the experiment.
+    fn integrate<'a, const N: usize, E, S>(&self, mut solver: S, coupling: Coupling) -> Result<Trajectory>
+    where
+        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
+        S: OdeSolverMethod<'a, E>,
+    {
+        let count = self.inputs.values.len();
+        let mut trajectory = Trajectory::with_capacity(count);
+        let mut before = self.indicators(0.0, &states::<N>(solver.state().y));
+        for index in 0..count {
+            let end = (index + 1) as f64 * STEP;
+            let is_at_end = |time: f64| time >= end - RESOLUTION;
+            let stops = coupling != Coupling::Free;
+            self.inputs.held.set(index);
+            if coupling == Coupling::Restarted {
+                restart(&mut solver, |time, x| self.rates::<N>(time, x));
+            }
+            if stops && !is_at_end(solver.state().t) {
+                solver.set_stop_time(end)?;
+            }
+            while !is_at_end(solver.state().t) {
+                let start = solver.state().t;
+                solver.step()?;
+                let found = self.first_event::<N, _, _>(&solver, start, &before)?;
+                let reached = found.map_or(solver.state().t, |(time, _)| time);
+                self.sample_until::<N, _, _>(&solver, reached, &mut trajectory)?;
+                if let Some((time, event)) = found {
+                    solver.state_mut_back(time)?;
+                    self.switch::<N, _, _>(&mut solver, event);
+                    if stops && !is_at_end(time) {
+                        solver.set_stop_time(end)?;
+                    }
+                }
+                before = self.indicators(solver.state().t, &states::<N>(solver.state().y));
+            }
+        }
+        trajectory.truncate(count);
+        Ok(trajectory)
+    }
+
+    /// Appends what the trajectory has up to a time within the last step.
+    fn sample_until<'a, const N: usize, E, S>(&self, solver: &S, until: f64, trajectory: &mut Trajectory) -> Result<()>
+    where
+        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
+        S: OdeSolverMethod<'a, E>,
+    {
+        loop {
+            let time = (trajectory.len() + 1) as f64 * STEP;
+            if time > until + RESOLUTION {
+                return Ok(());
+            }
+            let x = states::<N>(&solver.interpolate(time.min(until))?);
+            trajectory.push(self.outputs.of(&x, &self.rates(time, &x)));
+        }
+    }
+
+    /// The first event within the last step: a time just behind it, and which.
+    fn first_event<'a, const N: usize, E, S>(
+        &self,
+        solver: &S,
+        start: f64,
+        before: &Indicators,
+    ) -> Result<Option<(f64, usize)>>
+    where
+        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
+        S: OdeSolverMethod<'a, E>,
+    {
+        let end = solver.state().t;
+        let after = self.indicators(end, &states::<N>(solver.state().y));
+        let mut first: Option<(f64, usize)> = None;
+        for (event, value) in after.as_slice().iter().enumerate().filter(|(_, value)| **value < 0.0) {
+            let value_at = |time: f64| -> Result<f64> {
+                let x = states::<N>(&solver.interpolate(time)?);
+                Ok(self.indicators(time, &x).as_slice()[event])
+            };
+            let mut low = (start, before.as_slice()[event]);
+            // The velocity is zero right after break-away; that root does not count.
+            let mut fraction = 1e-3;
+            while low.1 <= 0.0 && fraction < 1.0 {
+                let time = start + fraction * (end - start);
+                low = (time, value_at(time)?);
+                fraction *= 4.0;
+            }
+            let time = if low.1 > 0.0 { locate(low, (end, *value), value_at)? } else { end };
+            if first.is_none_or(|(earliest, _)| time < earliest) {
+                first = Some((time, event));
+            }
+        }
+        Ok(first)
+    }
+
+    /// Lets the equations switch at the present time until all indicators are valid, and starts the solver afresh.
+    fn switch<'a, const N: usize, E, S>(&self, solver: &mut S, event: usize)
+    where
+        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
+        S: OdeSolverMethod<'a, E>,
+    {
+        let time = solver.state().t;
+        let mut x = states::<N>(solver.state().y);
+        let mut event = Some(event);
+        while let Some(index) = event {
+            self.system.switch(index, time, &mut x, &self.inputs.at(time), &mut self.memory.borrow_mut());
+            event = self.indicators(time, &x).as_slice().iter().position(|value| *value < 0.0);
+        }
+        let state = solver.state_mut();
+        x.iter().enumerate().for_each(|(index, value)| state.y[index] = *value);
+        restart(solver, |time, x| self.rates::<N>(time, x));
+    }
+}
+
+/// Times closer than this in s are the same.
+const RESOLUTION: f64 = 1e-12;
+
+/// Starts a solver afresh from its present state, with a first step of its own choice.
+fn restart<'a, const N: usize, E, S>(solver: &mut S, rates: impl Fn(f64, &[f64; N]) -> [f64; N])
+where
+    E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
+    S: OdeSolverMethod<'a, E>,
+{
+    let problem = solver.problem();
+    let mut state = solver.state_mut();
+    let x = states::<N>(state.y);
+    rates(*state.t, &x).iter().enumerate().for_each(|(index, rate)| state.dy[index] = *rate);
+    state.set_step_size(STEP, &problem.atol, problem.rtol, &problem.eqn, 1);
+}
+
+/// A time just behind the root of a function that is positive at the first and negative at the second point: regula
+/// falsi (Illinois).
+fn locate(mut low: (f64, f64), mut high: (f64, f64), value_at: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+    let mut last = 0.0;
+    for _ in 0..100 {
+        if high.0 - low.0 <= RESOLUTION {
+            break;
+        }
+        let time = (low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1)).max(low.0 + 0.4 * RESOLUTION);
+        let time = time.min(high.0 - 0.4 * RESOLUTION);
+        let value = value_at(time)?;
+        let side = if value > 0.0 { 1.0 } else { -1.0 };
+        if side > 0.0 {
+            low = (time, value);
+            high.1 *= if last == side { 0.5 } else { 1.0 };
+        } else {
+            high = (time, value);
+            low.1 *= if last == side { 0.5 } else { 1.0 };
+        }
+        last = side;
+    }
+    Ok(high.0)
+}
+
+/// The states of a solver as an array.
+fn states<const N: usize>(vector: &Vector) -> [f64; N] {
+    std::array::from_fn(|index| vector[index])
+}

@@ -1,0 +1,182 @@
+"""Compares all friction laws: steady curve, presliding hysteresis and stick-slip on the bench, and what they cost.
+
+Leaves `FrictionLaws.png` (all laws side by side) and `FrictionLaws.csv` (solver steps and time per law in the default
+experiment of the cylinder) beside the FMUs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from client import Client
+from experiment import LAW, SIGNALS
+from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
+
+SPEEDS = np.geomspace(1e-4, 0.1, 16)
+"""Speeds of the steady curve in m/s."""
+
+TURNS = [0.0, 7.0, -7.0, 7.0, 2.0, 6.0, -7.0]
+"""Quasi-static load of the presliding test in N, from one turning point to the next: an outer and an inner loop."""
+
+COST = ["solver.steps", "solver.rejectedSteps", "solver.jacobians", "solver.events"]
+
+
+@dataclass
+class Portrait:
+    """What a law does on the bench."""
+
+    law: str
+    steady: np.ndarray
+    """Rows of velocity in m/s and friction force in N."""
+    presliding: np.ndarray
+    """Rows of displacement in m and applied force in N."""
+    stick_slip: np.ndarray
+    """Rows of time in s, position of the mass and of the drive in m."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("bench", type=Path, help="FrictionBench.fmu")
+    parser.add_argument("cylinder", type=Path, help="PneumaticServoCylinder.fmu")
+    arguments = parser.parse_args()
+    folder = arguments.bench.parent
+    with Client(arguments.bench) as client:
+        laws = list(client.items(LAW))
+    portraits, costs = [], []
+    for number, law in enumerate(laws, start=1):
+        portraits.append(Portrait(law, steady_curve(arguments.bench, law), *motions(arguments.bench, law)))
+        costs.append(cost(arguments.cylinder, law))
+        row = costs[-1]
+        print(f"[{number:2}/{len(laws)}] {law}: {row['solver.steps']} steps, {row['us/step']} us per call", flush=True)
+    draw(portraits, folder / "FrictionLaws.png")
+    write(costs, folder / "FrictionLaws.csv")
+    print(f"figure and table: {folder / 'FrictionLaws.png'}, {folder / 'FrictionLaws.csv'}")
+    return 0
+
+
+def steady_curve(fmu: Path, law: str) -> np.ndarray:
+    """Friction at constant speed, after 5 mm or 0.3 s, whichever takes longer; both directions."""
+    rows = []
+    for velocity in [*-SPEEDS[::-1], *SPEEDS]:
+        with Client(fmu) as client:
+            client.start({LAW: law, "bench.drive": "PrescribedMotion", "driveVelocity": velocity})
+            settle = max(0.3, 5e-3 / abs(velocity))
+            while client.time < settle:
+                client.advance(client.time + settle / 20)
+            # A law with noise or samples has no single value: the mean of ten points shows its level.
+            forces = []
+            for _ in range(10):
+                client.advance(client.time + 1e-3)
+                forces += client.get(["frictionForce"])
+            rows.append((velocity, np.mean(forces)))
+    return np.array(rows)
+
+
+def motions(fmu: Path, law: str) -> tuple[np.ndarray, np.ndarray]:
+    return presliding(fmu, law), stick_slip(fmu, law)
+
+
+def presliding(fmu: Path, law: str, per_turn: int = 60, interval: float = 5e-3) -> np.ndarray:
+    """A free mass under a slowly varying load below break-away."""
+    loads = np.concatenate([np.linspace(a, b, per_turn, endpoint=False) for a, b in zip(TURNS, TURNS[1:], strict=False)])
+    rows = []
+    with Client(fmu) as client:
+        client.start({LAW: law, "bench.drive": "Free", "driveVelocity": 0.0})
+        for load in loads:
+            client.set({"appliedForce": load})
+            client.advance(client.time + interval)
+            rows.append((*client.get(["position"]), load))
+    return np.array(rows)
+
+
+def stick_slip(fmu: Path, law: str, end: float = 3.0) -> np.ndarray:
+    """A mass pulled by a soft spring at 10 mm/s."""
+    rows = []
+    with Client(fmu) as client:
+        client.start({LAW: law, "spring.stiffness": 1000.0, "driveVelocity": 0.01})
+        while client.time < end:
+            client.advance(client.time + 1e-2)
+            rows.append((client.time, *client.get(["position", "drivePosition"])))
+    return np.array(rows)
+
+
+def cost(fmu: Path, law: str) -> dict[str, float | int | str]:
+    """Solver work and time per communication step of 1 ms in the default experiment, FMPy's own time included."""
+    with Client(fmu) as client:
+        default = client.description.defaultExperiment
+        step, count = float(default.stepSize), round(float(default.stopTime) / float(default.stepSize))
+        client.start({LAW: law})
+        worst = total = 0.0
+        for index in range(count):
+            client.set({name: signal(index * step) for name, signal in SIGNALS.items()})
+            begin = time.perf_counter()
+            client.advance((index + 1) * step)
+            seconds = time.perf_counter() - begin
+            total += seconds
+            worst = max(worst, seconds)
+        counts = {name: int(value) for name, value in zip(COST, client.get(COST), strict=True)}
+    return {"law": law, **counts, "us/step": round(1e6 * total / count, 1), "us worst": round(1e6 * worst, 1)}
+
+
+def draw(portraits: Sequence[Portrait], file: Path) -> None:
+    """One column per law, wrapped; three rows: steady curve, hysteresis, stick-slip."""
+    columns = 6
+    blocks = -(-len(portraits) // columns)
+    with plt.rc_context(STYLE | {"font.size": 7, "axes.titlesize": 9, "axes.titleweight": "bold"}):
+        figure = plt.figure(figsize=(14, 6.2 * blocks), layout="constrained")
+        for block, part in enumerate(np.atleast_1d(figure.subfigures(blocks, 1))):
+            grid = part.subplots(3, columns, squeeze=False)
+            chosen = portraits[block * columns : (block + 1) * columns]
+            for column in range(columns):
+                if column < len(chosen):
+                    draw_portrait(grid[:, column], chosen[column], first=column == 0)
+                else:
+                    for axis in grid[:, column]:
+                        axis.set_visible(False)
+        figure.suptitle("Friction laws on the bench, with their defaults", fontsize=12, fontweight="bold")
+        save(figure, file)
+
+
+def draw_portrait(axes: np.ndarray, portrait: Portrait, first: bool) -> None:
+    steady, hysteresis, motion = axes
+    steady.set_title(portrait.law)
+    steady.axhline(0, color=GREY, linewidth=0.5)
+    for half in np.split(portrait.steady, 2):
+        steady.plot(1e3 * half[:, 0], half[:, 1], ".-", color=GREEN, markersize=3)
+    steady.set_xscale("symlog", linthresh=0.1)
+    steady.set_xticks([-100, -1, 0, 1, 100], labels=["-100", "-1", "0", "1", "100"])
+    steady.set_ylim(-13, 13)
+    steady.set_xlabel("velocity (mm/s)")
+    hysteresis.plot(1e6 * portrait.presliding[:, 0], portrait.presliding[:, 1], color=VERMILION, linewidth=0.9)
+    hysteresis.set_xlabel("displacement (µm)")
+    motion.plot(portrait.stick_slip[:, 0], 1e3 * portrait.stick_slip[:, 2], color=GREY, linewidth=0.7)
+    motion.plot(portrait.stick_slip[:, 0], 1e3 * portrait.stick_slip[:, 1], color=BLUE)
+    motion.set_xlabel("time (s)")
+    if first:
+        steady.set_ylabel("steady friction (N)")
+        hysteresis.set_ylabel("load below break-away (N)")
+        motion.set_ylabel("position, grey: drive (mm)")
+
+
+def write(costs: Sequence[dict[str, float | int | str]], file: Path) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, costs[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(costs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

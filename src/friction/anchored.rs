@@ -1,0 +1,104 @@
+//! Stiction as a spring and damper anchored where the mass stuck: the two modes of such laws.
+//!
+//! While sticking the spring-damper carries the mass, until its force exceeds the break-away force. Sliding ends when
+//! the velocity crosses 0; there the spring is anchored such that the force stays as it is.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Contact, Drive};
+use crate::scalar::{Scalar, sign};
+
+/// A spring that is anchored at its limit is loaded by this fraction less, so that rounding does not break it at once.
+const BELOW_LIMIT: f64 = 1e-12;
+
+/// Sticking on an anchor or sliding.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Held by the spring-damper.
+    Sticking {
+        /// Position in m at which the spring is without load.
+        anchor: f64,
+    },
+    /// Sliding.
+    Sliding {
+        /// Direction of sliding, +1 or -1.
+        direction: f64,
+    },
+}
+
+/// Friction magnitudes in N that decide on the mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Levels {
+    /// Largest force while sticking.
+    pub break_away: f64,
+    /// Sliding force at zero velocity.
+    pub sliding: f64,
+}
+
+/// The spring-damper.
+#[derive(Clone, Copy, Debug)]
+pub struct Spring {
+    /// Stiffness in N/m.
+    pub stiffness: f64,
+    /// Damping coefficient in N s/m.
+    pub damping: f64,
+}
+
+impl Spring {
+    /// The mode of a mass that was not in contact before; where there is no stiction, it slides.
+    pub fn start(contact: &Contact<f64>, levels: Levels) -> Mode {
+        if levels.break_away > 0.0 {
+            Mode::Sticking { anchor: contact.position }
+        } else {
+            Mode::Sliding { direction: direction(contact, 1.0) }
+        }
+    }
+
+    /// Force in N while sticking.
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, anchor: f64) -> S {
+        (contact.position - anchor) * self.stiffness + contact.velocity * self.damping
+    }
+
+    /// The event indicator: the reserve until break-away, or the speed.
+    pub fn indicator(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> f64 {
+        let has_stiction = levels.break_away > 0.0;
+        match mode {
+            Mode::Sticking { anchor } if has_stiction => levels.break_away - self.force(contact, anchor).abs(),
+            Mode::Sticking { .. } => -f64::MIN_POSITIVE,
+            Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => -f64::MIN_POSITIVE,
+            Mode::Sliding { direction } => direction * contact.velocity,
+        }
+    }
+
+    /// The mode after an event of the present one.
+    pub fn switched(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> Mode {
+        if levels.break_away <= 0.0 {
+            let previous = if let Mode::Sliding { direction } = mode { direction } else { 1.0 };
+            return Mode::Sliding { direction: direction(contact, -previous) };
+        }
+        match mode {
+            // At rest the break-away force fell below the present one: the spring yields, and the motion will tell.
+            Mode::Sticking { anchor } if contact.velocity == 0.0 => {
+                self.anchored(contact, sign(self.force(contact, anchor)), levels.break_away, levels)
+            }
+            Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity) },
+            Mode::Sliding { direction } => self.anchored(contact, direction, levels.sliding, levels),
+        }
+    }
+
+    /// Sticking with a force in a direction.
+    fn anchored(&self, contact: &Contact<f64>, direction: f64, force: f64, levels: Levels) -> Mode {
+        let force = force.min(levels.break_away * (1.0 - BELOW_LIMIT));
+        Mode::Sticking { anchor: contact.position - direction * force / self.stiffness }
+    }
+}
+
+/// Whether a prescribed motion rests, where sliding ends even though the velocity does not cross 0.
+fn is_at_rest(contact: &Contact<f64>) -> bool {
+    contact.drive == Drive::Motion && contact.velocity == 0.0
+}
+
+/// Direction of motion; at rest that of the applied force, or else the one given.
+fn direction(contact: &Contact<f64>, otherwise: f64) -> f64 {
+    [contact.velocity, contact.applied].map(sign).into_iter().find(|sign| *sign != 0.0).unwrap_or(otherwise)
+}

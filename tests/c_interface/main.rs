@@ -1,0 +1,15 @@
+//! The C interface of the built library, item by item.
+
+#![allow(unsafe_code, reason = "a C interface is called")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod derivatives;
+mod instantiation;
+mod logging;
+mod saved_states;
+mod state_machine;
+mod steps;
+mod symbols;
+mod threads;
+mod values;

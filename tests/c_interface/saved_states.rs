@@ -1,0 +1,233 @@
+//! Saved and serialized states.
+
+use std::env;
+use std::fs;
+use std::process::Command;
+use std::ptr;
+
+use crate::common::*;
+
+#[test]
+fn restored_run_repeats_bit_for_bit_for_every_law() {
+    for (law, name) in laws() {
+        let instance = Instance::with_law(law);
+        instance.swing(40);
+        let state = instance.save();
+        let first = instance.swing(30);
+        assert_eq!(instance.restore(state), OK);
+        assert_eq!(instance.swing(30), first, "{name}");
+    }
+}
+
+#[test]
+fn restored_run_includes_inputs_slopes_and_tuned_parameters() {
+    let continuation = |instance: &Instance| {
+        let time = instance.real("time");
+        assert_eq!(instance.step(time, 2e-3), OK);
+        let reached = instance.bits();
+        [vec![reached], instance.swing(5)].concat()
+    };
+    let instance = Instance::initialized();
+    instance.swing(10);
+    assert_eq!(instance.set_real(&[vr("valveVoltage"), vr("friction.stribeck.Fc")], &[6.5, 7.5]), OK);
+    assert_eq!(instance.set_slopes(&[vr("valveVoltage")], &[250.0]), OK);
+    let state = instance.save();
+    let first = continuation(&instance);
+    assert_eq!(instance.set_real(&[vr("friction.stribeck.Fc")], &[1.0]), OK);
+    assert_eq!(instance.restore(state), OK);
+    assert_eq!(instance.real("friction.stribeck.Fc"), 7.5);
+    assert_eq!(continuation(&instance), first);
+    assert_eq!(instance.reset(), OK);
+    assert_eq!(instance.restore(state), OK);
+    assert_eq!(continuation(&instance), first);
+}
+
+#[test]
+fn many_states_may_be_held_and_used_in_any_order() {
+    let instance = Instance::initialized();
+    let mut states: Vec<_> = (0..50).map(|_| (instance.save(), instance.swing(1))).collect();
+    for (state, next) in states.iter().rev() {
+        assert_eq!(instance.restore(*state), OK);
+        assert_eq!(instance.swing(1), *next);
+    }
+    for (state, _) in &mut states {
+        assert_eq!(instance.forget(state), OK);
+        assert!(state.is_null());
+        assert_eq!(instance.forget(state), OK, "nothing to free");
+    }
+}
+
+#[test]
+fn state_may_be_saved_over() {
+    let instance = Instance::initialized();
+    let mut state = instance.save();
+    instance.swing(3);
+    let handle = state;
+    // SAFETY: of the component.
+    assert_eq!(unsafe { (LIBRARY.fmi2GetFMUstate)(instance.component, &mut state) }, OK);
+    assert_eq!(state, handle);
+    let next = instance.swing(1);
+    assert_eq!(instance.restore(state), OK);
+    assert_eq!(instance.swing(1), next);
+}
+
+#[test]
+fn null_foreign_and_freed_states_are_refused() {
+    let (instance, other) = (Instance::initialized(), Instance::initialized());
+    let mut freed = instance.save();
+    let stale = freed;
+    assert_eq!(instance.forget(&mut freed), OK);
+    let before = instance.fingerprint();
+    for state in [other.save(), stale, ptr::null_mut(), ptr::without_provenance_mut(1)] {
+        assert_eq!(instance.restore(state), ERROR);
+        let (component, mut size, mut bytes, mut copy) = (instance.component, 0, [0; 8], state);
+        // SAFETY: of the component; the handles are only compared.
+        unsafe {
+            assert_eq!((LIBRARY.fmi2SerializedFMUstateSize)(component, state, &mut size), ERROR);
+            assert_eq!((LIBRARY.fmi2SerializeFMUstate)(component, state, bytes.as_mut_ptr(), 8), ERROR);
+            if !state.is_null() {
+                assert_eq!((LIBRARY.fmi2GetFMUstate)(component, &mut copy), ERROR);
+                assert_eq!(instance.forget(&mut copy), ERROR);
+            }
+        }
+    }
+    // SAFETY: NULL is allowed to be passed.
+    unsafe {
+        let (component, state) = (instance.component, instance.save());
+        assert_eq!((LIBRARY.fmi2FreeFMUstate)(component, ptr::null_mut()), OK);
+        assert_eq!((LIBRARY.fmi2GetFMUstate)(component, ptr::null_mut()), ERROR);
+        assert_eq!((LIBRARY.fmi2SerializedFMUstateSize)(component, state, ptr::null_mut()), ERROR);
+        let bytes = instance.serialize(state);
+        assert_eq!((LIBRARY.fmi2SerializeFMUstate)(component, state, ptr::null_mut(), bytes.len()), ERROR);
+        let mut state = ptr::null_mut();
+        assert_eq!((LIBRARY.fmi2DeSerializeFMUstate)(component, ptr::null(), bytes.len(), &mut state), ERROR);
+        assert_eq!((LIBRARY.fmi2DeSerializeFMUstate)(component, bytes.as_ptr(), bytes.len(), ptr::null_mut()), ERROR);
+    }
+    assert_eq!(instance.fingerprint(), before);
+}
+
+#[test]
+fn serialized_state_continues_in_another_instance() {
+    for (law, name) in laws() {
+        let one = Instance::with_law(law);
+        one.swing(40);
+        let bytes = one.serialize(one.save());
+        let other = Instance::new();
+        let (status, state) = other.deserialize(&bytes);
+        assert_eq!(status, OK, "{:?}", other.messages());
+        assert_eq!(other.restore(state), OK);
+        assert_eq!(other.swing(20), one.swing(20), "{name}");
+        assert_eq!(other.fingerprint(), one.fingerprint(), "{name}");
+    }
+}
+
+#[test]
+fn state_of_any_phase_is_serialized() {
+    let instance = Instance::new();
+    let mut states = vec![instance.save()];
+    assert_eq!((instance.setup(0.0, None), instance.enter()), (OK, OK));
+    states.push(instance.save());
+    assert_eq!((instance.exit(), instance.terminate()), (OK, OK));
+    states.push(instance.save());
+    for state in states {
+        let bytes = instance.serialize(state);
+        let (status, copy) = instance.deserialize(&bytes);
+        assert_eq!(status, OK);
+        assert_eq!(instance.restore(copy), OK);
+        assert_eq!(instance.fingerprint(), bytes);
+    }
+}
+
+#[test]
+fn size_must_be_the_one_that_was_told() {
+    let instance = Instance::initialized();
+    let state = instance.save();
+    let length = instance.serialize(state).len();
+    let mut room = vec![7; length + 8];
+    for size in [0, 1, length - 1, length + 1, usize::MAX] {
+        // SAFETY: of the component; no size that is too large is written to.
+        let status = unsafe { (LIBRARY.fmi2SerializeFMUstate)(instance.component, state, room.as_mut_ptr(), size) };
+        assert_eq!(status, ERROR, "{size}");
+        assert!(instance.message().contains(&length.to_string()));
+    }
+    assert!(room.iter().all(|byte| *byte == 7));
+}
+
+#[test]
+fn corrupt_bytes_are_refused_with_a_message() {
+    let instance = Instance::initialized();
+    instance.swing(10);
+    let bytes = instance.serialize(instance.save());
+    let refused = |bytes: &[u8], what: &str| {
+        let (status, state) = instance.deserialize(bytes);
+        assert!(status == ERROR && state.is_null(), "{what}");
+        assert!(instance.message().starts_with("fmi2DeSerializeFMUstate: "));
+    };
+    for bit in 0..8 * bytes.len() {
+        let mut bytes = bytes.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        refused(&bytes, &format!("bit {bit}"));
+    }
+    for length in 0..bytes.len() {
+        refused(&bytes[..length], &format!("{length} bytes"));
+    }
+    refused(&[&bytes[..], &[0]].concat(), "a byte too many");
+    refused(&vec![0; bytes.len()], "zeros");
+    refused(b"PSCstate", "only the start");
+}
+
+#[test]
+fn state_of_another_model_is_refused() {
+    let Some(model) = pneumatic_servo::models::ALL.iter().find(|model| model.name != cylinder().name) else {
+        return;
+    };
+    let other = Instance::of(model);
+    let bytes = other.serialize(other.save());
+    let instance = Instance::new();
+    assert_eq!(instance.deserialize(&bytes).0, ERROR);
+    assert!(instance.message().contains("belongs to"));
+}
+
+#[test]
+fn bytes_hold_no_pointers() {
+    let at_different_addresses = || {
+        let instance = Instance::initialized();
+        instance.swing(10);
+        (instance.fingerprint(), instance)
+    };
+    let (one, _keep) = at_different_addresses();
+    let (other, _) = at_different_addresses();
+    assert_eq!(one, other);
+}
+
+const STATE_FILE: &str = "SERVO_TEST_STATE";
+
+/// Continues the run in the file that the environment names and appends what it sees to the file.
+#[test]
+fn child_of_the_test_with_another_process() {
+    let Some(path) = env::var_os(STATE_FILE) else { return };
+    let bytes = fs::read(&path).expect("the state");
+    let instance = Instance::new();
+    let (status, state) = instance.deserialize(&bytes);
+    assert_eq!((status, instance.restore(state)), (OK, OK), "{:?}", instance.messages());
+    fs::write(path, format!("{:?}", instance.swing(50))).expect("a writable file");
+}
+
+#[test]
+fn serialized_state_continues_in_another_process() {
+    for (law, name) in laws() {
+        let instance = Instance::with_law(law);
+        instance.swing(60);
+        let path = env::temp_dir().join(format!("servo-state-{}-{law}", std::process::id()));
+        fs::write(&path, instance.serialize(instance.save())).expect("a writable file");
+        let child = Command::new(env::current_exe().expect("the test's own path"))
+            .args(["--exact", "saved_states::child_of_the_test_with_another_process"])
+            .env(STATE_FILE, &path)
+            .output()
+            .expect("a process");
+        assert!(child.status.success(), "{}", String::from_utf8_lossy(&child.stdout));
+        let seen = fs::read_to_string(&path).expect("what the child saw");
+        fs::remove_file(&path).expect("a removable file");
+        assert_eq!(seen, format!("{:?}", instance.swing(50)), "{name}");
+    }
+}

@@ -1,0 +1,35 @@
+//! What the library exports.
+
+use std::collections::BTreeSet;
+use std::ffi::CStr;
+use std::fs;
+
+use object::{NameOrOrdinal, Object};
+
+use crate::common::{LIBRARY, NAMES, library_path};
+
+#[test]
+fn exactly_the_functions_of_the_standard_are_exported() {
+    let bytes = fs::read(library_path()).expect("the library's file");
+    let file = object::File::parse(&*bytes).expect("a library");
+    let exports = file.exports().expect("its exports");
+    let exported: BTreeSet<_> = exports.map(|export| name(export.expect("an export").name())).collect();
+    let expected: BTreeSet<_> = NAMES.iter().map(|name| (*name).to_owned()).collect();
+    assert_eq!(exported, expected);
+}
+
+#[test]
+fn version_and_platform_are_those_of_fmi_2() {
+    // SAFETY: both return static strings.
+    let texts =
+        unsafe { [LIBRARY.fmi2GetVersion, LIBRARY.fmi2GetTypesPlatform].map(|function| CStr::from_ptr(function())) };
+    assert_eq!(texts, [c"2.0", c"default"]);
+}
+
+/// The name of an export; Apple's start with an underscore.
+fn name(name: NameOrOrdinal<&[u8]>) -> String {
+    match name {
+        NameOrOrdinal::Name(name) => String::from_utf8_lossy(name).trim_start_matches('_').to_owned(),
+        NameOrOrdinal::Ordinal(ordinal) => format!("number {ordinal}"),
+    }
+}
