@@ -6,13 +6,15 @@
 
 mod common;
 
+use std::cell::Cell;
 use std::collections::{BTreeSet, VecDeque};
 use std::env;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
-use common::*;
-use pneumatic_servo::simulation::{Simulation, Snapshot, Start};
+use common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, is_real};
+use pneumatic_servo::models;
+use pneumatic_servo::simulation::{Model, Simulation, Snapshot, Start};
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
 const INSTANCES: usize = 3;
@@ -50,6 +52,7 @@ fn random_calls_do_what_the_reference_does() {
     let first_seed = setting("SERVO_FUZZ_SEED", 1);
     let mut outcomes = BTreeSet::new();
     for round in 0..calls.div_ceil(CALLS_PER_ROUND) {
+        MODEL.set(&models::ALL[round as usize % models::ALL.len()]);
         let mut fuzzer = Fuzzer::new(first_seed + round);
         (0..CALLS_PER_ROUND).for_each(|_| fuzzer.call());
         outcomes.extend(fuzzer.outcomes);
@@ -60,6 +63,21 @@ fn random_calls_do_what_the_reference_does() {
             assert!(outcomes.contains(&(call.to_owned(), *status)), "{call} never returned {status}");
         }
     }
+}
+
+thread_local! {
+    /// The model of this round.
+    static MODEL: Cell<&'static Model> = const { Cell::new(&models::ALL[0]) };
+}
+
+fn variables() -> &'static [Variable] {
+    (MODEL.get().variables)()
+}
+
+/// The parameter that bounds the work of a step.
+fn limit() -> &'static Variable {
+    let name = "solver.maxStepsPerCommunicationStep";
+    variables().iter().find(|variable| variable.name == name).expect("the parameter of every model")
 }
 
 /// SplitMix64.
@@ -155,7 +173,7 @@ impl Expected {
     fn simulation(&self) -> Option<Box<dyn Simulation>> {
         let (time, tolerance) = (self.start, self.tolerance);
         let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance };
-        let mut simulation = (cylinder().start)(&start).ok()?;
+        let mut simulation = (MODEL.get().start)(&start).ok()?;
         simulation.set_inputs(&self.inputs, &self.slopes);
         Some(simulation)
     }
@@ -189,14 +207,14 @@ fn is_computed_real(variable: &Variable) -> bool {
 
 impl Pair {
     fn new() -> Self {
-        let instance = Instance::new();
+        let instance = Instance::of(MODEL.get());
         let mut pair = Self { instance, expected: Expected::new(), simulation: None, saved: Vec::new() };
         pair.limit_steps();
         pair
     }
 
     fn limit_steps(&mut self) {
-        let limit = variable("solver.maxStepsPerCommunicationStep");
+        let limit = limit();
         assert_eq!(self.instance.set_integer(&[limit.reference], &[SOLVER_STEPS]), OK);
         self.expected.parameters[place(limit, Variable::is_parameter)] = SOLVER_STEPS.into();
     }
@@ -515,7 +533,7 @@ impl Fuzzer {
     }
 
     fn set_integers(&mut self, index: usize) -> bool {
-        let limit = vr("solver.maxStepsPerCommunicationStep");
+        let limit = limit().reference;
         let is_integer = |variable: &Variable| {
             matches!(variable.kind, Kind::Integer | Kind::Enumeration(_)) && variable.reference != limit
         };

@@ -73,7 +73,6 @@ impl Host {
     ///
     /// # Panics
     /// When a call fails.
-    #[inline(never)]
     pub fn step(&mut self, voltage: f64, size: f64) {
         let component = black_box(self.component);
         // SAFETY: the component is alive, and the pointers are to one element each.

@@ -1,12 +1,12 @@
 //! Cost against error, and the ratio of two costs at equal error.
 
-use std::time::Instant;
+use std::convert::Infallible;
 
 use anyhow::{Context, Result};
 
-use crate::case::{Case, DURATION, STEP, voltage};
+use crate::case::{Case, DURATION, STEP};
 use crate::error::{Deviation, Trajectory, trajectory};
-use crate::host::Host;
+use crate::latency::{self, least};
 use crate::rival::{Coupling, Method, Rival};
 
 /// Tolerance of the reference.
@@ -77,7 +77,7 @@ pub fn reference(case: &Case) -> Trajectory {
     trajectory(case, REFERENCE_TOLERANCE)
 }
 
-/// Measures all solvers in turn, each `repeats` times, of which the least time counts.
+/// Measures all solvers in turn, the rivals `repeats` times; of each communication step the least cost counts.
 ///
 /// # Errors
 /// When a rival cannot even start; a tolerance at which it gives up is left out.
@@ -98,34 +98,29 @@ pub fn measure(case: &Case, reference: &Trajectory, repeats: usize) -> Result<Ve
 }
 
 fn our_point(case: &Case, reference: &Trajectory, tolerance: f64, repeats: usize) -> Point {
-    let run = || {
-        let mut host = Host::start(case, tolerance);
-        let start = Instant::now();
-        for index in 0..reference.len() {
-            host.step(voltage(index as f64 * STEP), STEP);
-        }
-        start.elapsed().as_nanos() as f64
-    };
-    let least = (0..3 * repeats).map(|_| run()).fold(f64::INFINITY, f64::min);
+    let Ok(costs) = least(3 * repeats, || Ok::<_, Infallible>(latency::run(case, tolerance, STEP, DURATION).0));
     let deviation = Deviation::between(&trajectory(case, tolerance), reference);
-    Point { tolerance, cost: least * STEP / DURATION, deviation }
+    Point { tolerance, cost: mean(&costs), deviation }
 }
 
 fn rival_point(rival: Rival, case: &Case, reference: &Trajectory, tolerance: f64, repeats: usize) -> Option<Point> {
-    let mut least = f64::INFINITY;
     let mut found = Trajectory::new();
-    for _ in 0..repeats {
-        let start = Instant::now();
-        match rival.run(case, tolerance) {
-            Ok(trajectory) => found = trajectory,
-            Err(error) => {
-                eprintln!("{}: {rival:?} at {tolerance:e}: {error:#}", case.name);
-                return None;
-            }
+    let costs = least(repeats, || {
+        let run = rival.run(case, tolerance)?;
+        found = run.trajectory;
+        Ok(run.costs)
+    });
+    match costs {
+        Ok(costs) => Some(Point { tolerance, cost: mean(&costs), deviation: Deviation::between(&found, reference) }),
+        Err::<_, anyhow::Error>(error) => {
+            eprintln!("{}: {rival:?} at {tolerance:e}: {error:#}", case.name);
+            None
         }
-        least = least.min(start.elapsed().as_nanos() as f64);
     }
-    Some(Point { tolerance, cost: least * STEP / DURATION, deviation: Deviation::between(&found, reference) })
+}
+
+fn mean(costs: &[f64]) -> f64 {
+    costs.iter().sum::<f64>() / costs.len() as f64
 }
 
 impl Curve {

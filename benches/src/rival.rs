@@ -6,6 +6,7 @@
 //! and enters as a voltage, so that the solver may look ahead.
 
 use std::cell::{Cell, RefCell};
+use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use diffsol::{
@@ -44,6 +45,15 @@ pub enum Coupling {
     Free,
 }
 
+/// What a run has found, and the cost of each communication step in ns.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The trajectory.
+    pub trajectory: Trajectory,
+    /// The costs.
+    pub costs: Vec<f64>,
+}
+
 /// A general solver and the way it is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rival {
@@ -58,13 +68,13 @@ impl Rival {
     ///
     /// # Errors
     /// When the solver gives up.
-    pub fn run(self, case: &Case, tolerance: f64) -> Result<Trajectory> {
-        let case = case.clone().with("valve.hysteresis", 0.0);
-        let start = Start { time: 0.0, parameters: &case.parameters, inputs: &inputs(), tolerance: None };
+    pub fn run(self, case: &Case, tolerance: f64) -> Result<Run> {
+        let without_play = case.clone().with("valve.hysteresis", 0.0);
+        let start = Start { time: 0.0, parameters: &without_play.parameters, inputs: &inputs(), tolerance: None };
         let (system, _) = build(&start).context("legal parameters")?;
         match system.states() {
-            8 => self.run_with::<8>(&case, &start, system, tolerance),
-            9 => self.run_with::<9>(&case, &start, system, tolerance),
+            8 => self.run_with::<8>(case, &start, system, tolerance),
+            9 => self.run_with::<9>(case, &start, system, tolerance),
             count => bail!("{count} states are not provided for"),
         }
     }
@@ -75,7 +85,7 @@ impl Rival {
         start: &Start,
         system: PneumaticServoCylinder,
         tolerance: f64,
-    ) -> Result<Trajectory> {
+    ) -> Result<Run> {
         let (x, memory) = system.initial_state::<N>(start);
         let scales = HybridSystem::<N, 3>::scales(&system);
         let plant = Plant {
@@ -185,15 +195,17 @@ impl Plant {
     }
 
     /// Integrates the experiment.
-    fn integrate<'a, const N: usize, E, S>(&self, mut solver: S, coupling: Coupling) -> Result<Trajectory>
+    fn integrate<'a, const N: usize, E, S>(&self, mut solver: S, coupling: Coupling) -> Result<Run>
     where
         E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
         S: OdeSolverMethod<'a, E>,
     {
         let count = self.inputs.values.len();
         let mut trajectory = Trajectory::with_capacity(count);
+        let mut costs = Vec::with_capacity(count);
         let mut before = self.indicators(0.0, &states::<N>(solver.state().y));
         for index in 0..count {
+            let clock = Instant::now();
             let end = (index + 1) as f64 * STEP;
             let is_at_end = |time: f64| time >= end - RESOLUTION;
             let stops = coupling != Coupling::Free;
@@ -219,9 +231,10 @@ impl Plant {
                 }
                 before = self.indicators(solver.state().t, &states::<N>(solver.state().y));
             }
+            costs.push(clock.elapsed().as_nanos() as f64);
         }
         trajectory.truncate(count);
-        Ok(trajectory)
+        Ok(Run { trajectory, costs })
     }
 
     /// Appends what the trajectory has up to a time within the last step.

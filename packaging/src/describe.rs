@@ -1,13 +1,14 @@
-//! `cargo xtask describe`: the committed descriptions.
+//! `cargo xtask describe`: the committed descriptions and the tables of the README.
 
 use anyhow::{Context, Result};
 use pneumatic_servo::models;
 use pneumatic_servo::simulation::Model;
 
 use crate::description::{self, Stamp};
+use crate::readme;
 use crate::workspace::Workspace;
 
-/// Writes `modelDescription/<Model>.xml` for every model.
+/// Writes `modelDescription/<Model>.xml` for every model, and the tables of the README.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -17,6 +18,10 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         std::fs::write(&file, committed(model)?).with_context(|| format!("cannot write {}", file.display()))?;
         println!("{}", file.display());
     }
+    let file = workspace.root.join("README.md");
+    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    std::fs::write(&file, readme::renewed(&text)?).with_context(|| format!("cannot write {}", file.display()))?;
+    println!("{}", file.display());
     Ok(())
 }
 

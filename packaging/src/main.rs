@@ -9,6 +9,7 @@ mod moment;
 mod package;
 mod platform;
 mod process;
+mod readme;
 mod test;
 mod venv;
 mod workspace;
@@ -31,7 +32,7 @@ struct Arguments {
 enum Command {
     /// Build every FMU, validate it, run its default experiment and draw the figures.
     Package,
-    /// Rewrite modelDescription/<Model>.xml from the variable tables.
+    /// Rewrite modelDescription/<Model>.xml and the tables of the README from the variable tables.
     Describe,
     /// Run every check: format, lints, unit tests, C-interface tests and real FMI clients.
     Test,

@@ -99,7 +99,9 @@ impl FrictionLaw for ElastoPlastic {
 
 /// The share `alpha` of the motion that is plastic, from the spring force in the direction of motion and its limits.
 fn plastic_share<S: Scalar>(spring: S, elastic_limit: S, limit: S) -> S {
-    if spring.value() <= elastic_limit.value() || spring.value() <= 0.0 {
+    if limit.value() < 1e-6 {
+        S::constant(1.0)
+    } else if spring.value() <= elastic_limit.value() || spring.value() <= 0.0 {
         S::zero()
     } else if spring.value() >= limit.value() {
         S::constant(1.0)

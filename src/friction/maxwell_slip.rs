@@ -108,6 +108,7 @@ impl MaxwellSlip {
     fn element_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
         let limit = contact.level * self.limit[element];
         match memory.modes.slip(element) {
+            _ if limit.value() == 0.0 => S::zero(),
             Some(direction) => limit * direction,
             None => self.spring_force(element, contact, memory).clamp(-limit, limit),
         }

@@ -7,7 +7,9 @@
 
 pub mod anchored;
 pub mod bounded;
+pub mod delay;
 pub mod elements;
+pub mod list;
 pub mod ramp;
 pub mod stick_slip;
 pub mod stribeck;
@@ -123,6 +125,16 @@ pub trait FrictionLaw: Sized {
     /// Takes a sample.
     fn sample(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
 
+    /// Longest step in s the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the force depends on time otherwise than through contact and states.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
     /// Whether the law holds the mass (the output `sticking`).
     fn is_sticking(&self, _memory: &Self::Memory) -> bool {
         false
@@ -219,6 +231,16 @@ macro_rules! registry {
                 match self { $(Friction::$law(law) => law.state_scale()),* }
             }
 
+            /// Longest step in s the solver may take.
+            pub fn max_step(&self) -> f64 {
+                match self { $(Friction::$law(law) => law.max_step()),* }
+            }
+
+            /// Whether the force depends on time otherwise than through contact and states.
+            pub fn depends_on_time(&self) -> bool {
+                match self { $(Friction::$law(law) => law.depends_on_time()),* }
+            }
+
             /// The memory a run starts with; may set the continuous states.
             pub fn start(&self, contact: &Contact<f64>, z: &mut [f64]) -> Memory {
                 match self { $(Friction::$law(law) => Memory::$law(law.start(contact, z))),* }
@@ -238,11 +260,14 @@ registry! {
     8 Karnopp "karnopp" karnopp::Karnopp "Stribeck curve with a zero-velocity band that holds the mass";
     9 Polito "polito" polito::Polito "Different Stribeck curves while accelerating and decelerating, true stiction";
     10 Dahl "dahl" dahl::Dahl "Bristle with rate-independent presliding, no stiction peak";
+    11 Bristle "bristle" bristle::Bristle "Bonds that break and form at random";
     12 ResetIntegrator "resetIntegrator" reset_integrator::ResetIntegrator "Bond that yields at a limit, with stiction peak, without drift";
+    13 Armstrong "armstrong" armstrong::Armstrong "Spring while sticking, Stribeck friction with dwell time and delay while sliding";
     14 LuGre "lugre" lugre::LuGre "Bristle with presliding, Stribeck effect and frictional lag";
     15 Leuven "leuven" leuven::Leuven "Hysteresis with nested loops and non-local memory, blended into a Stribeck curve";
     16 GMS "gms" gms::Gms "Maxwell-slip elements with Stribeck effect, frictional lag and non-local memory";
     17 MaxwellSlip "maxwellSlip" maxwell_slip::MaxwellSlip "Spring-slider elements: rate-independent hysteresis without drift";
+    18 DNLRX "dnlrx" dnlrx::Dnlrx "Sampled Maxwell-slip springs through impulse responses";
     19 BlimanSorine "blimanSorine" bliman_sorine::BlimanSorine "Difference of two Dahl elements: stiction peak as a function of the path";
     20 ElastoPlastic "elastoPlastic" elasto_plastic::ElastoPlastic "Bristle with a purely elastic range: presliding without drift, Stribeck effect";
     21 StepRegularised "stepRegularised" step_regularised::StepRegularised "Static peak and kinetic level as cubic steps of velocity (creeps)";

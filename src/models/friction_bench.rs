@@ -318,6 +318,14 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         self.friction.next_sample(&memory.friction)
     }
 
+    fn max_step(&self) -> f64 {
+        self.friction.max_step()
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.friction.depends_on_time()
+    }
+
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
         let contact = self.contact_at(time, x, u, memory);
         self.friction.sample(&contact, &x[..drive_position(N)], &mut memory.friction);

@@ -166,7 +166,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                 self.is_linearised = false;
                 self.settle()?;
             } else {
-                self.attempt(end.min(sample))?;
+                self.attempt(end.min(sample).min(self.time + self.system.max_step()))?;
             }
         }
         Ok(())

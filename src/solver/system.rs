@@ -47,6 +47,11 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Takes the sample.
     fn sample(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
+    /// Longest step in s the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Whether the equations have a meaning at these states (positive pressures, for example).
     fn is_admissible(&self, _x: &[f64; N]) -> bool {
         true

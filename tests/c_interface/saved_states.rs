@@ -29,13 +29,13 @@ fn restored_run_includes_inputs_slopes_and_tuned_parameters() {
     };
     let instance = Instance::initialized();
     instance.swing(10);
-    assert_eq!(instance.set_real(&[vr("valveVoltage"), vr("friction.stribeck.Fc")], &[6.5, 7.5]), OK);
+    assert_eq!(instance.set_real(&[vr("valveVoltage"), vr("wireForce")], &[6.5, 3.0]), OK);
     assert_eq!(instance.set_slopes(&[vr("valveVoltage")], &[250.0]), OK);
     let state = instance.save();
     let first = continuation(&instance);
-    assert_eq!(instance.set_real(&[vr("friction.stribeck.Fc")], &[1.0]), OK);
+    assert_eq!(instance.set_real(&[vr("wireForce")], &[1.0]), OK);
     assert_eq!(instance.restore(state), OK);
-    assert_eq!(instance.real("friction.stribeck.Fc"), 7.5);
+    assert_eq!(instance.real("wireForce"), 3.0);
     assert_eq!(continuation(&instance), first);
     assert_eq!(instance.reset(), OK);
     assert_eq!(instance.restore(state), OK);

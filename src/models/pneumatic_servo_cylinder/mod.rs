@@ -418,6 +418,14 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         self.friction.next_sample(&memory.friction)
     }
 
+    fn max_step(&self) -> f64 {
+        self.friction.max_step()
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.friction.depends_on_time()
+    }
+
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
         let contact = self.contact(time, x, u, self.rate(x, memory));
         self.friction.sample(&contact, &x[BRISTLES..position(N)], &mut memory.friction);
