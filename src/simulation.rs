@@ -51,6 +51,8 @@ pub trait Simulation: Send {
     fn time(&self) -> f64;
 
     /// Sets the inputs at the current time and their slopes in 1/s, which hold until they are set again.
+    ///
+    /// Only the last call before the next step counts, and setting what is already set changes nothing.
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
 
     /// Replaces the tunable parameters; all parameters are given, and fixed ones must be unchanged.

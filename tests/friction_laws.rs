@@ -208,3 +208,38 @@ fn restored_runs_repeat_every_bit() {
         assert!(first == second, "{law} forgets something");
     }
 }
+
+/// Stick-slip at the edges of the parameters: a Stribeck exponent of 0.5, whose slope at rest is infinite, and static
+/// friction no larger than Coulomb friction.
+#[test]
+fn steep_and_flat_stribeck_curves_are_integrated() {
+    let table = Friction::table("friction", 0, 1);
+    for law in laws() {
+        let group = format!("friction.{}", law_group(law));
+        let has = |name: &str| table.iter().any(|variable| variable.name == format!("{group}.{name}"));
+        for (name, value) in [("delta", 0.5), ("Fs", 8.3)] {
+            // Law 5 needs F_c < F_s.
+            if !has(name) || !has("Fc") && name == "Fs" || law == "VelocityBased" {
+                continue;
+            }
+            let mut run = Rig::bench(law, "SpringPull")
+                .set("spring.stiffness", 1e4)
+                .set("driveVelocity", 0.005)
+                .set(&format!("{group}.{name}"), value)
+                .set("solver.maxStepsPerCommunicationStep", 200_000.0)
+                .start()
+                .unwrap();
+            run.advance(2.0).unwrap_or_else(|error| panic!("{law} with {name} = {value}: {error}"));
+            let force = run.get("frictionForce");
+            assert!(force.is_finite() && force.abs() < 20.0, "{law} with {name} = {value}: {force} N");
+        }
+    }
+}
+
+/// The group of a law's parameters: its name in camel case.
+fn law_group(law: &str) -> String {
+    match law {
+        "GMS" | "LuGre" | "DNLRX" => law.to_lowercase(),
+        _ => law[..1].to_lowercase() + &law[1..],
+    }
+}

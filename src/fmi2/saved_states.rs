@@ -280,7 +280,7 @@ mod tests {
         refuse(|it| it.record.state = State::Fatal);
         refuse(|it| it.record.state = State::Instantiated);
         refuse(|it| it.snapshot = None);
-        refuse(|it| drop(it.record.parameters.pop()));
+        refuse(|it| it.record.parameters.truncate(1));
         refuse(|it| it.record.inputs.push(0.0));
         refuse(|it| it.record.inputs[1] = -1.0);
         refuse(|it| it.record.inputs[0] = f64::NAN);

@@ -16,8 +16,10 @@ const BELOW_LIMIT: f64 = 1e-12;
 pub enum Mode {
     /// Held by the spring-damper.
     Sticking {
-        /// Position in m at which the spring is without load.
-        anchor: f64,
+        /// Position in m where the mass stuck.
+        place: f64,
+        /// Load in N that the spring took over there: exactly that, however stiff the spring.
+        load: f64,
     },
     /// Sliding.
     Sliding {
@@ -48,22 +50,22 @@ impl Spring {
     /// The mode of a mass that was not in contact before; where there is no stiction, it slides.
     pub fn start(contact: &Contact<f64>, levels: Levels) -> Mode {
         if levels.break_away > 0.0 {
-            Mode::Sticking { anchor: contact.position }
+            Mode::Sticking { place: contact.position, load: 0.0 }
         } else {
             Mode::Sliding { direction: direction(contact, 1.0) }
         }
     }
 
     /// Force in N while sticking.
-    pub fn force<S: Scalar>(&self, contact: &Contact<S>, anchor: f64) -> S {
-        (contact.position - anchor) * self.stiffness + contact.velocity * self.damping
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, place: f64, load: f64) -> S {
+        (contact.position - place) * self.stiffness + contact.velocity * self.damping + load
     }
 
     /// The event indicator: the reserve until break-away, or the speed.
     pub fn indicator(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> f64 {
         let has_stiction = levels.break_away > 0.0;
         match mode {
-            Mode::Sticking { anchor } if has_stiction => levels.break_away - self.force(contact, anchor).abs(),
+            Mode::Sticking { place, load } if has_stiction => levels.break_away - self.force(contact, place, load).abs(),
             Mode::Sticking { .. } => -f64::MIN_POSITIVE,
             Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => -f64::MIN_POSITIVE,
             Mode::Sliding { direction } => direction * contact.velocity,
@@ -78,18 +80,18 @@ impl Spring {
         }
         match mode {
             // At rest the break-away force fell below the present one: the spring yields, and the motion will tell.
-            Mode::Sticking { anchor } if contact.velocity == 0.0 => {
-                self.anchored(contact, sign(self.force(contact, anchor)), levels.break_away, levels)
+            Mode::Sticking { place, load } if contact.velocity == 0.0 => {
+                Self::anchored(contact, sign(self.force(contact, place, load)), levels.break_away, levels)
             }
             Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity) },
-            Mode::Sliding { direction } => self.anchored(contact, direction, levels.sliding, levels),
+            Mode::Sliding { direction } => Self::anchored(contact, direction, levels.sliding, levels),
         }
     }
 
     /// Sticking with a force in a direction.
-    fn anchored(&self, contact: &Contact<f64>, direction: f64, force: f64, levels: Levels) -> Mode {
-        let force = force.min(levels.break_away * (1.0 - BELOW_LIMIT));
-        Mode::Sticking { anchor: contact.position - direction * force / self.stiffness }
+    fn anchored(contact: &Contact<f64>, direction: f64, force: f64, levels: Levels) -> Mode {
+        let load = direction * force.min(levels.break_away * (1.0 - BELOW_LIMIT));
+        Mode::Sticking { place: contact.position, load }
     }
 }
 

@@ -105,7 +105,7 @@ impl FrictionLaw for Armstrong {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
         match memory.mode {
-            Mode::Sticking { anchor } => self.spring.force(contact, anchor),
+            Mode::Sticking { place, load } => self.spring.force(contact, place, load),
             Mode::Sliding { direction } => {
                 let dry = self.stribeck_part(contact, memory) + self.coulomb_force;
                 contact.level * dry * direction + contact.velocity * self.viscous

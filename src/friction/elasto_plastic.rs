@@ -99,7 +99,8 @@ impl FrictionLaw for ElastoPlastic {
 
 /// The share `alpha` of the motion that is plastic, from the spring force in the direction of motion and its limits.
 fn plastic_share<S: Scalar>(spring: S, elastic_limit: S, limit: S) -> S {
-    if limit.value() < 1e-6 {
+    if limit.value() < divisor(limit).value() {
+        // Where the level fades away there is no elastic range left that a solver could resolve.
         S::constant(1.0)
     } else if spring.value() <= elastic_limit.value() || spring.value() <= 0.0 {
         S::zero()

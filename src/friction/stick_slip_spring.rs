@@ -64,7 +64,7 @@ impl FrictionLaw for StickSlipSpring {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Sticking { anchor } => self.spring.force(contact, anchor),
+            Mode::Sticking { place, load } => self.spring.force(contact, place, load),
             Mode::Sliding { direction } => {
                 contact.level * (direction * self.coulomb_force) + contact.velocity * self.viscous
             }
