@@ -295,16 +295,16 @@ fn gms_lags_behind_the_stribeck_curve_exponentially() {
 /// Where the friction level is 0, there is no dry friction and no bristle.
 #[test]
 fn bristle_laws_without_a_level_are_viscous() {
-    let zero = |law: &str, drive: &str, names: &[&str]| {
-        names.iter().fold(Rig::bench(law, drive), |rig, name| rig.set(name, 0.0))
-    };
     let laws: [(&str, f64, &[&str]); 5] = [
-        ("Dahl", 0.0, &["friction.dahl.Fc"]),
-        ("LuGre", 30.0, &["friction.lugre.Fs", "friction.lugre.Fc"]),
-        ("Leuven", 30.0, &["friction.leuven.Fs", "friction.leuven.Fc"]),
-        ("GMS", 30.0, &["friction.gms.Fs", "friction.gms.Fc"]),
-        ("MaxwellSlip", 30.0, &["[1]", "[2]", "[3]", "[4]"].map(|element| ["friction.maxwellSlip.W", element].concat()).each_ref().map(String::as_str)),
+        ("Dahl", 0.0, &["dahl.Fc"]),
+        ("LuGre", 30.0, &["lugre.Fs", "lugre.Fc"]),
+        ("Leuven", 30.0, &["leuven.Fs", "leuven.Fc"]),
+        ("GMS", 30.0, &["gms.Fs", "gms.Fc"]),
+        ("MaxwellSlip", 30.0, &["maxwellSlip.W[1]", "maxwellSlip.W[2]", "maxwellSlip.W[3]", "maxwellSlip.W[4]"]),
     ];
+    let zero = |law: &str, drive: &str, names: &[&str]| {
+        names.iter().fold(Rig::bench(law, drive), |rig, name| rig.set(&format!("friction.{name}"), 0.0))
+    };
     for (law, viscous, names) in laws {
         let mut run = zero(law, "PrescribedMotion", names).start().unwrap();
         for (end, v) in [(0.1, 0.1), (0.2, -0.3), (0.3, 0.0), (0.4, 0.2)] {

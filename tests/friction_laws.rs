@@ -158,7 +158,8 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
                 contact.velocity = velocity;
             }
             at[0] = contact.velocity;
-            let seeded: Vec<_> = at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
+            let seeded: Vec<_> =
+                at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
             let exact = evaluate(&law, drive, &memory, &seeded);
             let used = 4 + law.states();
             for direction in (0..used).filter(|direction| at[*direction] != 0.0) {
@@ -170,7 +171,9 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
                 });
                 for (row, dual) in exact.iter().enumerate() {
                     let difference = (above[row] - below[row]) / (2.0 * step);
-                    let rounding = 1e-15 * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states())) / step;
+                    let rounding = 1e-15
+                        * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states()))
+                        / step;
                     let allowed = 1e-5 * dual.slope[direction].abs() + 4.0 * rounding;
                     assert!(
                         (dual.slope[direction] - difference).abs() <= allowed,
@@ -195,7 +198,9 @@ fn restored_runs_repeat_every_bit() {
                 run.set("driveVelocity", random.spread(1e-4, 0.2));
                 run.set("appliedForce", random.spread(1.0, 20.0));
                 run.advance(f64::from(step + 1) * 0.007).unwrap_or_else(|error| panic!("{law}: {error}"));
-                bits.extend(["position", "velocity", "frictionForce", "solver.steps"].map(|name| run.get(name).to_bits()));
+                bits.extend(
+                    ["position", "velocity", "frictionForce", "solver.steps"].map(|name| run.get(name).to_bits()),
+                );
             }
             bits
         };

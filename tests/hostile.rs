@@ -20,12 +20,12 @@ const FINITE: [&str; 7] =
     ["position", "velocity", "acceleration", "frictionForce", "chamberA.massFlow", "chamberB.massFlow", "valve.spool"];
 const POSITIVE: [&str; 4] = ["chamberA.pressure", "chamberB.pressure", "chamberA.temperature", "chamberB.temperature"];
 
-/// Plays 30 s of random inputs held for 0.1 to 50 ms each; returns the number of accepted steps.
-fn survive(law: &str, seed: u64) -> f64 {
-    let mut run = Rig::cylinder(law).set("solver.maxStepsPerCommunicationStep", 100_000.0).start().unwrap();
+/// Plays random inputs held for 0.1 to 50 ms each for a time; returns the number of accepted steps.
+fn survive(rig: &Rig, law: &str, seed: u64, end: f64) -> f64 {
+    let mut run = rig.clone().set("solver.maxStepsPerCommunicationStep", 100_000.0).start().unwrap();
     let mut random = Random(seed);
     let mut time = 0.0;
-    while time < 30.0 {
+    while time < end {
         run.set("valveVoltage", random.between(0.0, 10.0));
         run.set("externalForce", random.between(-500.0, 500.0));
         run.set("supplyPressure", random.between(1e5, 10e5));
@@ -44,7 +44,44 @@ fn survive(law: &str, seed: u64) -> f64 {
 fn thirty_seconds_of_hostile_input_are_survived_by_every_law() {
     for (index, (_, law, _)) in LAWS.items.iter().enumerate() {
         let begin = std::time::Instant::now();
-        let steps = survive(law, index as u64);
+        let steps = survive(&Rig::cylinder(law), law, index as u64, 30.0);
         println!("{law:22} {steps:8} steps {:6.2} s", begin.elapsed().as_secs_f64());
+    }
+}
+
+/// The friction levels grow with one pressure and fall with the other, at times to nothing.
+#[test]
+fn friction_levels_that_vanish_and_return_are_survived_by_every_law() {
+    for (index, (_, law, _)) in LAWS.items.iter().enumerate() {
+        let rig = Rig::cylinder(law).set("friction.kappaA", 2e-6).set("friction.kappaB", -6e-6);
+        survive(&rig, law, 100 + index as u64, 5.0);
+    }
+}
+
+/// Velocities from 1 um/s to 1 m/s, held or as ramps through zero, and forces around break-away.
+#[test]
+fn hostile_input_of_the_bench_is_survived_by_every_law() {
+    for (index, (_, law, _)) in LAWS.items.iter().enumerate() {
+        for drive in ["SpringPull", "PrescribedMotion", "Free"] {
+            let mut run = Rig::bench(law, drive)
+                .set("spring.stiffness", 1e4)
+                .set("solver.maxStepsPerCommunicationStep", 100_000.0)
+                .start()
+                .unwrap();
+            let mut random = Random(index as u64);
+            let mut time = 0.0;
+            while time < 5.0 {
+                let step = 1e-4 * 500f64.powf(random.between(0.0, 1.0));
+                let v = 1e-6 * 1e6f64.powf(random.between(0.0, 1.0)) * random.between(-1.0, 1.0).signum();
+                let end = [v, -v, 0.0][random.between(0.0, 3.0) as usize];
+                run.set("appliedForce", random.between(-30.0, 30.0));
+                run.ramp("driveVelocity", v, (end - v) / step);
+                time += step;
+                run.advance(time).unwrap_or_else(|error| panic!("{law} {drive}: {error}"));
+                for name in ["position", "velocity", "frictionForce", "springForce"] {
+                    assert!(run.get(name).is_finite(), "{law} {drive}: {name} at {time} s");
+                }
+            }
+        }
     }
 }

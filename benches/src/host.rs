@@ -41,8 +41,7 @@ impl Host {
         let guid = CString::new(guid(&MODEL)).expect("no zero byte");
         let (name, callbacks) = (c"benchmark".as_ptr(), ptr::null());
         // SAFETY: strings end with a zero byte; callbacks may be NULL.
-        let component =
-            unsafe { fmi2Instantiate(name, CO_SIMULATION, guid.as_ptr(), ptr::null(), callbacks, 0, 0) };
+        let component = unsafe { fmi2Instantiate(name, CO_SIMULATION, guid.as_ptr(), ptr::null(), callbacks, 0, 0) };
         assert!(!component.is_null(), "fmi2Instantiate returns NULL");
         let host = Self { component, voltage: variable("valveVoltage").reference, time: 0.0 };
         for (parameter, value) in variables(Variable::is_parameter).into_iter().zip(&case.parameters) {

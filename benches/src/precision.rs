@@ -45,9 +45,7 @@ impl Solver {
     pub fn name(self) -> String {
         match self {
             Self::Ours => "ours".to_owned(),
-            Self::Rival(Rival { method, coupling }) => {
-                format!("{method:?} {coupling:?}").to_lowercase()
-            }
+            Self::Rival(Rival { method, coupling }) => format!("{method:?} {coupling:?}").to_lowercase(),
         }
     }
 }
@@ -84,7 +82,9 @@ pub fn reference(case: &Case) -> Trajectory {
 pub fn measure(case: &Case, reference: &Trajectory, repeats: usize) -> Result<Vec<Curve>> {
     let curve = |solver| {
         let points = match solver {
-            Solver::Ours => TOLERANCES.iter().map(|tolerance| Some(our_point(case, reference, *tolerance, repeats))).collect(),
+            Solver::Ours => {
+                TOLERANCES.iter().map(|tolerance| Some(our_point(case, reference, *tolerance, repeats))).collect()
+            }
             Solver::Rival(rival) => {
                 let tolerances = RIVAL_TOLERANCES.iter();
                 tolerances.map(|tolerance| rival_point(rival, case, reference, *tolerance, repeats)).collect::<Vec<_>>()

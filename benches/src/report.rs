@@ -81,7 +81,8 @@ pub fn points(comparisons: &[Comparison]) -> String {
             for it in points {
                 let (solver, name) = (solver.name(), name.replace(',', ""));
                 let (position, friction) = (it.deviation.position, it.deviation.friction);
-                let _ = writeln!(text, "{name},{solver},{:e},{:.0},{position:.3e},{friction:.3e}", it.tolerance, it.cost);
+                let _ =
+                    writeln!(text, "{name},{solver},{:e},{:.0},{position:.3e},{friction:.3e}", it.tolerance, it.cost);
             }
         }
     }

@@ -9,9 +9,7 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use diffsol::{
-    NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod,
-};
+use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
 use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PneumaticServoCylinder, build};
 use pneumatic_servo::scalar::Dual;
@@ -91,7 +89,11 @@ impl Rival {
         let plant = Plant {
             system,
             memory: RefCell::new(memory),
-            inputs: Inputs { values: effective_voltages(case), held: Cell::new(0), free: self.coupling == Coupling::Free },
+            inputs: Inputs {
+                values: effective_voltages(case),
+                held: Cell::new(0),
+                free: self.coupling == Coupling::Free,
+            },
             outputs: Outputs::new(case),
         };
         let mut problem = OdeBuilder::<Matrix>::new()

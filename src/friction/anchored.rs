@@ -65,7 +65,9 @@ impl Spring {
     pub fn indicator(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> f64 {
         let has_stiction = levels.break_away > 0.0;
         match mode {
-            Mode::Sticking { place, load } if has_stiction => levels.break_away - self.force(contact, place, load).abs(),
+            Mode::Sticking { place, load } if has_stiction => {
+                levels.break_away - self.force(contact, place, load).abs()
+            }
             Mode::Sticking { .. } => -f64::MIN_POSITIVE,
             Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => -f64::MIN_POSITIVE,
             Mode::Sliding { direction } => direction * contact.velocity,

@@ -20,7 +20,7 @@ parameters! {
         stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
         strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks");
         seed: f64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
-        window: f64 = Variable::parameter(9, "window", units::SECOND, 5e-5)
+        window: f64 = Variable::parameter(9, "window", units::SECOND, 1e-4)
             .range(0.0, 1e-2)
             .tunable()
             .shown_in("ms")

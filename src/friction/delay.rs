@@ -79,7 +79,9 @@ impl DelayLine {
         let count = self.points.len();
         match &mut *self.points {
             [.., last] if last.time >= point.time => last.after = point.after,
-            [.., before, last] if count == CAPACITY || point.time - before.time < delay / RESOLUTION as f64 => *last = point,
+            [.., before, last] if count == CAPACITY || point.time - before.time < delay / RESOLUTION as f64 => {
+                *last = point
+            }
             _ => self.points.push(point),
         }
         let oldest = self.points.iter().skip(1).take_while(|next| next.time <= contact.time - delay).count();

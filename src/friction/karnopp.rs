@@ -29,7 +29,9 @@ parameters! {
 /// ```
 ///
 /// Where the force just outside the band exceeds `lambda*F_s`, an applied force between the two would drive `w`
-/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov).
+/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov). It
+/// does so, too, where the applied force is larger with `v = 0` than with `v = w` (a damper does that), as long as `w`
+/// would come back at once.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.
@@ -47,11 +49,22 @@ pub struct Karnopp {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// In the band, `w` constant: friction balances the applied force.
-    Held,
+    Held(Hold),
     /// In the band, `w` moving in a direction under the force beyond `F_s`.
     Crossing(f64),
     /// Outside the band, in a direction.
     Sliding(f64),
+}
+
+/// What is held on the edge of the band beyond the force of the law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hold {
+    /// Time in s since when `w` is held.
+    since: f64,
+    /// Force in N by which the applied force fell short of friction when `w` came to the edge from outside.
+    deficit: f64,
+    /// Force in N that is held in any case.
+    limit: f64,
 }
 
 impl FrictionLaw for Karnopp {
@@ -73,7 +86,7 @@ impl FrictionLaw for Karnopp {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Held => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
+            Mode::Held(_) => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
             Mode::Crossing(direction) => contact.level * (direction * self.curve.static_force),
             Mode::Sliding(direction) => self.sliding(contact.velocity, direction, contact.level),
         }
@@ -82,8 +95,8 @@ impl FrictionLaw for Karnopp {
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
         let w = contact.velocity;
         match (*mode, contact.drive) {
-            (Mode::Held, Drive::Force) => out.push(self.reserve(contact, w)),
-            (Mode::Held, Drive::Motion) => out.push(self.band - w.abs()),
+            (Mode::Held(hold), Drive::Force) => out.push(self.reserve(contact, w, hold.limit)),
+            (Mode::Held(_), Drive::Motion) => out.push(self.band - w.abs()),
             (Mode::Crossing(direction), _) => {
                 out.push(self.band - direction * w);
                 out.push(direction * contact.applied - contact.level * self.curve.static_force);
@@ -100,14 +113,21 @@ impl FrictionLaw for Karnopp {
         *mode = match *mode {
             Mode::Sliding(direction) => {
                 *velocity = direction * self.band;
-                self.in_band(contact, *velocity)
+                let deficit = self.sliding(self.band, 1.0, contact.level) - direction * contact.applied;
+                match self.in_band(contact, *velocity) {
+                    Mode::Held(hold) => Mode::Held(Hold { deficit, ..hold }),
+                    other => other,
+                }
             }
             Mode::Crossing(direction) if event == 0 => {
                 *velocity = direction * self.band;
                 self.in_band(contact, *velocity)
             }
-            Mode::Crossing(_) => Mode::Held,
-            Mode::Held => self.in_band(contact, *velocity),
+            Mode::Crossing(_) => Self::held_since(contact.time),
+            Mode::Held(hold) if hold.since == contact.time && hold.deficit > 0.0 => {
+                Mode::Held(Hold { deficit: 0.0, limit: contact.applied.abs() + hold.deficit, ..hold })
+            }
+            Mode::Held(_) => self.in_band(contact, *velocity),
         };
     }
 
@@ -123,19 +143,23 @@ impl Karnopp {
 
     /// The mode at a `w` inside the band or on its edge.
     fn in_band(&self, contact: &Contact<f64>, w: f64) -> Mode {
-        if contact.drive == Drive::Motion || self.reserve(contact, w) >= 0.0 {
-            return Mode::Held;
+        if contact.drive == Drive::Motion || self.reserve(contact, w, 0.0) >= 0.0 {
+            return Self::held_since(contact.time);
         }
         let direction = sign(contact.applied);
         if direction * w >= self.band { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
     }
 
-    /// By how much the holding force exceeds the applied force.
-    fn reserve(&self, contact: &Contact<f64>, w: f64) -> f64 {
+    fn held_since(since: f64) -> Mode {
+        Mode::Held(Hold { since, deficit: 0.0, limit: 0.0 })
+    }
+
+    /// By how much the holding force, at least `held` on the edge, exceeds the applied force.
+    fn reserve(&self, contact: &Contact<f64>, w: f64, held: f64) -> f64 {
         let static_force = contact.level * self.curve.static_force;
         let direction = sign(contact.applied);
         let outside = self.sliding(self.band, 1.0, contact.level);
-        let limit = if direction * w >= self.band { static_force.max(outside) } else { static_force };
+        let limit = if direction * w >= self.band { static_force.max(outside).max(held) } else { static_force };
         limit - contact.applied.abs()
     }
 }

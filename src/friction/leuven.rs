@@ -50,9 +50,9 @@ parameters! {
 /// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
 /// follows `x` only in part. Turning points are kept as positions, so that all loops scale with the load level.
 /// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
-/// at rest only to rounding. The stack holds 128 turning points. When it is full, the latest closed loop, which is the
-/// smallest of all, is forgotten early; the force then jumps by less than that loop was wide when the loop around it
-/// closes. Where `s` falls to 0, within the last micronewton, `z` goes to 0 and the hysteresis starts anew.
+/// at rest only to rounding. The stack holds 128 turning points. When it is full, the loop that differs least from its
+/// neighbours is forgotten; when the one around it closes, the force jumps by the little that it had contributed (less
+/// than 0.1 % of `f1` after a thousand loops in 2 um). Where `s` falls to 0, within the last micronewton, `z` goes to 0 and the hysteresis starts anew.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.
@@ -97,13 +97,22 @@ impl Stack {
         &self.points[..self.len]
     }
 
-    /// Adds a turning point; if there is no room, in place of the innermost loop.
+    /// Adds a turning point; if there is no room, a loop is forgotten for it.
     fn push(&mut self, point: TurningPoint) {
         if self.len == CAPACITY {
-            self.len -= 2;
+            self.forget_slightest_loop();
         }
         self.points[self.len] = point;
         self.len += 1;
+    }
+
+    /// Forgets the two points without which the branches change least: those that almost repeat their neighbours.
+    fn forget_slightest_loop(&mut self) {
+        let z = |index: usize| self.points[index].z;
+        let change = |first: usize| (z(first) - z(first + 2)).abs() * (z(first - 1) - z(first + 1)).abs();
+        let slightest = (1..self.len - 2).min_by(|a, b| change(*a).total_cmp(&change(*b))).unwrap_or(1);
+        self.points.copy_within(slightest + 2..self.len, slightest);
+        self.len -= 2;
     }
 
     /// Forgets the innermost loop.
@@ -322,10 +331,10 @@ mod tests {
         assert_eq!(path.memory.turned.len, 0);
     }
 
-    /// The 128 widest turns span the loops down to 28 % of their width. What is forgotten inside of them is missing
-    /// when they close: less than 0.1 N of 12 N, and nothing once they have closed.
+    /// A thousand turns, each 1 % less wide. What is forgotten is missing when the loops around it close: a jump of less
+    /// than 0.1 % of f1, and nothing once all have closed.
     #[test]
-    fn full_stack_forgets_the_smallest_loops_only() {
+    fn full_stack_forgets_the_slightest_loops_only() {
         let mut path = Path::new();
         path.nest(1000);
         assert!(path.memory.turned.len <= CAPACITY);
@@ -339,7 +348,7 @@ mod tests {
             jump = jump.max((force - last).abs() - 4.64e6 * 1e-9);
             last = force;
         }
-        assert!(jump < 0.1, "{jump} N");
+        assert!(jump < 5e-3, "{jump} N");
         assert!((path.to(3e-6) - virgin_at_three_micrometres()).abs() < 1e-14);
     }
 
