@@ -1,0 +1,73 @@
+"""The same run through other hosts than FMPy: libcosim, Ecos, and the checker of the FMU manipulation toolbox.
+
+All hold the input over steps of 1 ms. They compute the times of the steps in different ways (products, sums, integer
+nanoseconds), which differ in the last bits; so may the results, by a thousand times that.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from client import Client
+
+VOLTAGE = 7.0
+STEPS = 500
+OUTPUTS = ["position", "velocity", "chamberA.pressure", "chamberB.pressure", "frictionForce"]
+ROUNDING = 1e-9
+"""Relative."""
+
+
+@pytest.fixture(scope="module")
+def expected(fmu: Path) -> list[float]:
+    """What FMPy finds: 5 V while initializing, then 7 V for half a second."""
+    with Client(fmu) as client:
+        client.start()
+        client.set({"valveVoltage": VOLTAGE})
+        for step in range(STEPS):
+            client.advance((step + 1) * 1e-3)
+        return client.get(OUTPUTS)
+
+
+def test_libcosim_gives_the_same_results(fmu: Path, expected: list[float]) -> None:
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    with Client(fmu) as client:
+        references = [client.variables[name].valueReference for name in ["valveVoltage", *OUTPUTS]]
+    execution = CosimExecution.from_step_size(step_size=1_000_000)  # ns
+    plant = execution.add_local_slave(CosimLocalSlave(fmu_path=str(fmu), instance_name="plant"))
+    manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
+    execution.add_manipulator(manipulator)
+    execution.add_observer(observer)
+    manipulator.slave_real_values(plant, references[:1], [VOLTAGE])
+    for _ in range(STEPS):
+        assert execution.step()
+    assert observer.last_real_values(plant, references[1:]) == pytest.approx(expected, rel=ROUNDING)
+
+
+def test_ecos_gives_the_same_results(fmu: Path, expected: list[float]) -> None:
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    with EcosSimulationStructure() as structure:
+        structure.add_model("plant", fmu)
+        with EcosSimulation(structure=structure, step_size=1e-3) as simulation:
+            simulation.init()
+            simulation.set_real("plant::valveVoltage", VOLTAGE)
+            for _ in range(STEPS):
+                simulation.step()
+            found = [simulation.get_real(f"plant::{name}") for name in OUTPUTS]
+    assert found == pytest.approx(expected, rel=ROUNDING)
+
+
+def test_toolbox_finds_no_error(fmu: Path) -> None:
+    tool = Path(sys.executable).with_name("fmutool")
+    answer = subprocess.run([tool, "-input", fmu, "-check"], capture_output=True, text=True, check=True)
+    text = answer.stdout + answer.stderr
+    assert "seems to be compliant with FMI-2.0" in text, text
+    assert "No semantic error" in text, text
+    assert "ERROR" not in text, text
