@@ -385,6 +385,24 @@ fn set_valued_laws_hold_the_mass_exactly() {
     }
 }
 
+/// Pulled slower than the edge of the band through a damper, the mass would leave the band and come back without end: the
+/// damper takes 0.1 N off the applied force as soon as the mass moves. On average it follows the drive.
+#[test]
+fn karnopp_follows_a_slow_damped_spring_in_steps_that_end() {
+    let mut run = Rig::bench("Karnopp", "SpringPull")
+        .set("driveVelocity", 5e-5)
+        .set("spring.stiffness", 1e5)
+        .set("spring.damping", 1e3)
+        .set("solver.maxStepsPerCommunicationStep", 20_000.0)
+        .start()
+        .unwrap();
+    for second in 1..=20 {
+        run.advance(f64::from(second)).expect("a step that ends");
+    }
+    let lag = 1e5 * (run.get("drivePosition") - run.get("position"));
+    assert!((lag - 11.0).abs() < 0.2, "{lag} N");
+}
+
 /// The creep velocity solves `F(v) = 5 N`; the solver's tolerance for velocities is 1e-8 m/s.
 #[test]
 fn regularised_laws_creep_at_the_velocity_of_their_curve() {

@@ -33,9 +33,6 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     heading("Library: unit tests, published numbers, C interface");
     checks.cargo(&["test"])?;
 
-    heading("C interface under valgrind");
-    checks.valgrind()?;
-
     heading("Packaging: unit tests");
     checks.cargo(&["test", "--package", "packaging"])?;
 
@@ -64,22 +61,6 @@ impl Checks<'_> {
         cargo
             .args(["doc", "--workspace", "--exclude", "benchmark", "--no-deps"])
             .env("RUSTDOCFLAGS", "--deny warnings");
-        process::run(self.prepared(&mut cargo))
-    }
-
-    /// The tests through the built library once more, where valgrind can watch them.
-    fn valgrind(&self) -> Result<()> {
-        // Slow under valgrind, and no different for it: they repeat the same calls many times.
-        const SLOW: [&str; 4] = ["for_every_law", "corrupt_bytes", "eight_threads", "another_process"];
-        let is_there = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status().is_ok();
-        if !cfg!(all(target_os = "linux", target_arch = "x86_64")) || !is_there {
-            println!("left out: valgrind was not found (on Debian or Ubuntu: apt install valgrind)");
-            return Ok(());
-        }
-        let mut cargo = process::cargo();
-        cargo.args(["test", "--test", "c_interface", "--", "--test-threads=1"]);
-        cargo.args(SLOW.iter().flat_map(|name| ["--skip", name]));
-        cargo.env("CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER", "valgrind --quiet --error-exitcode=9");
         process::run(self.prepared(&mut cargo))
     }
 

@@ -2,9 +2,7 @@
 
 use super::dahl::{divisor, fading_rate};
 use super::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
-use super::stribeck::{
-    StribeckCurve, coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous,
-};
+use super::stribeck::{StribeckCurve, coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous};
 use super::{Contact, FrictionLaw, Indicators};
 use crate::parameters;
 use crate::scalar::Scalar;
@@ -73,14 +71,7 @@ impl FrictionLaw for Gms {
         if p.share[..count].iter().all(|share| *share == 0.0) {
             return Err(ParameterError::new("alpha[1]", p.share[0], "one element in use must have a share above 0"));
         }
-        Ok(Self {
-            curve,
-            viscous: p.viscous,
-            count,
-            attraction: p.attraction,
-            stiffness: p.stiffness,
-            share: p.share,
-        })
+        Ok(Self { curve, viscous: p.viscous, count, attraction: p.attraction, stiffness: p.stiffness, share: p.share })
     }
 
     fn states(&self) -> usize {

@@ -29,9 +29,12 @@ parameters! {
 /// ```
 ///
 /// Where the force just outside the band exceeds `lambda*F_s`, an applied force between the two would drive `w`
-/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov). It
-/// does so, too, where the applied force is larger with `v = 0` than with `v = w` (a damper does that), as long as `w`
-/// would come back at once.
+/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov).
+///
+/// # Validity
+/// An applied force that falls as soon as the mass moves (through a damper, or a spring stiffer than the motion is
+/// fast) drives `w` back into the band at once. Each return within 0.1 ms of leaving the band raises what the edge holds,
+/// from a millionth of the friction force on, so that leaving and returning do not follow each other without end.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.
@@ -49,26 +52,28 @@ pub struct Karnopp {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// In the band, `w` constant: friction balances the applied force.
-    Held(Hold),
+    Held,
     /// In the band, `w` moving in a direction under the force beyond `F_s`.
     Crossing(f64),
     /// Outside the band, in a direction.
     Sliding(f64),
 }
 
-/// What is held on the edge of the band beyond the force of the law.
+/// The mode, and what keeps it from changing without end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Hold {
-    /// Time in s since when `w` is held.
-    since: f64,
-    /// Force in N by which the applied force fell short of friction when `w` came to the edge from outside.
-    deficit: f64,
-    /// Force in N that is held in any case.
-    limit: f64,
+pub struct Memory {
+    mode: Mode,
+    /// Time in s at which `w` left the band last.
+    left: f64,
+    /// Force in N that the edge holds beyond the law.
+    margin: f64,
 }
 
+/// Slides shorter than this, in s, count as returning at once.
+const AT_ONCE: f64 = 1e-4;
+
 impl FrictionLaw for Karnopp {
-    type Memory = Mode;
+    type Memory = Memory;
     type Parameters = Parameters;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
@@ -76,27 +81,23 @@ impl FrictionLaw for Karnopp {
         Ok(Self { curve, viscous: p.viscous, band: p.band })
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
-        if contact.velocity.abs() >= self.band {
-            Mode::Sliding(sign(contact.velocity))
-        } else {
-            self.in_band(contact, contact.velocity)
-        }
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        Memory { mode: self.mode_at(contact), left: f64::NEG_INFINITY, margin: 0.0 }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
-        match *mode {
-            Mode::Held(_) => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        match memory.mode {
+            Mode::Held => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
             Mode::Crossing(direction) => contact.level * (direction * self.curve.static_force),
             Mode::Sliding(direction) => self.sliding(contact.velocity, direction, contact.level),
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
         let w = contact.velocity;
-        match (*mode, contact.drive) {
-            (Mode::Held(hold), Drive::Force) => out.push(self.reserve(contact, w, hold.limit)),
-            (Mode::Held(_), Drive::Motion) => out.push(self.band - w.abs()),
+        match (memory.mode, contact.drive) {
+            (Mode::Held, Drive::Force) => out.push(self.reserve(contact, w, memory.margin)),
+            (Mode::Held, Drive::Motion) => out.push(self.band - w.abs()),
             (Mode::Crossing(direction), _) => {
                 out.push(self.band - direction * w);
                 out.push(direction * contact.applied - contact.level * self.curve.static_force);
@@ -105,34 +106,31 @@ impl FrictionLaw for Karnopp {
         }
     }
 
-    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         if contact.drive == Drive::Motion {
-            *mode = self.start(contact, &mut []);
+            memory.mode = self.mode_at(contact);
             return;
         }
-        *mode = match *mode {
+        memory.mode = match memory.mode {
             Mode::Sliding(direction) => {
                 *velocity = direction * self.band;
-                let deficit = self.sliding(self.band, 1.0, contact.level) - direction * contact.applied;
-                match self.in_band(contact, *velocity) {
-                    Mode::Held(hold) => Mode::Held(Hold { deficit, ..hold }),
-                    other => other,
-                }
+                memory.margin = self.margin_after(contact, memory);
+                self.in_band(contact, *velocity, memory.margin)
             }
             Mode::Crossing(direction) if event == 0 => {
                 *velocity = direction * self.band;
-                self.in_band(contact, *velocity)
+                self.in_band(contact, *velocity, 0.0)
             }
-            Mode::Crossing(_) => Self::held_since(contact.time),
-            Mode::Held(hold) if hold.since == contact.time && hold.deficit > 0.0 => {
-                Mode::Held(Hold { deficit: 0.0, limit: contact.applied.abs() + hold.deficit, ..hold })
-            }
-            Mode::Held(_) => self.in_band(contact, *velocity),
+            Mode::Crossing(_) => Mode::Held,
+            Mode::Held => self.in_band(contact, *velocity, memory.margin),
         };
+        if matches!(memory.mode, Mode::Sliding(_)) {
+            memory.left = contact.time;
+        }
     }
 
-    fn is_sticking(&self, mode: &Mode) -> bool {
-        !matches!(mode, Mode::Sliding(_))
+    fn is_sticking(&self, memory: &Memory) -> bool {
+        !matches!(memory.mode, Mode::Sliding(_))
     }
 }
 
@@ -141,25 +139,41 @@ impl Karnopp {
         self.curve.level(velocity.abs(), level) * direction + velocity * self.viscous
     }
 
+    fn mode_at(&self, contact: &Contact<f64>) -> Mode {
+        if contact.velocity.abs() >= self.band {
+            Mode::Sliding(sign(contact.velocity))
+        } else {
+            self.in_band(contact, contact.velocity, 0.0)
+        }
+    }
+
     /// The mode at a `w` inside the band or on its edge.
-    fn in_band(&self, contact: &Contact<f64>, w: f64) -> Mode {
-        if contact.drive == Drive::Motion || self.reserve(contact, w, 0.0) >= 0.0 {
-            return Self::held_since(contact.time);
+    fn in_band(&self, contact: &Contact<f64>, w: f64, margin: f64) -> Mode {
+        if contact.drive == Drive::Motion || self.reserve(contact, w, margin) >= 0.0 {
+            return Mode::Held;
         }
         let direction = sign(contact.applied);
         if direction * w >= self.band { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
     }
 
-    fn held_since(since: f64) -> Mode {
-        Mode::Held(Hold { since, deficit: 0.0, limit: 0.0 })
-    }
-
-    /// By how much the holding force, at least `held` on the edge, exceeds the applied force.
-    fn reserve(&self, contact: &Contact<f64>, w: f64, held: f64) -> f64 {
+    /// By how much the holding force, on the edge with a margin, exceeds the applied force.
+    fn reserve(&self, contact: &Contact<f64>, w: f64, margin: f64) -> f64 {
         let static_force = contact.level * self.curve.static_force;
         let direction = sign(contact.applied);
         let outside = self.sliding(self.band, 1.0, contact.level);
-        let limit = if direction * w >= self.band { static_force.max(outside).max(held) } else { static_force };
+        let limit = if direction * w >= self.band { static_force.max(outside) + margin } else { static_force };
         limit - contact.applied.abs()
+    }
+
+    /// The margin of the edge when `w` comes back to it: grows after short slides, and is nothing after long ones.
+    fn margin_after(&self, contact: &Contact<f64>, memory: &Memory) -> f64 {
+        let slid = contact.time - memory.left;
+        if slid < AT_ONCE {
+            (2.0 * memory.margin).max(1e-6 * self.sliding(self.band, 1.0, contact.level))
+        } else if slid < 10.0 * AT_ONCE {
+            0.9 * memory.margin
+        } else {
+            0.0
+        }
     }
 }
