@@ -32,7 +32,7 @@ struct Arguments {
 enum Command {
     /// Build every FMU, validate it, run its default experiment and draw the figures.
     Package,
-    /// Rewrite modelDescription/<Model>.xml and the tables of the README from the variable tables.
+    /// Rewrite the XML below modelDescription and the tables of the README from the variable tables.
     Describe,
     /// Run every check: format, lints, unit tests, C-interface tests and real FMI clients.
     Test,
