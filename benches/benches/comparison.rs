@@ -39,10 +39,10 @@ fn main() -> Result<()> {
 
 fn latencies() -> String {
     let mut rows = Vec::new();
-    for case in case::all() {
+    for cylinder in case::all() {
         for size in [1e-3, 1e-2] {
-            let found = latency::measure(&case, TOLERANCE, size, 10.0, 10);
-            rows.push((case.name.clone(), size, found));
+            let found = latency::measure(&cylinder, TOLERANCE, size, case::DURATION, 20);
+            rows.push((cylinder.name.clone(), size, found));
         }
     }
     format!("\n{}", latency_table(&rows))

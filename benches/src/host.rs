@@ -5,6 +5,7 @@
 use std::ffi::CString;
 use std::hint::black_box;
 use std::ptr;
+use std::sync::LazyLock;
 
 use pneumatic_servo::fmi2::exports::{
     fmi2DoStep, fmi2EnterInitializationMode, fmi2ExitInitializationMode, fmi2FreeFMUstate, fmi2FreeInstance,
@@ -17,6 +18,9 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::{Kind, Variable};
 
 use crate::case::{Case, variable, variables};
+
+/// The GUID as a host reads it from `modelDescription.xml`.
+static GUID: LazyLock<CString> = LazyLock::new(|| CString::new(guid(&MODEL)).expect("no zero byte"));
 
 /// A running instance.
 pub struct Host {
@@ -38,10 +42,9 @@ impl Host {
     /// # Panics
     /// When a call fails.
     pub fn start(case: &Case, tolerance: f64) -> Self {
-        let guid = CString::new(guid(&MODEL)).expect("no zero byte");
         let (name, callbacks) = (c"benchmark".as_ptr(), ptr::null());
         // SAFETY: strings end with a zero byte; callbacks may be NULL.
-        let component = unsafe { fmi2Instantiate(name, CO_SIMULATION, guid.as_ptr(), ptr::null(), callbacks, 0, 0) };
+        let component = unsafe { fmi2Instantiate(name, CO_SIMULATION, GUID.as_ptr(), ptr::null(), callbacks, 0, 0) };
         assert!(!component.is_null(), "fmi2Instantiate returns NULL");
         let host = Self { component, voltage: variable("valveVoltage").reference, time: 0.0 };
         for (parameter, value) in variables(Variable::is_parameter).into_iter().zip(&case.parameters) {

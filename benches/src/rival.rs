@@ -11,6 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
 use pneumatic_servo::friction::Indicators;
+use pneumatic_servo::mechanics::EndStops;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PneumaticServoCylinder, build};
 use pneumatic_servo::scalar::Dual;
 use pneumatic_servo::simulation::Start;
@@ -150,6 +151,7 @@ struct Outputs {
     area_a: f64,
     area_b: f64,
     dead_force: f64,
+    stops: EndStops,
     mass: f64,
 }
 
@@ -158,15 +160,22 @@ impl Outputs {
         let area = |diameter: &str| std::f64::consts::PI / 4.0 * case.parameter(diameter).powi(2);
         let (bore, rod) = (area("cylinder.bore"), area("cylinder.rod"));
         let dead_force = case.parameter("ambientPressure") * rod + case.parameter("wireForce");
-        Self { area_a: bore, area_b: bore - rod, dead_force, mass: case.parameter("mass.moving") }
+        let stops = EndStops {
+            stroke: case.parameter("cylinder.stroke"),
+            stiffness: case.parameter("cylinder.stopStiffness"),
+            damping: case.parameter("cylinder.stopDamping"),
+        };
+        Self { area_a: bore, area_b: bore - rod, dead_force, stops, mass: case.parameter("mass.moving") }
     }
 
-    /// Position and friction force between the end stops.
+    /// Position and friction force.
     fn of<const N: usize>(&self, x: &[f64; N], rates: &[f64; N]) -> [f64; 2] {
         const PRESSURE_A: usize = 3;
         const PRESSURE_B: usize = 5;
-        let applied = x[PRESSURE_A] * self.area_a - x[PRESSURE_B] * self.area_b - self.dead_force;
-        [x[N - 2], applied - self.mass * rates[N - 1]]
+        let [position, rate] = [x[N - 2], rates[N - 2]];
+        let pressures = x[PRESSURE_A] * self.area_a - x[PRESSURE_B] * self.area_b;
+        let applied = pressures - self.dead_force + self.stops.force(position, rate);
+        [position, applied - self.mass * rates[N - 1]]
     }
 }
 

@@ -23,8 +23,7 @@ impl PneumaticServoCylinder {
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
         // The parts are independent only without leakage between the chambers.
-        let bristles = self.friction.states();
-        if self.p.piston_leakage != 0.0 || bristles > 2 {
+        if self.p.piston_leakage != 0.0 || self.bristles > 2 {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
@@ -32,7 +31,7 @@ impl PneumaticServoCylinder {
         for side in [Side::A, Side::B] {
             self.linearise_chamber(side, x, u, memory, jacobian, &mut derivatives);
         }
-        match bristles {
+        match self.bristles {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
             _ => self.linearise_motion::<6, N>(time, x, u, memory, jacobian, &mut derivatives),
