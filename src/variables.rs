@@ -455,9 +455,12 @@ macro_rules! outputs {
                 vec![$($declaration),*]
             }
 
-            /// The values, in the order of the table.
-            pub fn values(self) -> impl Iterator<Item = S> {
-                [$(self.$field),*].into_iter()
+            /// Writes the values in the order of the table, and returns the rest of the slots.
+            pub fn write(self, slots: &mut [S]) -> &mut [S] where S: Copy {
+                let values = [$(self.$field),*];
+                let (own, rest) = slots.split_at_mut(values.len());
+                own.copy_from_slice(&values);
+                rest
             }
         }
     };

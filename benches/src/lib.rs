@@ -16,6 +16,9 @@ pub mod case;
 pub mod error;
 pub mod host;
 pub mod latency;
+#[cfg(feature = "rival")]
 pub mod precision;
+#[cfg(feature = "rival")]
 pub mod report;
+#[cfg(feature = "rival")]
 pub mod rival;

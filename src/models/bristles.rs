@@ -24,9 +24,11 @@ pub fn bristle_table(base: u32, motion: &[u32]) -> Vec<Variable> {
     states.chain(rates).collect()
 }
 
-/// The values of these variables.
-pub fn bristle_values<S: Scalar>(states: &[S], rates: &[S]) -> impl Iterator<Item = S> {
-    let padded =
-        |values: &[S]| -> [S; MAX_STATES] { std::array::from_fn(|i| values.get(i).copied().unwrap_or_else(S::zero)) };
-    padded(states).into_iter().chain(padded(rates))
+/// Writes the values of these variables.
+pub fn write_bristles<S: Scalar>(states: &[S], rates: &[S; MAX_STATES], slots: &mut [S]) {
+    let (own, unused) = slots.split_at_mut(states.len());
+    own.copy_from_slice(states);
+    let (unused, all_rates) = unused.split_at_mut(MAX_STATES - states.len());
+    unused.fill(S::zero());
+    all_rates.copy_from_slice(rates);
 }

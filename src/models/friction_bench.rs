@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::bristles::{bristle_table, bristle_values};
+use super::bristles::{bristle_table, write_bristles};
 use super::equations::Equations;
 use super::simulator::{Simulator, counters_table};
 use crate::friction::{self, Contact, Friction, Indicators};
@@ -362,8 +362,7 @@ impl<const N: usize> Equations<N, 2> for FrictionBench {
             sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
             drive_rate: u[0],
         };
-        let values = outputs.values().chain(bristle_values(&x[..count], &bristle_rates));
-        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        write_bristles(&x[..count], &bristle_rates, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {

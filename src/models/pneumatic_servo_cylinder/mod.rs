@@ -19,6 +19,7 @@ use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE};
+use super::bristles::write_bristles;
 use super::equations::Equations;
 use super::simulator::Simulator;
 use crate::friction::{self, Contact, Drive, Friction, Indicators};
@@ -507,10 +508,7 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             stop_force: self.applied_force(x, u, rate).1,
             load_level: contact.level,
         };
-        let unused = std::iter::repeat_n(S::zero(), friction::MAX_STATES - count);
-        let states = bristles.iter().copied().chain(unused);
-        let values = outputs.values().chain(states).chain(bristle_rates);
-        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        write_bristles(bristles, &bristle_rates, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
