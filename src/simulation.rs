@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::solver::Balance;
 use crate::variables::{ParameterError, Variable};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
@@ -102,6 +103,8 @@ pub struct Snapshot {
     pub step: f64,
     /// The solver's counters.
     pub counters: Counters,
+    /// The account of conserved quantities.
+    pub balance: Balance,
 }
 
 /// What the solver has done since initialization.

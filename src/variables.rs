@@ -210,6 +210,11 @@ impl Variable {
         Self { start: Some(start.into()), ..Self::new(reference, name, Kind::Integer, Role::Fixed) }
     }
 
+    /// A fixed parameter that turns something on or off.
+    pub fn option(reference: u32, name: &str, start: bool) -> Self {
+        Self { start: Some(start.into()), ..Self::new(reference, name, Kind::Boolean, Role::Fixed) }
+    }
+
     /// A fixed choice among the items of an enumeration.
     pub fn choice(reference: u32, name: &str, of: &'static Enumeration, start: i32) -> Self {
         Self { start: Some(start.into()), ..Self::new(reference, name, Kind::Enumeration(of), Role::Fixed) }

@@ -5,7 +5,8 @@ use pneumatic_servo::scalar::Scalar;
 use pneumatic_servo::simulation::StepError;
 use pneumatic_servo::solver::{HybridSystem, Run, Scheme, Settings};
 
-const ADAPTIVE: Settings = Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000 };
+const ADAPTIVE: Settings =
+    Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
 
 /// `x'' = -x`, with a motion around the unit circle.
 struct Oscillator;

@@ -151,3 +151,45 @@ fn leakage_past_the_piston_goes_from_high_to_low_pressure() {
     assert_close(running.get("chamberA.massFlow"), -leak, 1e-12, "flow out of A");
     assert_close(running.get("chamberB.massFlow"), leak, 1e-12, "flow into B");
 }
+
+/// The accounts of mass and energy close within what the tolerance allows, in a run with stiction, choked flow, heat,
+/// leakage, stops and outer forces, and the tighter the solver, the better.
+#[test]
+fn balances_close() {
+    let worst = |tolerance: f64, thermal: &str| {
+        let rig = Rig::cylinder("Stribeck").set("balance.enabled", 1.0).choose("thermal.model", thermal);
+        let rig = rig.set("solver.relativeTolerance", tolerance).set("piston.leakage", 1e-16).set("incline", 0.2);
+        let mut running = rig.set("position0", 0.45).set("externalForce", 3.0).start().unwrap();
+        let mut worst = [0.0f64; 2];
+        for step in 0..2000 {
+            let time = f64::from(step) * 1e-3;
+            running.set("valveVoltage", 5.0 + 2.0 * (std::f64::consts::TAU * time).sin());
+            running.advance(time + 1e-3).unwrap();
+            for (worst, name) in worst.iter_mut().zip(["balance.massResidual", "balance.energyResidual"]) {
+                *worst = worst.max(running.get(name).abs());
+            }
+        }
+        worst
+    };
+    // The chambers hold some 3e-4 kg and 50 J; 2000 steps of a relative error of 1e-6 are an upper bound by far.
+    for (thermal, energy) in [("EnergyBalance", 1e-2), ("Polytropic", 1e-3)] {
+        let (coarse, fine) = (worst(1e-6, thermal), worst(1e-9, thermal));
+        assert!(coarse[0] < 1e-7 && coarse[1] < energy, "{thermal}: {coarse:?}");
+        assert!(fine[0] < 0.01 * coarse[0] && fine[1] < 0.03 * coarse[1], "{thermal}: {coarse:?} {fine:?}");
+    }
+}
+
+/// Keeping account changes nothing else, and unless asked for there is none.
+#[test]
+fn balances_do_not_disturb() {
+    let run = |rig: Rig| {
+        let mut running = rig.set("valveVoltage", 7.0).start().unwrap();
+        running.advance(0.3).unwrap();
+        ["position", "chamberA.pressure", "balance.massResidual", "balance.energyResidual"]
+            .map(|name| running.get(name))
+    };
+    let (without, with) = (run(Rig::cylinder("LuGre")), run(Rig::cylinder("LuGre").set("balance.enabled", 1.0)));
+    assert_eq!(without[..2], with[..2]);
+    assert_eq!(without[2..], [0.0, 0.0]);
+    assert!(with[2..].iter().all(|residual| *residual != 0.0), "{with:?}");
+}

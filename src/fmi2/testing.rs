@@ -8,6 +8,7 @@ use super::instance::Instance;
 use super::layout::Layout;
 use super::logging::Log;
 use crate::simulation::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::solver::Balance;
 use crate::variables::{Enumeration, ParameterError, Role, Variable, units};
 
 pub const INPUT: u32 = 1;
@@ -182,6 +183,7 @@ impl Simulation for Lag {
             memory: postcard::to_allocvec(&self.memory).expect("plain data"),
             step: 0.0,
             counters: Counters::default(),
+            balance: Balance::default(),
         }
     }
 

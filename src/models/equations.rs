@@ -5,6 +5,9 @@ use crate::solver::HybridSystem;
 
 /// A hybrid system with computed variables, which come first among those of the model's table.
 pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
+    /// Conserved quantities whose residuals the table lists before the solver's counters.
+    const RESIDUALS: usize = 0;
+
     /// Writes the computed variables in the order of the table.
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory, computed: &mut [S]);
 

@@ -40,7 +40,7 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
     fn differentiate(&self, time: f64, states: [f64; N], slopes: [f64; U], computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
         let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
-        let (own, counters) = computed.split_at_mut(computed.len() - COUNTERS);
+        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
         let mut values = vec![dual(0.0, 0.0); own.len()];
         let time = dual(self.run.time(), time);
         let u = std::array::from_fn(|i| dual(u[i], slopes[i]));
@@ -51,7 +51,7 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
         for (slot, value) in own.iter_mut().zip(values) {
             *slot = value.slope[0];
         }
-        counters.fill(0.0);
+        rest.fill(0.0);
     }
 }
 
@@ -78,8 +78,10 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
 
     fn values(&self, computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
-        let (own, counters) = computed.split_at_mut(computed.len() - COUNTERS);
+        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
+        residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
         let Counters { steps, rejected, jacobians, events } = self.run.counters();
         for (slot, count) in counters.iter_mut().zip([steps, rejected, jacobians, events]) {
             // FMI integers have 32 bits; a run that exceeds them shows the largest.
@@ -112,6 +114,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
             memory: postcard::to_allocvec(memory).expect("a memory holds plain data"),
             step: self.run.step(),
             counters: self.run.counters(),
+            balance: self.run.balance(),
         }
     }
 
@@ -119,10 +122,10 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
         let states: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
         let memory: E::Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
         let is_plain = states.iter().chain([&snapshot.time, &snapshot.step]).all(|value| value.is_finite());
-        if !is_plain || snapshot.step <= 0.0 || !self.run.system().fits(&memory) {
+        if !is_plain || !snapshot.balance.is_finite() || snapshot.step <= 0.0 || !self.run.system().fits(&memory) {
             return Err(SnapshotError);
         }
-        self.run.restore(snapshot.time, states, memory, snapshot.step, snapshot.counters);
+        self.run.restore(states, memory, snapshot);
         Ok(())
     }
 }

@@ -79,6 +79,20 @@ impl Chamber {
         }
     }
 
+    /// Heat in W from the wall into a gas of a temperature in K, at a length in m; 0 if the temperature is algebraic.
+    pub fn heat(&self, temperature: f64, length: f64) -> f64 {
+        match self.thermal {
+            Thermal::EnergyBalance { heat_transfer } => self.heat_flow(temperature, length, heat_transfer),
+            Thermal::Polytropic { .. } => 0.0,
+        }
+    }
+
+    #[inline(always)]
+    fn heat_flow<S: Scalar>(&self, temperature: S, length: S, heat_transfer: f64) -> S {
+        let wall = length.max(S::zero()) * (std::f64::consts::PI * self.bore) + 2.0 * self.area;
+        (-temperature + self.ambient_temperature) * wall * heat_transfer
+    }
+
     /// Rates of the gas for a length in m that changes at a rate in m/s, and flows into the chamber.
     ///
     /// ```text
@@ -104,8 +118,7 @@ impl Chamber {
         }
         match self.thermal {
             Thermal::EnergyBalance { heat_transfer } => {
-                let wall = length.max(S::zero()) * (std::f64::consts::PI * self.bore) + 2.0 * self.area;
-                let heat = (-t + self.ambient_temperature) * wall * heat_transfer;
+                let heat = self.heat_flow(t, length, heat_transfer);
                 let work = p * volume_rate;
                 let energy = carried * (HEAT_RATIO * GAS_CONSTANT) + heat * (HEAT_RATIO - 1.0) - work * HEAT_RATIO;
                 let pressure = energy * per_volume;

@@ -2,6 +2,7 @@
 //!
 //! It knows the equations only through [`HybridSystem`].
 
+mod balance;
 mod event;
 mod implicit_euler;
 mod linear;
@@ -11,6 +12,7 @@ mod runge_kutta;
 mod settings;
 mod system;
 
+pub use balance::{Balance, QUANTITIES};
 pub use run::Run;
 pub use settings::{Scheme, Settings, Tuning};
 pub use system::{Held, HybridSystem, jacobian_by_duals};

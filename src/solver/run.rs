@@ -2,13 +2,14 @@
 
 use nalgebra::SMatrix;
 
+use super::balance::{Balance, QUANTITIES};
 use super::event::{Bracket, Hermite, root};
 use super::settings::{Scheme, Settings};
 use super::system::{Held, HybridSystem};
 use super::{implicit_euler, rosenbrock, runge_kutta};
 use crate::friction::Indicators;
 use crate::scalar::Dual;
-use crate::simulation::{Counters, StepError};
+use crate::simulation::{Counters, Snapshot, StepError};
 
 /// A step that may be accepted.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,7 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     /// Step size to try next, carried across communication points.
     step: f64,
     counters: Counters,
+    balance: Balance,
     linearisation: Linearisation<N>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
@@ -65,9 +67,11 @@ const MAX_REFINEMENTS: usize = 60;
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// A run from given states and memory.
     pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
+        let balance = Balance::new(system.content(&x, &memory));
         Self {
             system,
             settings,
+            balance,
             time,
             x,
             memory,
@@ -107,14 +111,28 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.step
     }
 
+    /// The account of conserved quantities.
+    pub fn balance(&self) -> Balance {
+        self.balance
+    }
+
+    /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
+    pub fn residuals(&self) -> [f64; QUANTITIES] {
+        if !self.settings.keeps_balance {
+            return [0.0; QUANTITIES];
+        }
+        self.balance.residual(self.system.content(&self.x, &self.memory))
+    }
+
     /// States and memory as integrated.
     pub fn state(&self) -> (&[f64; N], &H::Memory) {
         (&self.x, &self.memory)
     }
 
-    /// Goes to a saved state.
-    pub fn restore(&mut self, time: f64, x: [f64; N], memory: H::Memory, step: f64, counters: Counters) {
-        (self.time, self.x, self.memory, self.step, self.counters) = (time, x, memory, step, counters);
+    /// Goes to a saved state, whose states and memory are given in their own types.
+    pub fn restore(&mut self, x: [f64; N], memory: H::Memory, snapshot: &Snapshot) {
+        (self.time, self.x, self.memory) = (snapshot.time, x, memory);
+        (self.step, self.counters, self.balance) = (snapshot.step, snapshot.counters, snapshot.balance);
         (self.is_linearised, self.is_settled) = (false, false);
     }
 
@@ -281,11 +299,22 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     fn move_to(&mut self, time: f64, trial: &Trial<N>) {
+        if self.settings.keeps_balance {
+            self.keep_balance(time, trial);
+        }
         self.time = time;
         self.x = trial.end;
         self.counters.steps += 1;
         self.is_linearised = false;
         self.follow();
+    }
+
+    fn keep_balance(&mut self, end_time: f64, trial: &Trial<N>) {
+        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+        let start_slope = &self.linearisation.derivatives;
+        let h = end_time - self.time;
+        let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
+        self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);
     }
 
     fn follow(&mut self) {

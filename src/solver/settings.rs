@@ -68,6 +68,8 @@ pub struct Settings {
     pub step: f64,
     /// Bound on solver steps within one communication step.
     pub max_steps: u64,
+    /// Whether to keep account of conserved quantities.
+    pub keeps_balance: bool,
 }
 
 impl Settings {
@@ -84,7 +86,12 @@ impl Settings {
             Some(asked) if tuning.relative_tolerance == DEFAULT_TOLERANCE => asked.clamp(1e-12, 1e-2),
             _ => tuning.relative_tolerance,
         };
-        Self { scheme, tolerance, step: tuning.step, max_steps: tuning.max_steps as u64 }
+        Self { scheme, tolerance, step: tuning.step, max_steps: tuning.max_steps as u64, keeps_balance: false }
+    }
+
+    /// The same, keeping account of conserved quantities or not.
+    pub fn keeping_balance(self, keeps_balance: bool) -> Self {
+        Self { keeps_balance, ..self }
     }
 
     /// Whether the step size is chosen by error control.

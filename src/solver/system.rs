@@ -3,6 +3,7 @@
 use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
+use super::balance::QUANTITIES;
 use crate::friction::Indicators;
 use crate::scalar::{Dual, Scalar};
 
@@ -60,6 +61,16 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Magnitudes of the states: the solver keeps the error per step of state `i` below
     /// `relative tolerance * max(scale, |x|)`.
     fn scales(&self) -> [f64; N];
+
+    /// What the system holds of each conserved quantity; quantities it does not have stay 0.
+    fn content(&self, _x: &[f64; N], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
+
+    /// What it receives of each per second.
+    fn inflow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
 
     /// Whether a memory can belong to this system.
     fn fits(&self, memory: &Self::Memory) -> bool;

@@ -44,6 +44,7 @@ fn every_parameter_and_input_keeps_what_is_set_until_a_reset() {
         let limit = variable.max.or(variable.min).unwrap_or(1.5);
         let value = match variable.kind {
             Kind::Enumeration(of) => of.items[of.items.len() - 1].0.into(),
+            Kind::Boolean => 1.0,
             _ => limit,
         };
         assert_eq!(set(&instance, variable, value), OK, "{} {:?}", variable.name, instance.messages());

@@ -10,6 +10,7 @@
 //! m*dv/dt = F_app - F_f,   dx/dt = v
 //! ```
 
+mod balance;
 mod jacobian;
 mod variables;
 
@@ -31,7 +32,7 @@ use crate::pneumatics::regulator::Regulator;
 use crate::pneumatics::valve::Valve;
 use crate::scalar::Scalar;
 use crate::simulation::{Experiment, Model, Simulation, Start};
-use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::solver::{HybridSystem, QUANTITIES, Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The model as the library offers it.
@@ -144,8 +145,9 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
 pub fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
     let parameters = Parameters::read(own);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let settings = settings.keeping_balance(parameters.keeps_balance != 0.0);
     parameters.check()?;
     Ok((PneumaticServoCylinder::new(parameters, Friction::new(friction, "friction")?), settings))
 }
@@ -298,17 +300,18 @@ impl PneumaticServoCylinder {
     fn gas_rates<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 3], rate: S) -> [ChamberRates<S>; 2] {
         let across = self.piston_leak(x);
         let back = Flow { mass: -across.mass, ..across };
-        let state = |pressure, temperature| ChamberState {
-            actuator: x[ACTUATOR],
-            pressure: x[pressure],
-            temperature: x[temperature],
-            position: x[position(N)],
-            rate,
+        [(Side::A, back), (Side::B, across)]
+            .map(|(side, leak)| self.chamber_rates(side, Self::chamber_state(side, x, rate), u[2], leak))
+    }
+
+    /// The states that matter to a chamber, at a velocity of the carriage.
+    #[inline(always)]
+    fn chamber_state<S: Scalar, const N: usize>(side: Side, x: &[S; N], rate: S) -> ChamberState<S> {
+        let (pressure, temperature) = match side {
+            Side::A => (x[PRESSURE_A], x[TEMPERATURE_A]),
+            Side::B => (x[PRESSURE_B], x[TEMPERATURE_B]),
         };
-        [
-            self.chamber_rates(Side::A, state(PRESSURE_A, TEMPERATURE_A), u[2], back),
-            self.chamber_rates(Side::B, state(PRESSURE_B, TEMPERATURE_B), u[2], across),
-        ]
+        ChamberState { actuator: x[ACTUATOR], pressure, temperature, position: x[position(N)], rate }
     }
 
     /// Rates of the gas in one chamber, for a leakage into it.
@@ -458,12 +461,22 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         scales
     }
 
+    fn content(&self, x: &[f64; N], memory: &Memory) -> [f64; QUANTITIES] {
+        self.mass_and_energy(x, memory)
+    }
+
+    fn inflow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> [f64; QUANTITIES] {
+        self.mass_flow_and_power(time, x, u, memory)
+    }
+
     fn fits(&self, memory: &Memory) -> bool {
         memory.set_point.is_finite() && self.friction.owns(&memory.friction)
     }
 }
 
 impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
+    const RESIDUALS: usize = variables::RESIDUALS;
+
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
         let held = self.friction.holds_position(&memory.friction);
         let rate = self.rate(x, memory);

@@ -11,6 +11,9 @@ use crate::solver::Tuning;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
 use crate::{outputs, parameters};
 
+/// Conserved quantities: mass and energy.
+pub const RESIDUALS: usize = 2;
+
 /// Value reference of the first variable of the friction law.
 const FRICTION_BASE: u32 = 10_000;
 /// Value reference of the first parameter of the solver.
@@ -27,6 +30,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(bristle_table(BRISTLE_BASE, depends::MOTION));
+    table.extend(residuals_table());
     table.extend(counters_table(COUNTERS_BASE));
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
@@ -154,6 +158,16 @@ outputs! {
     }
 }
 
+/// Residuals of the balances, in the order of the conserved quantities.
+fn residuals_table() -> [Variable; RESIDUALS] {
+    [
+        Variable::output(213, "balance.massResidual", units::KILOGRAM).local().nominal(1e-3).shown_in("g")
+            .text("Mass of the gas in both chambers beyond what was there at the start and has flowed in since: the error of the integration; 0 unless balance.enabled"),
+        Variable::output(214, "balance.energyResidual", units::JOULE).local().nominal(1.0)
+            .text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
+    ]
+}
+
 /// The choice of the rig; ids are never reused.
 pub static ACTUATIONS: Enumeration = Enumeration {
     name: "Actuation",
@@ -243,6 +257,8 @@ parameters! {
             .text("Critical pressure ratio between regulator and chamber A");
         kappa_a: f64 = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
             .text("Growth of the friction levels with the pressure in chamber A above ambient");
+        keeps_balance: f64 = Variable::option(1040, "balance.enabled", false)
+            .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a third slower");
         kappa_b: f64 = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
             .text("Growth of the friction levels with the pressure in chamber B above ambient");
     }

@@ -1,0 +1,53 @@
+//! Bookkeeping of conserved quantities: what the system holds against what it has received.
+
+use serde::{Deserialize, Serialize};
+
+use super::event::Hermite;
+use super::system::{Held, HybridSystem};
+
+/// Conserved quantities a system can have.
+pub const QUANTITIES: usize = 2;
+
+/// The account of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Balance {
+    /// What the system held at the start.
+    initial: [f64; QUANTITIES],
+    /// What it has received since.
+    received: [f64; QUANTITIES],
+}
+
+impl Balance {
+    /// The account of a system that holds these amounts now.
+    pub fn new(content: [f64; QUANTITIES]) -> Self {
+        Self { initial: content, received: [0.0; QUANTITIES] }
+    }
+
+    /// Adds what a step brings, by Simpson's rule on the cubic through its ends.
+    pub fn add<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+        &mut self,
+        system: &H,
+        inputs: &Held<U>,
+        memory: &H::Memory,
+        time: f64,
+        path: &Hermite<N>,
+    ) {
+        for (fraction, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
+            let at = time + fraction * path.h;
+            let inflow = system.inflow(at, &path.at(fraction), &inputs.at(at), memory);
+            for (sum, rate) in self.received.iter_mut().zip(inflow) {
+                *sum += weight * path.h * rate;
+            }
+        }
+    }
+
+    /// What a system holds beyond what it can hold by the account: the error of the integration.
+    pub fn residual(&self, content: [f64; QUANTITIES]) -> [f64; QUANTITIES] {
+        std::array::from_fn(|i| content[i] - self.initial[i] - self.received[i])
+    }
+
+    /// Whether all amounts are finite numbers.
+    pub fn is_finite(&self) -> bool {
+        self.initial.iter().chain(&self.received).all(|amount| amount.is_finite())
+    }
+}
