@@ -59,6 +59,8 @@ const FIRST_STEP: f64 = 1e-5;
 const SAFETY: f64 = 0.9;
 const MAX_GROWTH: f64 = 5.0;
 const MAX_SHRINKAGE: f64 = 0.1;
+/// Multiple of its scale that no state exceeds unless the scheme diverges.
+const FAR_OUT: f64 = 1e9;
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
 /// Trial steps to locate an event; regula falsi needs about three.
@@ -261,8 +263,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::Rk3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::Rk4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let is_finite = trial.end.iter().all(|value| value.is_finite());
-        (is_finite && self.system.is_admissible(&trial.end)).then_some(trial)
+        let mut magnitudes = trial.end.iter().zip(self.system.scales());
+        let has_meaning = magnitudes.all(|(value, scale)| value.abs() <= FAR_OUT * scale);
+        (has_meaning && self.system.is_admissible(&trial.end)).then_some(trial)
     }
 
     /// The largest error of a state relative to what is allowed.
@@ -280,7 +283,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.step = h * factor;
         let diverges = matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::Rk3 | Scheme::Rk4);
         if diverges && factor < 0.5 {
-            return Err(StepError::Diverged { time: self.time, step: h });
+            return Err(StepError::Diverged { time: self.time, step: self.settings.step });
         }
         if self.step < smallest_step(self.time) {
             return Err(StepError::StepSizeTooSmall { time: self.time });

@@ -1,0 +1,182 @@
+"""A parameter study on all cores of one machine or, unchanged, on a Dask cluster.
+
+Every friction law is run with every combination of dead zone and sonic conductance of the valve through the default
+experiment (5 +- 2 V, 1 Hz, 3 s). What an engineer compares is left as a CSV file and a figure beside the FMU: rest at
+the reversals, stroke, peak velocity, energy lost to friction, solver steps.
+
+The FMU travels to the workers with the tasks; they need Python with FMPy and nothing else. A task gives the same bits
+wherever it runs, and the rows are in the order of the grid.
+
+Usage: python studies/parameters.py [FMU] [--scheduler tcp://host:8786] [--workers 8] [--laws Stribeck LuGre ...]
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import hashlib
+import itertools
+import sys
+import tempfile
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from dask.distributed import Client as Cluster
+from dask.distributed import LocalCluster, as_completed
+from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
+import client as fmu_client  # noqa: E402
+from figures import BLUE, GREEN, STYLE, VERMILION  # noqa: E402
+
+DEAD_ZONES = [0.04, 0.08, 0.12]
+CONDUCTANCES = [2e-9, 3.93e-9, 6e-9]
+STOP, STEP = 3.0, 1e-3
+AT_REST = 1e-4
+"""Speed in m/s below which a carriage counts as resting, also under laws that only creep."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A point of the grid."""
+
+    law: str
+    dead_zone: float
+    conductance: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case and what came out."""
+
+    law: str
+    dead_zone: float
+    conductance: float
+    rest: float
+    """Share of the time at rest after the first motion."""
+    stroke: float
+    """Distance in m between the extreme positions."""
+    peak_velocity: float
+    """In m/s."""
+    friction_loss: float
+    """Energy in J lost to friction."""
+    solver_steps: int
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
+    parser.add_argument("--scheduler", help="address of a Dask scheduler (default: a cluster on this machine)")
+    parser.add_argument("--workers", type=int, help="processes of the cluster on this machine (default: one per core)")
+    parser.add_argument("--laws", nargs="+", metavar="LAW", help="friction laws (default: all)")
+    parser.add_argument("--output", type=Path, help="folder of the results (default: beside the FMU)")
+    arguments = parser.parse_args()
+    folder: Path = arguments.output or arguments.fmu.parent
+    folder.mkdir(parents=True, exist_ok=True)
+    laws = arguments.laws or laws_of(arguments.fmu)
+    cases = [Case(*point) for point in itertools.product(laws, DEAD_ZONES, CONDUCTANCES)]
+    if arguments.scheduler:
+        with Cluster(arguments.scheduler) as cluster:
+            rows = study(cluster, arguments.fmu, cases)
+    else:
+        with (
+            LocalCluster(n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None) as local,
+            Cluster(local) as cluster,
+        ):
+            rows = study(cluster, arguments.fmu, cases)
+    write(rows, folder / "parameters.csv")
+    draw(rows, folder / "parameters.png")
+    print(f"{len(rows)} runs; results and figure: {folder}")
+    return 0
+
+
+def laws_of(fmu: Path) -> list[str]:
+    with fmu_client.Client(fmu) as plant:
+        return list(plant.items("friction.law"))
+
+
+def study(cluster: Cluster, fmu: Path, cases: list[Case]) -> list[Row]:
+    """Runs all cases on a cluster, with a progress bar."""
+    # What the tasks import from the repository.
+    cluster.upload_file(fmu_client.__file__)
+    contents = cluster.scatter(fmu.read_bytes(), broadcast=True)
+    tasks = {cluster.submit(simulate, contents, case, pure=False): case for case in cases}
+    rows: dict[Case, Row] = {}
+    for task in tqdm(as_completed(tasks), total=len(tasks), unit="run"):
+        rows[tasks[task]] = task.result()
+    return [rows[case] for case in cases]
+
+
+def simulate(contents: bytes, case: Case) -> Row:
+    """Runs one case; `contents` are the bytes of the FMU."""
+    speeds, positions, powers = [], [], []
+    with fmu_client.Client(local_copy(contents)) as plant:
+        plant.start({"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance})
+        for index in range(round(STOP / STEP)):
+            plant.set({"valveVoltage": 5.0 + 2.0 * np.sin(2.0 * np.pi * index * STEP)})
+            plant.advance((index + 1) * STEP)
+            position, velocity, force = plant.get(["position", "velocity", "frictionForce"])
+            positions.append(position)
+            speeds.append(abs(velocity))
+            powers.append(force * velocity)
+        steps = int(plant.get(["solver.steps"])[0])
+    moving = np.flatnonzero(np.array(speeds) > AT_REST)
+    rest = float(np.mean(np.array(speeds[moving[0] :]) <= AT_REST)) if moving.size else 1.0
+    return Row(
+        **asdict(case),
+        rest=rest,
+        stroke=max(positions) - min(positions),
+        peak_velocity=max(speeds),
+        friction_loss=float(np.sum(powers) * STEP),
+        solver_steps=steps,
+    )
+
+
+def local_copy(contents: bytes) -> Path:
+    """A file with these contents on the machine of the worker, written once."""
+    file = Path(tempfile.gettempdir()) / f"{hashlib.sha256(contents).hexdigest()}.fmu"
+    if not file.exists():
+        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as stream:
+            stream.write(contents)
+        Path(stream.name).replace(file)
+    return file
+
+
+def write(rows: list[Row], file: Path) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, [field.name for field in fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
+
+
+def draw(rows: list[Row], file: Path) -> None:
+    """Rest and friction loss by law; one mark per valve setting, coloured by dead zone."""
+    laws = list(dict.fromkeys(row.law for row in rows))
+    colours = dict(zip(DEAD_ZONES, [BLUE, GREEN, VERMILION], strict=True))
+    sizes = dict(zip(CONDUCTANCES, [15, 40, 80], strict=True))
+    panels = [("rest", "share of time at rest (%)", 100.0), ("friction_loss", "friction loss (J)", 1.0)]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(len(panels), 1, figsize=(0.35 * len(laws) + 4, 6), sharex=True, layout="constrained")
+        for axis, (quantity, label, factor) in zip(axes, panels, strict=True):
+            for row in rows:
+                place, value = laws.index(row.law), factor * getattr(row, quantity)
+                axis.scatter(place, value, s=sizes[row.conductance], color=colours[row.dead_zone], alpha=0.6, linewidth=0)
+            axis.set_ylabel(label)
+        for dead_zone, colour in colours.items():
+            axes[0].scatter([], [], color=colour, label=f"dead zone {100 * dead_zone:g} %")
+        for conductance, size in sizes.items():
+            axes[0].scatter([], [], s=size, color="none", edgecolor="black", label=f"C = {1e8 * conductance:g} dm³/(s·bar)")
+        axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        axes[-1].set_xticks(range(len(laws)), labels=laws, rotation=90)
+        figure.savefig(file)
+        plt.close(figure)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,16 @@
+"""The examples, run as a user runs them: each checks its own result and fails otherwise."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+def test_example_runs(example: Path, fmu: Path, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, example, fmu], text=True, capture_output=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()

@@ -1,0 +1,48 @@
+"""The studies, run as a user runs them, at a small size."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+from dask.distributed import LocalCluster
+
+STUDIES = Path(__file__).parents[2] / "studies"
+
+
+def run(study: str, *arguments: str | Path) -> str:
+    done = subprocess.run([sys.executable, STUDIES / study, *arguments], text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def rows_of(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(fmu: Path, tmp_path: Path) -> None:
+    run("integration_schemes.py", fmu, "--output", tmp_path)
+    assert (tmp_path / "integration_schemes.png").stat().st_size > 10_000
+    rows = {(row["scheme"], float(row["step (s)"])): row for row in rows_of(tmp_path / "integration_schemes.csv")}
+    assert float(rows["ExplicitEuler", 1e-3]["reached (s)"]) < 1.0
+    complete = [("ExplicitEuler", 1e-5), ("ImplicitEuler", 1e-3), ("ImplicitEuler", 1e-5), ("RK4", 1e-4)]
+    assert all(float(rows[run]["reached (s)"]) == 3.0 for run in complete)
+    # Of first order: 10 us are a hundred times better than 1 ms, within a factor of two. The travel is 0.2 m.
+    fine = float(rows["ExplicitEuler", 1e-5]["position deviation (m)"])
+    coarse = float(rows["ImplicitEuler", 1e-3]["position deviation (m)"])
+    assert fine < 2e-5 and 50 < coarse / fine < 200
+
+
+def test_parameter_study_gives_the_same_rows_on_any_cluster(fmu: Path, tmp_path: Path) -> None:
+    laws = ["--laws", "Stribeck", "LuGre"]
+    run("parameters.py", fmu, *laws, "--workers", "2", "--output", tmp_path / "own")
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        run("parameters.py", fmu, *laws, "--scheduler", cluster.scheduler_address, "--output", tmp_path / "given")
+    rows = rows_of(tmp_path / "own" / "parameters.csv")
+    assert rows == rows_of(tmp_path / "given" / "parameters.csv")
+    assert len(rows) == 2 * 9
+    assert (tmp_path / "own" / "parameters.png").stat().st_size > 10_000
+    # A wider valve moves the carriage further, whatever the law and the dead zone.
+    strokes = [float(row["stroke"]) for row in rows]
+    assert all(a < b < c for a, b, c in zip(strokes[::3], strokes[1::3], strokes[2::3], strict=True))
