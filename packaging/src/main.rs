@@ -11,6 +11,7 @@ mod platform;
 mod process;
 mod readme;
 mod test;
+mod valgrind;
 mod venv;
 mod workspace;
 
@@ -34,6 +35,8 @@ enum Command {
     Package,
     /// Rewrite the XML below modelDescription and the tables of the README from the variable tables.
     Describe,
+    /// Record the instruction counts of a communication step, which the checks compare with.
+    Record,
     /// Run every check: format, lints, unit tests, C-interface tests and real FMI clients.
     Test,
 }
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
     let outcome = Workspace::find().and_then(|workspace| match arguments.command {
         Command::Package => package::run(&workspace),
         Command::Describe => describe::run(&workspace),
+        Command::Record => valgrind::record_instructions(&workspace),
         Command::Test => test::run(&workspace),
     });
     match outcome {

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::package;
 use crate::process::{self, heading};
+use crate::valgrind;
 use crate::venv::Venv;
 use crate::workspace::Workspace;
 
@@ -24,14 +25,25 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     checks.cargo(&["fmt", "--all", "--check"])?;
 
     heading("Lints");
-    // The benchmark's rivals take longer to compile than everything else together; `cargo bench` compiles it.
     checks.cargo(&["clippy", "--workspace", "--exclude", "benchmark", "--all-targets", "--", "--deny", "warnings"])?;
+    // The benchmark's rival takes longer to compile than everything else together; `cargo bench` compiles it.
+    let benchmark = ["--package", "benchmark", "--no-default-features", "--all-targets"];
+    checks.cargo(&[&["clippy"], &benchmark[..], &["--", "--deny", "warnings"]].concat())?;
 
     heading("Documentation");
     checks.documentation()?;
 
     heading("Library: unit tests, published numbers, C interface");
     checks.cargo(&["test"])?;
+
+    if valgrind::is_available() {
+        heading("C interface under valgrind");
+        valgrind::check_memory(workspace)?;
+        heading("Instructions of a communication step");
+        valgrind::check_instructions(workspace)?;
+    } else {
+        heading("Not run: memory checks and instruction counts, which need valgrind");
+    }
 
     heading("Packaging: unit tests");
     checks.cargo(&["test", "--package", "packaging"])?;

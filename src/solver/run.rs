@@ -36,6 +36,8 @@ pub struct Linearisation<const N: usize> {
 pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     system: H,
     settings: Settings,
+    /// Magnitudes of the states.
+    scales: [f64; N],
     time: f64,
     x: [f64; N],
     memory: H::Memory,
@@ -69,10 +71,11 @@ const MAX_REFINEMENTS: usize = 60;
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// A run from given states and memory.
     pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
-        let balance = Balance::new(system.content(&x, &memory));
+        let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());
         Self {
             system,
             settings,
+            scales,
             balance,
             time,
             x,
@@ -99,6 +102,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Exchanges the system for one with other parameters.
     pub fn replace_system(&mut self, system: H) {
+        self.scales = system.scales();
         self.system = system;
         (self.is_linearised, self.is_settled) = (false, false);
     }
@@ -263,14 +267,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::Rk3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::Rk4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let mut magnitudes = trial.end.iter().zip(self.system.scales());
+        let mut magnitudes = trial.end.iter().zip(self.scales);
         let has_meaning = magnitudes.all(|(value, scale)| value.abs() <= FAR_OUT * scale);
         (has_meaning && self.system.is_admissible(&trial.end)).then_some(trial)
     }
 
     /// The largest error of a state relative to what is allowed.
     fn error_norm(&self, trial: &Trial<N>) -> f64 {
-        let magnitudes = self.system.scales().into_iter().zip(self.x).zip(trial.end);
+        let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
         let mut norm = 0.0f64;
         for (((scale, start), end), error) in magnitudes.zip(trial.error) {
             norm = norm.max(error.abs() / scale.max(start.abs()).max(end.abs()));

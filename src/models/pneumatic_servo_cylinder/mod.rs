@@ -300,8 +300,10 @@ impl PneumaticServoCylinder {
     fn gas_rates<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 3], rate: S) -> [ChamberRates<S>; 2] {
         let across = self.piston_leak(x);
         let back = Flow { mass: -across.mass, ..across };
-        [(Side::A, back), (Side::B, across)]
-            .map(|(side, leak)| self.chamber_rates(side, Self::chamber_state(side, x, rate), u[2], leak))
+        [
+            self.chamber_rates(Side::A, Self::chamber_state(Side::A, x, rate), u[2], back),
+            self.chamber_rates(Side::B, Self::chamber_state(Side::B, x, rate), u[2], across),
+        ]
     }
 
     /// The states that matter to a chamber, at a velocity of the carriage.

@@ -1,0 +1,125 @@
+//! Checks under valgrind: memory errors of the C interface, and instruction counts, which tell a slower step without
+//! a clock.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde::{Deserialize, Serialize};
+
+use crate::process;
+use crate::workspace::Workspace;
+
+/// Whether valgrind is installed.
+pub fn is_available() -> bool {
+    Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
+}
+
+/// Runs tests of the C interface under valgrind, which fails on any invalid access.
+///
+/// # Errors
+/// When it finds something or a test fails.
+pub fn check_memory(workspace: &Workspace) -> Result<()> {
+    /// Tests that repeat others many times, or start programs of their own.
+    const LONG: [&str; 4] = ["for_every_law", "corrupt_bytes", "eight_threads", "another_process"];
+    let mut interface = tests(workspace, "c_interface");
+    interface.args(LONG.into_iter().flat_map(|name| ["--skip", name]));
+    process::run(&mut interface)?;
+    process::run(tests(workspace, "fuzz").env("SERVO_FUZZ_CALLS", "4000"))
+}
+
+fn tests(workspace: &Workspace, name: &str) -> Command {
+    const RUNNER: &str = "target.'cfg(all())'.runner = ['valgrind', '--quiet', '--error-exitcode=9']";
+    let mut cargo = process::cargo();
+    cargo.args(["--config", RUNNER, "test", "--test", name, "--", "--test-threads", "1"]);
+    cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo
+}
+
+/// Instructions of a communication step of 1 ms with a fresh input, for some friction laws, and how they were made.
+#[derive(Serialize, Deserialize)]
+struct Counts {
+    rustc: String,
+    instructions: BTreeMap<String, u64>,
+}
+
+const LAWS: [&str; 6] = ["Stribeck", "Polito", "Dahl", "LuGre", "GMS", "ElastoPlastic"];
+/// A twentieth more than recorded fails; the C library's copies take a few instructions more or less on other machines.
+const ALLOWANCE: f64 = 1.05;
+const RECORD: &str = "benches/instructions.json";
+
+/// Counts, and compares with the record.
+///
+/// # Errors
+/// When a law needs clearly more instructions than recorded with the same compiler.
+pub fn check_instructions(workspace: &Workspace) -> Result<()> {
+    let file = workspace.root.join(RECORD);
+    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let recorded: Counts = serde_json::from_str(&text).with_context(|| format!("{} is no record", file.display()))?;
+    let counted = count(workspace)?;
+    let mut slower = Vec::new();
+    for (law, instructions) in &counted.instructions {
+        let before = *recorded.instructions.get(law).with_context(|| format!("{RECORD} lacks {law}"))?;
+        println!("{law}: {instructions} instructions per step, {before} recorded");
+        if *instructions as f64 > ALLOWANCE * before as f64 {
+            slower.push(law.as_str());
+        }
+    }
+    if counted.rustc != recorded.rustc {
+        println!("not compared: recorded with {}, this is {}", recorded.rustc, counted.rustc);
+        return Ok(());
+    }
+    ensure!(
+        slower.is_empty(),
+        "a step takes more instructions than recorded under {}; if that is meant: cargo xtask record",
+        slower.join(", ")
+    );
+    Ok(())
+}
+
+/// Counts, and writes the record.
+///
+/// # Errors
+/// When valgrind is missing or the record cannot be written.
+pub fn record_instructions(workspace: &Workspace) -> Result<()> {
+    ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
+    let text = serde_json::to_string_pretty(&count(workspace)?)?;
+    let file = workspace.root.join(RECORD);
+    std::fs::write(&file, format!("{text}\n")).with_context(|| format!("cannot write {}", file.display()))?;
+    println!("{}", file.display());
+    Ok(())
+}
+
+fn count(workspace: &Workspace) -> Result<Counts> {
+    let program = build(workspace)?;
+    let version = process::output(Command::new("rustc").arg("--version"))?;
+    let counted = LAWS.into_iter().map(|law| Ok((law.to_owned(), per_step(&program, law)?)));
+    Ok(Counts { rustc: version.trim().to_owned(), instructions: counted.collect::<Result<_>>()? })
+}
+
+fn build(workspace: &Workspace) -> Result<PathBuf> {
+    let mut cargo = process::cargo();
+    cargo.args(["build", "--release", "--package", "benchmark", "--no-default-features", "--bin", "steps"]);
+    process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
+    Ok(workspace.target.join("release/steps").with_extension(std::env::consts::EXE_EXTENSION))
+}
+
+/// The difference between a long and a short run, so that the start does not count.
+fn per_step(program: &Path, law: &str) -> Result<u64> {
+    const SHORT: u64 = 1000;
+    const LONG: u64 = 3000;
+    Ok((collected(program, law, LONG)? - collected(program, law, SHORT)?) / (LONG - SHORT))
+}
+
+fn collected(program: &Path, law: &str, steps: u64) -> Result<u64> {
+    let mut valgrind = Command::new("valgrind");
+    valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program).args([law, &steps.to_string()]);
+    let output = valgrind.output().context("cannot start valgrind")?;
+    let report = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        bail!("valgrind failed: {report}");
+    }
+    let number = report.lines().find_map(|line| line.split_once("Collected : ")).context("valgrind counted nothing")?.1;
+    number.trim().parse().with_context(|| format!("valgrind counted {number}"))
+}
