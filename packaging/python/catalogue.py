@@ -31,6 +31,7 @@ SPEEDS = np.geomspace(1e-4, 0.1, 16)
 TURNS = [0.0, 7.0, -7.0, 7.0, 2.0, 6.0, -7.0]
 """Quasi-static load of the presliding test in N, from one turning point to the next: an outer and an inner loop."""
 
+REPEATS = 5
 COST = ["solver.steps", "solver.rejectedSteps", "solver.jacobians", "solver.events"]
 
 
@@ -114,21 +115,30 @@ def stick_slip(fmu: Path, law: str, end: float = 3.0) -> np.ndarray:
 
 
 def cost(fmu: Path, law: str) -> dict[str, float | int | str]:
-    """Solver work and time per communication step of 1 ms in the default experiment, FMPy's own time included."""
-    with Client(fmu) as client:
-        default = client.description.defaultExperiment
-        step, count = float(default.stepSize), round(float(default.stopTime) / float(default.stepSize))
-        client.start({LAW: law})
-        worst = total = 0.0
-        for index in range(count):
-            client.set({name: signal(index * step) for name, signal in SIGNALS.items()})
-            begin = time.perf_counter()
-            client.advance((index + 1) * step)
-            seconds = time.perf_counter() - begin
-            total += seconds
-            worst = max(worst, seconds)
-        counts = {name: int(value) for name, value in zip(COST, client.get(COST), strict=True)}
-    return {"law": law, **counts, "us/step": round(1e6 * total / count, 1), "us worst": round(1e6 * worst, 1)}
+    """Solver work and time per communication step of 1 ms in the default experiment, FMPy's own time included.
+
+    The run is repeated, and of each step the least time counts: what the operating system does in between does not.
+    """
+    seconds = np.full(1, np.inf)
+    for _ in range(REPEATS):
+        with Client(fmu) as client:
+            seconds = np.minimum(seconds, timed_run(client, law))
+            counts = {name: int(value) for name, value in zip(COST, client.get(COST), strict=True)}
+    return {"law": law, **counts, "us/step": round(1e6 * seconds.mean(), 1), "us worst": round(1e6 * seconds.max(), 1)}
+
+
+def timed_run(client: Client, law: str) -> np.ndarray:
+    """Time in s of each communication step."""
+    default = client.description.defaultExperiment
+    step, count = float(default.stepSize), round(float(default.stopTime) / float(default.stepSize))
+    seconds = np.empty(count)
+    client.start({LAW: law})
+    for index in range(count):
+        client.set({name: signal(index * step) for name, signal in SIGNALS.items()})
+        begin = time.perf_counter()
+        client.advance((index + 1) * step)
+        seconds[index] = time.perf_counter() - begin
+    return seconds
 
 
 def draw(portraits: Sequence[Portrait], file: Path) -> None:
