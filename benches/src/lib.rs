@@ -1,10 +1,10 @@
-//! Measures the cost of a step, and compares it at equal error with a general stiff solver on the same equations.
+//! Measures the cost of a step, and compares it at equal error with general stiff solvers on the same equations.
 //!
 //! | file | what it does |
 //! |---|---|
 //! | `case` | the friction laws with their parameters, and the experiment |
-//! | `host` | drives an FMU through its C interface; the only file with `unsafe` |
-//! | `rival` | the general solver (diffsol) on the same equations, events and error weights |
+//! | `host` | drives an FMU through its C interface |
+//! | `rival` | general solvers (CVODE, diffsol) on the same equations, events and error weights |
 //! | `error` | trajectories and their deviation from a reference |
 //! | `precision` | cost against error, and the ratio of two costs at equal error |
 //! | `latency` | the distribution of the cost of a communication step |

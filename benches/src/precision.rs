@@ -28,8 +28,14 @@ pub enum Solver {
 
 impl Solver {
     /// All that are compared.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: &[Self] = &[
         Self::Ours,
+        #[cfg(feature = "cvode")]
+        Self::rival(Method::Cvode, Coupling::Restarted),
+        #[cfg(feature = "cvode")]
+        Self::rival(Method::Cvode, Coupling::Stopped),
+        #[cfg(feature = "cvode")]
+        Self::rival(Method::Cvode, Coupling::Free),
         Self::rival(Method::Bdf, Coupling::Restarted),
         Self::rival(Method::Bdf, Coupling::Stopped),
         Self::rival(Method::Bdf, Coupling::Free),
@@ -94,7 +100,7 @@ pub fn measure(case: &Case, reference: &Trajectory, repeats: usize) -> Result<Ve
         points.first().with_context(|| format!("{} fails at every tolerance", solver.name()))?;
         Ok(Curve { solver, points })
     };
-    Solver::ALL.into_iter().map(curve).collect()
+    Solver::ALL.iter().copied().map(curve).collect()
 }
 
 fn our_point(case: &Case, reference: &Trajectory, tolerance: f64, repeats: usize) -> Point {

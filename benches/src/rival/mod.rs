@@ -1,36 +1,53 @@
-//! A general stiff solver on the same equations: diffsol, with dense LU and exact products with the Jacobian.
+//! General stiff solvers on the same equations.
 //!
-//! It is given the error weights that our solver uses, and the modes of set-valued laws are handled as ours are: after
-//! each step it looks at our indicators, finds the first zero on its own interpolant, goes back to it and lets our
-//! equations switch. Its right-hand side is ours; the play of the valve, which has a memory, is worked out beforehand
-//! and enters as a voltage, so that the solver may look ahead.
+//! They are given the error weights that our solver uses, and the modes of set-valued laws are handled as ours are:
+//! after each step our indicators are looked at, the first zero is found on the solver's own interpolant, and the solver
+//! goes on from there after our equations have switched. The right-hand side and the Jacobian are ours; the play of the
+//! valve, which has a memory, is worked out beforehand and enters as a voltage, so that the solver may look ahead.
+
+#[cfg(feature = "cvode")]
+mod cvode;
+mod diffsol;
 
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
 use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::EndStops;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PneumaticServoCylinder, build};
-use pneumatic_servo::scalar::Dual;
 use pneumatic_servo::simulation::Start;
 use pneumatic_servo::solver::HybridSystem;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;
 
-type Matrix = NalgebraMat<f64>;
-type Vector = NalgebraVec<f64>;
-type Lu = NalgebraLU<f64>;
-
-/// The methods of the rival.
+/// The general solvers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Backward differentiation formulas of order 1 to 5, as in CVODE.
+    /// CVODE of SUNDIALS: backward differentiation formulas of order 1 to 5, dense LU.
+    #[cfg(feature = "cvode")]
+    Cvode,
+    /// The backward differentiation formulas of diffsol, order 1 to 5, dense LU.
     Bdf,
-    /// A singly diagonally implicit Runge-Kutta method of order 3.
+    /// A singly diagonally implicit Runge-Kutta method of order 3, also of diffsol.
     Esdirk34,
+}
+
+/// What the comparison needs of a solver.
+trait Solver<const N: usize> {
+    /// Present time in s.
+    fn time(&self) -> f64;
+    /// Present states.
+    fn states(&self) -> [f64; N];
+    /// Takes one step of the solver's own size, not beyond the stop time.
+    fn step(&mut self) -> Result<()>;
+    /// The states at a time in s within the last step.
+    fn interpolate(&self, time: f64) -> Result<[f64; N]>;
+    /// Forgets the history, and goes on from a time in s within the last step.
+    fn restart(&mut self, time: f64, states: &[f64; N]) -> Result<()>;
+    /// Sets the time in s that the next steps may not cross.
+    fn stop_at(&mut self, time: f64) -> Result<()>;
 }
 
 /// What happens at the end of a communication step.
@@ -97,23 +114,19 @@ impl Rival {
             },
             outputs: Outputs::new(case),
         };
-        let mut problem = OdeBuilder::<Matrix>::new()
-            .rtol(tolerance)
-            .atol(scales.map(|scale| scale * tolerance))
-            .rhs_implicit(
-                |x, _, time, rates| rates.copy_from_slice(&plant.rates::<N>(time, x.try_into().expect("all states"))),
-                |x, _, time, seed, rates| rates.copy_from_slice(&plant.directional_rates::<N>(time, x, seed)),
-            )
-            .init(|_, _, states| states.copy_from_slice(&x), N)
-            .build()?;
-        problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
-        problem.ode_options.max_error_test_failures = usize::MAX;
-        problem.ode_options.min_timestep = 1e-15;
+        let tolerances = Tolerances { relative: tolerance, absolute: scales.map(|scale| scale * tolerance) };
         match self.method {
-            Method::Bdf => plant.integrate::<N, _, _>(problem.bdf::<Lu>()?, self.coupling),
-            Method::Esdirk34 => plant.integrate::<N, _, _>(problem.esdirk34::<Lu>()?, self.coupling),
+            #[cfg(feature = "cvode")]
+            Method::Cvode => plant.integrate(cvode::Cvode::new(&plant, &x, &tolerances)?, self.coupling),
+            Method::Bdf | Method::Esdirk34 => diffsol::run(&plant, &x, &tolerances, self),
         }
     }
+}
+
+/// Error tolerances of the states.
+struct Tolerances<const N: usize> {
+    relative: f64,
+    absolute: [f64; N],
 }
 
 /// The voltages that lead a valve without play to the set points of the valve with its play.
@@ -192,13 +205,6 @@ impl Plant {
         self.system.derivatives(time, x, &self.inputs.at(time), &self.memory.borrow())
     }
 
-    fn directional_rates<const N: usize>(&self, time: f64, x: &[f64], seed: &[f64]) -> [f64; N] {
-        let x = std::array::from_fn::<_, N, _>(|i| Dual { value: x[i], slope: [seed[i]] });
-        let constant = |value: f64| Dual::<1> { value, slope: [0.0] };
-        let inputs = self.inputs.at(time).map(constant);
-        self.system.derivatives(constant(time), &x, &inputs, &self.memory.borrow()).map(|rate| rate.slope[0])
-    }
-
     fn indicators<const N: usize>(&self, time: f64, x: &[f64; N]) -> Indicators {
         let mut indicators = Indicators::default();
         self.system.indicators(time, x, &self.inputs.at(time), &self.memory.borrow(), &mut indicators);
@@ -206,15 +212,11 @@ impl Plant {
     }
 
     /// Integrates the experiment.
-    fn integrate<'a, const N: usize, E, S>(&self, mut solver: S, coupling: Coupling) -> Result<Run>
-    where
-        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
-        S: OdeSolverMethod<'a, E>,
-    {
+    fn integrate<const N: usize>(&self, mut solver: impl Solver<N>, coupling: Coupling) -> Result<Run> {
         let count = self.inputs.values.len();
         let mut trajectory = Trajectory::with_capacity(count);
         let mut costs = Vec::with_capacity(count);
-        let mut before = self.indicators(0.0, &states::<N>(solver.state().y));
+        let mut before = self.indicators(0.0, &solver.states());
         for index in 0..count {
             let clock = Instant::now();
             let end = (index + 1) as f64 * STEP;
@@ -222,25 +224,25 @@ impl Plant {
             let stops = coupling != Coupling::Free;
             self.inputs.held.set(index);
             if coupling == Coupling::Restarted {
-                restart(&mut solver, |time, x| self.rates::<N>(time, x));
+                solver.restart(solver.time(), &solver.states())?;
             }
-            if stops && !is_at_end(solver.state().t) {
-                solver.set_stop_time(end)?;
+            if stops && !is_at_end(solver.time()) {
+                solver.stop_at(end)?;
             }
-            while !is_at_end(solver.state().t) {
-                let start = solver.state().t;
+            while !is_at_end(solver.time()) {
+                let start = solver.time();
                 solver.step()?;
-                let found = self.first_event::<N, _, _>(&solver, start, &before)?;
-                let reached = found.map_or(solver.state().t, |(time, _)| time);
-                self.sample_until::<N, _, _>(&solver, reached, &mut trajectory)?;
+                let found = self.first_event(&solver, start, &before)?;
+                let reached = found.map_or(solver.time(), |(time, _)| time);
+                self.sample_until(&solver, reached, &mut trajectory)?;
                 if let Some((time, event)) = found {
-                    solver.state_mut_back(time)?;
-                    self.switch::<N, _, _>(&mut solver, event);
+                    let states = self.switched(event, time, solver.interpolate(time)?);
+                    solver.restart(time, &states)?;
                     if stops && !is_at_end(time) {
-                        solver.set_stop_time(end)?;
+                        solver.stop_at(end)?;
                     }
                 }
-                before = self.indicators(solver.state().t, &states::<N>(solver.state().y));
+                before = self.indicators(solver.time(), &solver.states());
             }
             costs.push(clock.elapsed().as_nanos() as f64);
         }
@@ -249,40 +251,35 @@ impl Plant {
     }
 
     /// Appends what the trajectory has up to a time within the last step.
-    fn sample_until<'a, const N: usize, E, S>(&self, solver: &S, until: f64, trajectory: &mut Trajectory) -> Result<()>
-    where
-        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
-        S: OdeSolverMethod<'a, E>,
-    {
+    fn sample_until<const N: usize>(
+        &self,
+        solver: &impl Solver<N>,
+        until: f64,
+        trajectory: &mut Trajectory,
+    ) -> Result<()> {
         loop {
             let time = (trajectory.len() + 1) as f64 * STEP;
             if time > until + RESOLUTION {
                 return Ok(());
             }
-            let x = states::<N>(&solver.interpolate(time.min(until))?);
+            let x = solver.interpolate(time.min(until))?;
             trajectory.push(self.outputs.of(&x, &self.rates(time, &x)));
         }
     }
 
     /// The first event within the last step: a time just behind it, and which.
-    fn first_event<'a, const N: usize, E, S>(
+    fn first_event<const N: usize>(
         &self,
-        solver: &S,
+        solver: &impl Solver<N>,
         start: f64,
         before: &Indicators,
-    ) -> Result<Option<(f64, usize)>>
-    where
-        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
-        S: OdeSolverMethod<'a, E>,
-    {
-        let end = solver.state().t;
-        let after = self.indicators(end, &states::<N>(solver.state().y));
+    ) -> Result<Option<(f64, usize)>> {
+        let end = solver.time();
+        let after = self.indicators(end, &solver.states());
         let mut first: Option<(f64, usize)> = None;
         for (event, value) in after.as_slice().iter().enumerate().filter(|(_, value)| **value < 0.0) {
-            let value_at = |time: f64| -> Result<f64> {
-                let x = states::<N>(&solver.interpolate(time)?);
-                Ok(self.indicators(time, &x).as_slice()[event])
-            };
+            let value_at =
+                |time: f64| -> Result<f64> { Ok(self.indicators(time, &solver.interpolate(time)?).as_slice()[event]) };
             let mut low = (start, before.as_slice()[event]);
             // The velocity is zero right after break-away; that root does not count.
             let mut fraction = 1e-3;
@@ -299,40 +296,19 @@ impl Plant {
         Ok(first)
     }
 
-    /// Lets the equations switch at the present time until all indicators are valid, and starts the solver afresh.
-    fn switch<'a, const N: usize, E, S>(&self, solver: &mut S, event: usize)
-    where
-        E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
-        S: OdeSolverMethod<'a, E>,
-    {
-        let time = solver.state().t;
-        let mut x = states::<N>(solver.state().y);
+    /// The states after the equations have switched until all indicators are valid.
+    fn switched<const N: usize>(&self, event: usize, time: f64, mut x: [f64; N]) -> [f64; N] {
         let mut event = Some(event);
         while let Some(index) = event {
             self.system.switch(index, time, &mut x, &self.inputs.at(time), &mut self.memory.borrow_mut());
             event = self.indicators(time, &x).as_slice().iter().position(|value| *value < 0.0);
         }
-        let state = solver.state_mut();
-        x.iter().enumerate().for_each(|(index, value)| state.y[index] = *value);
-        restart(solver, |time, x| self.rates::<N>(time, x));
+        x
     }
 }
 
 /// Times closer than this in s are the same.
 const RESOLUTION: f64 = 1e-12;
-
-/// Starts a solver afresh from its present state, with a first step of its own choice.
-fn restart<'a, const N: usize, E, S>(solver: &mut S, rates: impl Fn(f64, &[f64; N]) -> [f64; N])
-where
-    E: OdeEquations<T = f64, V = Vector, C = NalgebraContext> + 'a,
-    S: OdeSolverMethod<'a, E>,
-{
-    let problem = solver.problem();
-    let mut state = solver.state_mut();
-    let x = states::<N>(state.y);
-    rates(*state.t, &x).iter().enumerate().for_each(|(index, rate)| state.dy[index] = *rate);
-    state.set_step_size(STEP, &problem.atol, problem.rtol, &problem.eqn, 1);
-}
 
 /// A time just behind the root of a function that is positive at the first and negative at the second point: regula
 /// falsi (Illinois).
@@ -356,9 +332,4 @@ fn locate(mut low: (f64, f64), mut high: (f64, f64), value_at: impl Fn(f64) -> R
         last = side;
     }
     Ok(high.0)
-}
-
-/// The states of a solver as an array.
-fn states<const N: usize>(vector: &Vector) -> [f64; N] {
-    std::array::from_fn(|index| vector[index])
 }
