@@ -53,8 +53,8 @@ const NO_LIMIT: c_long = -1;
 
 /// CVODE with dense LU and the exact Jacobian, at work.
 pub struct Cvode<'p, const N: usize> {
-    /// What the callbacks are given; it must not move.
-    _plant: Box<&'p Plant>,
+    /// What the callbacks are given.
+    plant: &'p Plant,
     context: Handle,
     memory: Handle,
     states: Handle,
@@ -71,7 +71,6 @@ impl<'p, const N: usize> Cvode<'p, N> {
     /// # Errors
     /// When CVODE refuses something.
     pub fn new(plant: &'p Plant, x: &[f64; N], tolerances: &Tolerances<N>) -> Result<Self> {
-        let plant = Box::new(plant);
         let mut context = ptr::null_mut();
         // SAFETY: each handle is used as the manual of CVODE says, and freed once, when this value is dropped.
         let this = unsafe {
@@ -87,12 +86,12 @@ impl<'p, const N: usize> Cvode<'p, N> {
                 matrix,
                 linear: SUNLinSol_Dense(states, matrix, context),
                 time: 0.0,
-                _plant: plant,
+                plant,
             }
         };
         this.write(this.states, x);
         this.write(this.tolerances, &tolerances.absolute);
-        let data: *const &Plant = &*this._plant;
+        let data: *const Plant = this.plant;
         // SAFETY: the handles are valid; the callbacks' data live as long as this value.
         unsafe {
             check("CVodeInit", CVodeInit(this.memory, rates::<N>, 0.0, this.states))?;
@@ -174,7 +173,7 @@ fn read<const N: usize>(vector: Handle) -> [f64; N] {
 
 extern "C" fn rates<const N: usize>(time: f64, states: Handle, rates: Handle, plant: *mut c_void) -> c_int {
     // SAFETY: CVODE hands on the data of `Cvode::new` and vectors of N elements.
-    let (plant, slots) = unsafe { (*plant.cast::<&Plant>(), &mut *N_VGetArrayPointer(rates).cast::<[f64; N]>()) };
+    let (plant, slots) = unsafe { (&*plant.cast::<Plant>(), &mut *N_VGetArrayPointer(rates).cast::<[f64; N]>()) };
     *slots = plant.rates(time, &read::<N>(states));
     0
 }
@@ -191,7 +190,7 @@ extern "C" fn jacobian<const N: usize>(
 ) -> c_int {
     // SAFETY: CVODE hands on the data of `Cvode::new` and a dense matrix of N rows, stored by columns.
     let (plant, slots) =
-        unsafe { (*plant.cast::<&Plant>(), &mut *SUNDenseMatrix_Data(matrix).cast::<[[f64; N]; N]>()) };
+        unsafe { (&*plant.cast::<Plant>(), &mut *SUNDenseMatrix_Data(matrix).cast::<[[f64; N]; N]>()) };
     let mut found = SMatrix::<f64, N, N>::zeros();
     plant.system.jacobian(time, &read::<N>(states), &plant.inputs.at(time), &plant.memory.borrow(), &mut found);
     *slots = std::array::from_fn(|column| std::array::from_fn(|row| found[(row, column)]));
