@@ -91,9 +91,9 @@ parameters! {
             .text("Sample time");
         position_gain: f64 = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6).tunable()
             .text("Wanted velocity per position error");
-        velocity_gain: f64 = Variable::parameter(1003, "gain.velocity", units::VOLT_SECOND_PER_METRE, 4.0).range(0.0, 1e6).tunable()
+        velocity_gain: f64 = Variable::parameter(1003, "gain.velocity", units::VOLT_SECOND_PER_METRE, 8.0).range(0.0, 1e6).tunable()
             .text("Command per velocity error");
-        integral_gain: f64 = Variable::parameter(1004, "gain.integral", units::VOLT_PER_METRE, 40.0).range(0.0, 1e6).tunable()
+        integral_gain: f64 = Variable::parameter(1004, "gain.integral", units::VOLT_PER_METRE, 10.0).range(0.0, 1e6).tunable()
             .text("Rate of the integral part per velocity error");
         feed_forward: f64 = Variable::parameter(1005, "feedForward.gain", units::VOLT_SECOND_PER_METRE, 1.6).range(0.0, 1e6).tunable()
             .text("Command per wanted velocity");
