@@ -7,13 +7,16 @@ mod documentation;
 mod library;
 mod moment;
 mod package;
+mod parameter_sets;
 mod platform;
 mod process;
 mod readme;
+mod ssp;
 mod test;
 mod valgrind;
 mod venv;
 mod workspace;
+mod xml;
 
 use std::process::ExitCode;
 

@@ -11,7 +11,9 @@ use crate::description::{self, Stamp};
 use crate::documentation;
 use crate::library::Library;
 use crate::moment::Moment;
+use crate::parameter_sets;
 use crate::process::{self, heading};
+use crate::ssp;
 use crate::venv::Venv;
 use crate::workspace::Workspace;
 
@@ -36,6 +38,11 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         heading(&format!("Run the default experiment of {}", file_name(fmu)));
         process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
     }
+    let drive = workspace.fmus().join(format!("{}.ssp", ssp::NAME));
+    heading(&format!("Validate and run {}", file_name(&drive)));
+    process::run(venv.command().arg(workspace.python().join("check.py")).arg(&drive))?;
+    process::run(venv.command().arg(workspace.python().join("drive.py")).arg(&drive))?;
+
     heading("Compare the friction laws");
     let of = |model: &str| workspace.fmus().join(format!("{model}.fmu"));
     let catalogue = workspace.python().join("catalogue.py");
@@ -57,6 +64,7 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<Vec<PathBuf>
         println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         fmus.push(fmu);
     }
+    println!("{}", ssp::write(&folder, &workspace.descriptions(), moment)?.display());
     Ok(fmus)
 }
 
@@ -72,6 +80,10 @@ fn contents(workspace: &Workspace, model: &Model, libraries: &[Library], moment:
     archive.add("documentation/index.html", documentation::page(model, &workspace.descriptions())?)?;
     for licence in licences(&workspace.root)? {
         archive.add(&format!("documentation/licenses/{}.txt", file_name(&licence)), bytes(&licence)?)?;
+    }
+    for set in parameter_sets::of(model.name, &workspace.descriptions())? {
+        archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
     archive.add("model.png", bytes(&workspace.descriptions().join("model.png"))?)?;
     Ok(archive)

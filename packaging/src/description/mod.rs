@@ -4,7 +4,6 @@ mod structure;
 mod types;
 mod units;
 mod variables;
-mod xml;
 
 use std::io;
 
@@ -14,7 +13,8 @@ use pneumatic_servo::simulation::Model;
 use quick_xml::events::{BytesDecl, Event};
 
 pub use self::types::used as enumerations;
-use self::xml::{Element, Xml};
+pub use self::units::base_unit;
+use crate::xml::{Element, Xml};
 
 /// What changes from build to build.
 pub struct Stamp {
