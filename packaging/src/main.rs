@@ -5,6 +5,7 @@ mod describe;
 mod description;
 mod documentation;
 mod library;
+mod licences;
 mod moment;
 mod package;
 mod parameter_sets;
