@@ -62,7 +62,7 @@ fn source(folder: &Path, name: &str) -> Result<String> {
 }
 
 fn licence() -> String {
-    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts are in \
+    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts, and those of the packages inside the library, are in \
      <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
         .to_owned()
 }
