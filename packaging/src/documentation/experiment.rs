@@ -17,7 +17,7 @@ struct Signal {
 }
 
 /// Inputs that move; all others keep their start values.
-const SIGNALS: [Signal; 4] = [
+const SIGNALS: [Signal; 5] = [
     Signal { input: "valveVoltage", text: "5 V + 2 V sin(2π t/s)", at: |t| 5.0 + 2.0 * libm::sin(TAU * t) },
     Signal { input: "referencePosition", text: "250 mm + 100 mm sin(π t/s)", at: |t| 0.25 + 0.1 * libm::sin(PI * t) },
     Signal {
@@ -26,19 +26,29 @@ const SIGNALS: [Signal; 4] = [
         at: |t| 0.25 + 0.1 * libm::sin(PI * (t - 0.02)),
     },
     Signal { input: "velocity", text: "that of the same carriage", at: |t| 0.1 * PI * libm::cos(PI * (t - 0.02)) },
+    Signal {
+        input: "craneVelocity",
+        text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
+        at: |t| 0.25 * (f64::from(t < 10.0) - f64::from((15.0..25.0).contains(&t))),
+    },
 ];
 
 /// What is drawn, where a model has it: each list in an axis of its own.
-const PANELS: [&[&str]; 6] = [
+const PANELS: [&[&str]; 10] = [
     &["valveVoltage"],
     &["drivePosition", "referencePosition", "position"],
     &["positionError"],
-    &["velocity"],
+    &["displacement"],
+    &["tray.velocity", "walk.velocity", "velocity"],
+    &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
+    &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"],
     &["chamberA.pressure", "chamberB.pressure"],
     &["frictionForce"],
+    &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
 ];
 
-const COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
+const COLOURS: [RGBColor; 4] =
+    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(91, 104, 118)];
 const INK: RGBColor = RGBColor(29, 39, 51);
 const LINE: RGBColor = RGBColor(213, 220, 228);
 /// Twice what the page shows, since the drawing rounds to pixels.
