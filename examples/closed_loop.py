@@ -22,11 +22,12 @@ PERIOD = 1e-3
 
 @dataclass
 class Controller:
-    """Position controller with velocity feed-forward; `dead_zone` is the valve's overlap in V."""
+    """Position controller with feed-forward of the velocity; `dead_zone` is the valve's overlap in V."""
 
     position_gain: float = 12.0
-    velocity_gain: float = 4.0
-    integral_gain: float = 20.0
+    velocity_gain: float = 8.0
+    integral_gain: float = 10.0
+    feed_forward: float = 1.6
     dead_zone: float = 0.4
     integral: float = 0.0
 
@@ -34,7 +35,7 @@ class Controller:
         wanted = slope + self.position_gain * (reference - position)
         error = wanted - velocity
         self.integral = float(np.clip(self.integral + self.integral_gain * error * PERIOD, -1.0, 1.0))
-        command = self.velocity_gain * error + self.integral
+        command = self.feed_forward * wanted + self.velocity_gain * error + self.integral
         return float(np.clip(5.0 + command + self.dead_zone * np.tanh(command / 0.1), 0.0, 10.0))
 
 
@@ -53,7 +54,7 @@ def main() -> int:
             plant.advance(t + PERIOD)
     settled = np.abs(errors[1000:])
     print(f"tracking error after 1 s: rms {1e3 * np.sqrt(np.mean(settled**2)):.2f} mm, largest {1e3 * settled.max():.2f} mm")
-    return 0 if settled.max() < 20e-3 else 1
+    return 0 if settled.max() < 8e-3 else 1
 
 
 def trajectory(t: float) -> tuple[float, float]:

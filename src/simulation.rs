@@ -147,6 +147,13 @@ pub enum StepError {
         /// The limit.
         limit: u64,
     },
+    /// The limit of samples within one communication step was reached.
+    TooManySamples {
+        /// Time in s of the last sample.
+        time: f64,
+        /// The limit.
+        limit: u64,
+    },
     /// A fixed-step scheme left the range in which the equations have a meaning.
     Diverged {
         /// Time in s of the last accepted step.
@@ -172,6 +179,9 @@ impl fmt::Display for StepError {
             }
             Self::TooManySteps { time, limit } => {
                 write!(f, "at t = {time} s the limit of {limit} solver steps per communication step was reached")
+            }
+            Self::TooManySamples { time, limit } => {
+                write!(f, "at t = {time} s the limit of {limit} samples per communication step was reached")
             }
             Self::Diverged { time, step } => {
                 write!(f, "at t = {time} s the fixed-step scheme diverges: solver.step = {step} s is too large for it")

@@ -100,6 +100,10 @@ pub mod units {
         WATT_PER_SQUARE_METRE_KELVIN = "W/(m2.K)" [1, 0, -3, 0, -1, 0, 0, 0];
         /// Voltage.
         VOLT = "V" [1, 2, -3, -1, 0, 0, 0, 0];
+        /// Voltage per velocity.
+        VOLT_SECOND_PER_METRE = "V.s/m" [1, 1, -2, -1, 0, 0, 0, 0];
+        /// Voltage per length.
+        VOLT_PER_METRE = "V/m" [1, 1, -3, -1, 0, 0, 0, 0];
         /// Angle; shown in degrees.
         RADIAN = "rad" [0, 0, 0, 0, 0, 0, 0, 1], "deg" 57.295_779_513_082_32, 0.0;
         /// Energy.

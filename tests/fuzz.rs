@@ -76,8 +76,8 @@ fn variables() -> &'static [Variable] {
 
 /// The parameter that bounds the work of a step.
 fn limit() -> &'static Variable {
-    let name = "solver.maxStepsPerCommunicationStep";
-    variables().iter().find(|variable| variable.name == name).expect("the parameter of every model")
+    let bounds = |variable: &&Variable| variable.name.ends_with("PerCommunicationStep");
+    variables().iter().find(bounds).expect("the parameter of every model")
 }
 
 /// SplitMix64.

@@ -113,6 +113,35 @@ fn stepping_setting_and_getting_allocate_nothing() {
     }
 }
 
+/// The sampled controller, several samples in each step.
+#[test]
+fn sampling_allocates_nothing() {
+    let model = models::ALL.iter().find(|model| model.name == "PositionController").expect("the model");
+    let reference = |name| (model.variables)().iter().find(|v| v.name == name).expect("a variable").reference;
+    let (input, output) = (reference("referencePosition"), reference("valveVoltage"));
+    let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
+    // SAFETY: of the component, and all arrays have the length that is passed.
+    unsafe {
+        assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+        let (mut failed, mut voltage) = (0, 0.0);
+        let (allocations, _) = counted(|| {
+            for index in 0..STEPS {
+                let time = f64::from(index) * 5e-3;
+                let statuses = [
+                    fmi2SetReal(component, &input, 1, &(0.25 + 0.1 * time.sin())),
+                    fmi2DoStep(component, time, 5e-3, 1),
+                    fmi2GetReal(component, &output, 1, &mut voltage),
+                ];
+                failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+            }
+        });
+        assert_eq!((failed, allocations), (0, 0));
+        assert!(voltage != 5.0, "the controller acts");
+        fmi2FreeInstance(component);
+    }
+}
+
 /// Miri, which looks for undefined behaviour, is slow.
 const LIVES: u64 = if cfg!(miri) { 2 } else { 10_000 };
 const STEPS: i32 = if cfg!(miri) { 2 } else { 300 };

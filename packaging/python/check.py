@@ -1,23 +1,55 @@
-"""Validates an FMU with FMPy; any finding is an error."""
+"""Validates an FMU with FMPy, or the files of an SSP against the schemas that FMPy has; any finding is an error."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
+from fmpy.ssp import ssd
 from fmpy.validation import validate_fmu
+from lxml import etree
+
+SYSTEM, VALUES = "SystemStructureDescription.xsd", "SystemStructureParameterValues.xsd"
+NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("fmu", type=Path)
-    fmu: Path = parser.parse_args().fmu
-    findings = validate_fmu(str(fmu))
+    parser.add_argument("file", type=Path, help="an .fmu or .ssp")
+    file: Path = parser.parse_args().file
+    findings = [*(validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)), *invalid_sets(file)]
     for finding in findings:
-        print(f"{fmu.name}: {finding}", file=sys.stderr)
-    print(f"{fmu.name}: {len(findings)} findings")
+        print(f"{file.name}: {finding}", file=sys.stderr)
+    print(f"{file.name}: {len(findings)} findings")
     return 1 if findings else 0
+
+
+def invalid_systems(file: Path) -> list[str]:
+    """What is wrong with the system descriptions inside."""
+    return [f"{name}: {error}" for name, tree in trees(file, ".ssd") for error in errors(tree, SYSTEM)]
+
+
+def invalid_sets(file: Path) -> list[str]:
+    """What is wrong with the parameter sets inside, those in system descriptions included."""
+    sets = list(trees(file, ".ssv"))
+    sets += [(name, found) for name, tree in trees(file, ".ssd") for found in tree.iter(f"{{{NAMESPACE}}}ParameterSet")]
+    return [f"{name}: {error}" for name, tree in sets for error in errors(tree, VALUES)]
+
+
+def trees(file: Path, suffix: str) -> Iterator[tuple[str, etree._Element]]:
+    with zipfile.ZipFile(file) as archive:
+        for name in archive.namelist():
+            if name.endswith(suffix):
+                yield name, etree.fromstring(archive.read(name))
+
+
+def errors(tree: etree._Element, schema: str) -> list[str]:
+    validator = etree.XMLSchema(file=str(Path(ssd.__file__).parent / "schema" / schema))
+    validator.validate(etree.ElementTree(tree))
+    return [f"line {error.line}: {error.message}" for error in validator.error_log]
 
 
 if __name__ == "__main__":

@@ -20,6 +20,10 @@ LAW = "friction.law"
 
 SIGNALS: dict[str, Callable[[float], float]] = {
     "valveVoltage": lambda t: 5.0 + 2.0 * np.sin(2.0 * np.pi * t),
+    # A controller alone: a carriage that lags behind its reference.
+    "referencePosition": lambda t: 0.25 + 0.1 * np.sin(np.pi * t),
+    "position": lambda t: 0.25 + 0.1 * np.sin(np.pi * (t - 0.02)),
+    "velocity": lambda t: 0.1 * np.pi * np.cos(np.pi * (t - 0.02)),
 }
 """Inputs that move; all others stay at their start values. A value is set at a communication point and held."""
 

@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from fmpy.model_description import ModelDescription
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
@@ -54,7 +55,11 @@ class Panel:
 
 PANELS = [
     Panel("valve voltage", [("valveVoltage", "valve", GREY)]),
-    Panel("position", [("drivePosition", "drive", GREY), ("position", "mass", BLUE)]),
+    Panel(
+        "position",
+        [("drivePosition", "drive", GREY), ("referencePosition", "reference", GREY), ("position", "mass", BLUE)],
+    ),
+    Panel("position error", [("positionError", "error", VERMILION)]),
     Panel("velocity", [("velocity", "mass", BLUE)]),
     Panel("pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]),
     Panel("friction force", [("frictionForce", "friction", GREEN)]),
@@ -92,25 +97,38 @@ class Units:
 
 
 def draw_run(run: Run, file: Path) -> None:
-    """Everything about one run: curves over time on the left, friction against velocity on the right."""
-    panels = [panel for panel in (panel.of(run) for panel in PANELS) if panel.curves]
+    """Everything about one run: curves over time on the left, friction (if there is any) against velocity on the right."""
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(12, 8), layout="constrained")
-        left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1))
-        axes = left.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for panel, axis in zip(panels, axes, strict=True):
-            draw_panel(axis, run, panel)
-        axes[-1].set_xlabel("time (s)")
-        left.align_ylabels(axes)
-        whole, near = right.subplots(2, 1)
-        draw_friction(whole, run)
-        whole.set_title("friction force against velocity")
-        draw_friction(near, run)
-        zoom(near, run)
-        near.set_title("the same near standstill")
-        right.align_ylabels([whole, near])
+        if "frictionForce" in run.columns:
+            figure = plt.figure(figsize=(12, 8), layout="constrained")
+            left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1))
+            draw_panels(left, run)
+            draw_both_frictions(right, run)
+        else:
+            figure = plt.figure(figsize=(9, 7), layout="constrained")
+            draw_panels(figure, run)
         figure.suptitle(title(run), fontsize=12, fontweight="bold", x=0.01, ha="left")
         save(figure, file)
+
+
+def draw_panels(figure: FigureBase, run: Run) -> None:
+    panels = [panel for panel in (panel.of(run) for panel in PANELS) if panel.curves]
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, axis in zip(panels, axes, strict=True):
+        draw_panel(axis, run, panel)
+    axes[-1].set_xlabel("time (s)")
+    figure.align_ylabels(axes)
+
+
+def draw_both_frictions(figure: FigureBase, run: Run) -> None:
+    """Friction against velocity, as a whole and near standstill."""
+    whole, near = figure.subplots(2, 1)
+    draw_friction(whole, run)
+    whole.set_title("friction force against velocity")
+    draw_friction(near, run)
+    zoom(near, run)
+    near.set_title("the same near standstill")
+    figure.align_ylabels([whole, near])
 
 
 def draw_overview(runs: Sequence[Run], file: Path) -> None:

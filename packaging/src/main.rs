@@ -5,15 +5,19 @@ mod describe;
 mod description;
 mod documentation;
 mod library;
+mod licences;
 mod moment;
 mod package;
+mod parameter_sets;
 mod platform;
 mod process;
 mod readme;
+mod ssp;
 mod test;
 mod valgrind;
 mod venv;
 mod workspace;
+mod xml;
 
 use std::process::ExitCode;
 

@@ -1,8 +1,9 @@
 //! `cargo xtask package`: the FMUs, checked, with results and figures beside them.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use pneumatic_servo::simulation::Model;
 use pneumatic_servo::{fmi2, models};
 
@@ -10,8 +11,11 @@ use crate::archive::Archive;
 use crate::description::{self, Stamp};
 use crate::documentation;
 use crate::library::Library;
+use crate::licences;
 use crate::moment::Moment;
+use crate::parameter_sets;
 use crate::process::{self, heading};
+use crate::ssp;
 use crate::venv::Venv;
 use crate::workspace::Workspace;
 
@@ -36,6 +40,11 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         heading(&format!("Run the default experiment of {}", file_name(fmu)));
         process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
     }
+    let drive = workspace.fmus().join(format!("{}.ssp", ssp::NAME));
+    heading(&format!("Validate and run {}", file_name(&drive)));
+    process::run(venv.command().arg(workspace.python().join("check.py")).arg(&drive))?;
+    process::run(venv.command().arg(workspace.python().join("drive.py")).arg(&drive))?;
+
     heading("Compare the friction laws");
     let of = |model: &str| workspace.fmus().join(format!("{model}.fmu"));
     let catalogue = workspace.python().join("catalogue.py");
@@ -50,18 +59,26 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<Vec<PathBuf>
     let folder = workspace.fmus();
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let moment = Moment::of_source(&workspace.root)?;
+    let licences = licences::files(workspace)?;
     let mut fmus = Vec::new();
     for model in models::ALL {
         let fmu = folder.join(format!("{}.fmu", model.name));
-        contents(workspace, model, libraries, moment)?.write(&fmu, moment)?;
+        contents(workspace, model, libraries, &licences, moment)?.write(&fmu, moment)?;
         println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         fmus.push(fmu);
     }
+    println!("{}", ssp::write(&folder, &workspace.descriptions(), moment)?.display());
     Ok(fmus)
 }
 
 /// Everything that is in the FMU of a model.
-fn contents(workspace: &Workspace, model: &Model, libraries: &[Library], moment: Moment) -> Result<Archive> {
+fn contents(
+    workspace: &Workspace,
+    model: &Model,
+    libraries: &[Library],
+    licences: &BTreeMap<String, String>,
+    moment: Moment,
+) -> Result<Archive> {
     let mut archive = Archive::default();
     let stamp = Stamp { guid: fmi2::guid(model), date: moment.iso() };
     archive.add("modelDescription.xml", description::xml(model, &stamp)?)?;
@@ -70,21 +87,15 @@ fn contents(workspace: &Workspace, model: &Model, libraries: &[Library], moment:
         archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
     }
     archive.add("documentation/index.html", documentation::page(model, &workspace.descriptions())?)?;
-    for licence in licences(&workspace.root)? {
-        archive.add(&format!("documentation/licenses/{}.txt", file_name(&licence)), bytes(&licence)?)?;
+    for (name, text) in licences {
+        archive.add(&format!("documentation/licenses/{name}"), text.as_bytes())?;
+    }
+    for set in parameter_sets::of(model.name, &workspace.descriptions())? {
+        archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
+        archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
     archive.add("model.png", bytes(&workspace.descriptions().join("model.png"))?)?;
     Ok(archive)
-}
-
-/// The licence files of the repository, sorted.
-fn licences(root: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(root).with_context(|| format!("cannot list {}", root.display()))?;
-    let mut files: Vec<PathBuf> = entries.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
-    files.retain(|file| file.is_file() && file_name(file).starts_with("LICENSE"));
-    files.sort();
-    ensure!(!files.is_empty(), "{} has no licence file (LICENSE*)", root.display());
-    Ok(files)
 }
 
 fn file_name(path: &Path) -> String {

@@ -4,9 +4,10 @@ mod bristles;
 mod equations;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
+pub mod position_controller;
 mod simulator;
 
 use crate::simulation::Model;
 
 /// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one.
-pub static ALL: &[Model] = &[pneumatic_servo_cylinder::MODEL, friction_bench::MODEL];
+pub static ALL: &[Model] = &[pneumatic_servo_cylinder::MODEL, friction_bench::MODEL, position_controller::MODEL];

@@ -4,7 +4,6 @@ mod structure;
 mod types;
 mod units;
 mod variables;
-mod xml;
 
 use std::io;
 
@@ -14,7 +13,8 @@ use pneumatic_servo::simulation::Model;
 use quick_xml::events::{BytesDecl, Event};
 
 pub use self::types::used as enumerations;
-use self::xml::{Element, Xml};
+pub use self::units::base_unit;
+use crate::xml::{Element, Xml};
 
 /// What changes from build to build.
 pub struct Stamp {
@@ -95,3 +95,22 @@ fn default_experiment(xml: &mut Xml, model: &Model) -> io::Result<()> {
 
 /// The default of `solver.relativeTolerance`.
 const TOLERANCE: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use pneumatic_servo::models;
+
+    /// Viewers show structured names as a tree, in which a variable cannot be a branch too.
+    #[test]
+    fn no_variable_has_the_name_of_a_group() {
+        for model in models::ALL {
+            let names: BTreeSet<&str> = (model.variables)().iter().map(|variable| variable.name.as_str()).collect();
+            let plain = names.iter().filter(|name| !name.starts_with("der("));
+            for group in plain.filter_map(|name| name.rsplit_once('.')).map(|(group, _)| group) {
+                assert!(!names.contains(group), "{}: {group} is a variable and a group", model.name);
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@ use std::io;
 use anyhow::{Context, Result};
 use pneumatic_servo::variables::{Role, Variable};
 
-use super::xml::{Element, Xml};
+use crate::xml::{Element, Xml};
 
 /// The three lists of the section; variables are named by their index, which counts from 1.
 pub struct Structure {

@@ -4,7 +4,7 @@ use std::io;
 
 use pneumatic_servo::variables::{Enumeration, Kind, Variable};
 
-use super::xml::{Element, Xml};
+use crate::xml::{Element, Xml};
 
 /// Writes the section, unless there is nothing in it.
 pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {

@@ -2,9 +2,10 @@
 
 use std::io;
 
-use pneumatic_servo::variables::{BaseUnit, Kind, Unit, Variable};
+use pneumatic_servo::variables::{BaseUnit, Unit, Variable};
 
-use super::xml::{Element, Xml};
+use crate::ssp::units::used;
+use crate::xml::{Element, Xml};
 
 const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
@@ -14,24 +15,11 @@ pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
         .contain(xml, |xml| used(variables).into_iter().try_for_each(|unit| write_unit(xml, unit)))
 }
 
-/// Each unit once, in the order in which the table first uses it.
-fn used(variables: &[Variable]) -> Vec<Unit> {
-    let mut units: Vec<Unit> = Vec::new();
-    for variable in variables {
-        if let Kind::Real(unit) = variable.kind
-            && !units.iter().any(|known| known.name == unit.name)
-        {
-            units.push(unit);
-        }
-    }
-    units
-}
-
 fn write_unit(xml: &mut Xml, unit: Unit) -> io::Result<()> {
     Element::new("Unit").with("name", unit.name).contain(xml, |xml| {
-        base_unit(unit.base).write(xml)?;
+        base_unit("BaseUnit", unit.base).write(xml)?;
         unit.display.iter().try_for_each(|display| {
-            let offset = (display.offset != 0.0).then(|| super::xml::real(display.offset));
+            let offset = (display.offset != 0.0).then(|| crate::xml::real(display.offset));
             Element::new("DisplayUnit")
                 .with("name", display.name)
                 .with_number("factor", display.factor)
@@ -41,9 +29,10 @@ fn write_unit(xml: &mut Xml, unit: Unit) -> io::Result<()> {
     })
 }
 
-fn base_unit(exponents: BaseUnit) -> Element {
+/// The exponents of the SI base units, as the element of FMI or of SSP, which are alike.
+pub fn base_unit(name: &'static str, exponents: BaseUnit) -> Element {
     BASE.iter()
         .zip(exponents)
         .filter(|(_, exponent)| *exponent != 0)
-        .fold(Element::new("BaseUnit"), |element, (name, exponent)| element.with(name, &exponent.to_string()))
+        .fold(Element::new(name), |element, (base, exponent)| element.with(base, &exponent.to_string()))
 }

@@ -5,7 +5,7 @@ use std::io;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
 use super::structure::index_of;
-use super::xml::{Element, Xml, real};
+use crate::xml::{Element, Xml, real};
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {

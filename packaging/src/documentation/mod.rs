@@ -1,5 +1,6 @@
 //! `documentation/index.html`: one self-contained page per model, from hand-written text and the variable table.
 
+mod experiment;
 mod math;
 mod table;
 mod text;
@@ -22,6 +23,7 @@ pub fn page(model: &Model, folder: &Path) -> Result<String> {
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
     let sections = [
         math::render(&source).with_context(|| format!("the equations of {}", model.name))?,
+        experiment::section(model).with_context(|| format!("the default experiment of {}", model.name))?,
         table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
         table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
         table::parameters(&of_role(&[Role::Fixed, Role::Tunable])),
@@ -60,7 +62,7 @@ fn source(folder: &Path, name: &str) -> Result<String> {
 }
 
 fn licence() -> String {
-    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts are in \
+    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts, and those of the packages inside the library, are in \
      <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
         .to_owned()
 }

@@ -1,0 +1,146 @@
+//! `documentation/licenses`: the licence of the project, and those of everything that is linked into the library.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+use crate::process;
+use crate::workspace::Workspace;
+
+/// The crate that the library is built from.
+const LIBRARY: &str = "pneumatic-servo-fmu";
+
+/// The files of the folder by name; `license.txt` is the one that hosts open.
+///
+/// # Errors
+/// When a licence file is missing, or Cargo cannot tell what the library depends on.
+pub fn files(workspace: &Workspace) -> Result<BTreeMap<String, String>> {
+    let mut files = BTreeMap::new();
+    for file in licence_files(&workspace.root)? {
+        files.insert(format!("{}.txt", file_name(&file)), read(&file)?);
+    }
+    files.insert("license.txt".to_owned(), OVERVIEW.to_owned());
+    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?)?);
+    Ok(files)
+}
+
+const OVERVIEW: &str = "\
+This FMU is licensed under the MIT License or the Apache License 2.0, at your choice:
+LICENSE-MIT.txt, LICENSE-APACHE.txt.
+
+Its library contains the Rust standard library, under the same two licences, copyright the Rust project developers, and
+the packages listed in third-party.txt with their licences.
+";
+
+fn metadata(workspace: &Workspace) -> Result<Value> {
+    let version = process::output(process::cargo().arg("-vV"))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).context("cargo names no host")?;
+    let mut cargo = process::cargo();
+    // The library depends on the same packages on every platform.
+    cargo.args(["metadata", "--format-version", "1", "--locked", "--filter-platform", host]);
+    let answer = process::output(cargo.current_dir(&workspace.root))?;
+    serde_json::from_str(&answer).context("cargo metadata gave no JSON")
+}
+
+/// Name, version, licence and licence texts of each package.
+fn third_party(metadata: &Value) -> Result<String> {
+    let mut text = "Packages that the library of this FMU contains.\n".to_owned();
+    for package in linked(metadata)? {
+        let field = |name: &str| package[name].as_str().unwrap_or_default();
+        let (name, version, licence) = (field("name"), field("version"), field("license"));
+        let folder = Path::new(field("manifest_path")).parent().context("a manifest without a folder")?;
+        let _ = write!(
+            text,
+            "\n{}\n{name} {version}\nLicence: {licence}\nSource: {}\n",
+            "=".repeat(80),
+            field("repository")
+        );
+        for file in licence_files(folder).with_context(|| format!("{name} {version}"))? {
+            let _ = write!(text, "\n--- {} ---\n\n{}\n", file_name(&file), read(&file)?.trim_end());
+        }
+    }
+    Ok(text)
+}
+
+/// The packages whose code is in the library, sorted by name: normal dependencies, without procedural macros, which run
+/// in the compiler.
+fn linked(metadata: &Value) -> Result<Vec<&Value>> {
+    let list = |value: &'_ Value| value.as_array().cloned().unwrap_or_default();
+    let packages = metadata["packages"].as_array().context("cargo metadata lists no packages")?;
+    let package = |id: &Value| packages.iter().find(|package| package["id"] == *id).context("an unknown package");
+    let nodes = list(&metadata["resolve"]["nodes"]);
+    let library = packages.iter().find(|package| package["name"] == LIBRARY).context("the library is no package")?;
+    let mut found = vec![library];
+    let mut next = 0;
+    while next < found.len() {
+        let node = nodes.iter().find(|node| node["id"] == found[next]["id"]).context("an unresolved package")?;
+        for dependency in list(&node["deps"]) {
+            let package = package(&dependency["pkg"])?;
+            let is_normal = list(&dependency["dep_kinds"]).iter().any(|kind| kind["kind"].is_null());
+            let is_macro =
+                list(&package["targets"]).iter().any(|target| list(&target["kind"]).contains(&"proc-macro".into()));
+            if is_normal && !is_macro && !found.iter().any(|known| known["id"] == package["id"]) {
+                found.push(package);
+            }
+        }
+        next += 1;
+    }
+    found.remove(0);
+    found.sort_by_key(|package| (package["name"].to_string(), package["version"].to_string()));
+    Ok(found)
+}
+
+/// The licence files of a folder, sorted: those in it by their names, and all in its folder `LICENSES`.
+fn licence_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    const BEGINNINGS: [&str; 5] = ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE"];
+    let mut files = entries(folder)?;
+    let is_licence = |name: String| BEGINNINGS.iter().any(|beginning| name.to_uppercase().starts_with(beginning));
+    files.retain(|file| file.is_file() && is_licence(file_name(file)));
+    if folder.join("LICENSES").is_dir() {
+        files.extend(entries(&folder.join("LICENSES"))?);
+    }
+    files.sort();
+    ensure!(!files.is_empty(), "{} has no licence file", folder.display());
+    Ok(files)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).with_context(|| format!("cannot list {}", folder.display()))?;
+    entries.map(|entry| Ok(entry?.path())).collect()
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// With line ends that do not depend on the platform.
+fn read(file: &Path) -> Result<String> {
+    let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    Ok(text.replace("\r\n", "\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_package_is_there_with_a_licence_text() -> Result<()> {
+        let files = files(&Workspace::find()?)?;
+        assert_eq!(
+            files.keys().collect::<Vec<_>>(),
+            ["LICENSE-APACHE.txt", "LICENSE-MIT.txt", "license.txt", "third-party.txt"]
+        );
+        let text = &files["third-party.txt"];
+        for package in ["libm", "nalgebra", "num-traits", "postcard", "serde_core"] {
+            assert!(text.contains(&format!("\n{package} ")), "{package}");
+        }
+        for other in ["syn", "serde_derive", "quick-xml", "serde_json", LIBRARY] {
+            assert!(!text.contains(&format!("\n{other} ")), "{other} is not in the library");
+        }
+        assert!(!text.contains("/home/") && !text.contains(env!("CARGO_MANIFEST_DIR")), "a path of this machine");
+        Ok(())
+    }
+}

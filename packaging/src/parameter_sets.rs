@@ -1,0 +1,204 @@
+//! Sets of parameter values: read from `modelDescription/parameter_sets.json`, checked against the variable tables, and
+//! written as JSON and as SSV, the parameter values of the standard SSP 1.0.
+
+use std::io;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+use quick_xml::events::{BytesDecl, Event};
+use serde_json::{Map, Value, json};
+
+use crate::moment::Moment;
+use crate::ssp;
+use crate::xml::{Element, Xml, real};
+
+/// Values for some variables of a model or of a system of models.
+pub struct ParameterSet {
+    /// The name, also of its files.
+    pub name: String,
+    /// What it describes.
+    description: String,
+    /// Where the values are from, unless they are examples.
+    source: Option<String>,
+    values: Vec<(Variable, Value)>,
+}
+
+/// The sets of a model or system, in the order of the file.
+///
+/// # Errors
+/// When the file cannot be read, or a set has a name or value that the variable tables do not allow.
+pub fn of(owner: &str, folder: &Path) -> Result<Vec<ParameterSet>> {
+    let file = folder.join("parameter_sets.json");
+    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let sets: Vec<Value> = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
+    let sets = sets.iter().filter(|set| set["of"] == owner);
+    sets.map(|set| ParameterSet::read(owner, set)).collect::<Result<_>>().with_context(|| file.display().to_string())
+}
+
+impl ParameterSet {
+    fn read(owner: &str, set: &Value) -> Result<Self> {
+        let text = |key: &str| set[key].as_str().map(str::to_owned).with_context(|| format!("a set has no {key}"));
+        let name = text("name")?;
+        let values = set["values"].as_object().with_context(|| format!("{name} has no values"))?;
+        let values = values.iter().map(|(variable, value)| {
+            let variable = find(owner, variable)?;
+            number(&variable, value)?;
+            Ok((variable, value.clone()))
+        });
+        let values: Vec<_> = values.collect::<Result<_>>().with_context(|| format!("the set {name}"))?;
+        ensure!(!values.is_empty(), "{name} is empty");
+        Ok(Self { name, description: text("description")?, source: text("source").ok(), values })
+    }
+
+    /// As JSON: names and values, with items of enumerations by name.
+    ///
+    /// # Errors
+    /// When a value cannot be written.
+    pub fn json(&self) -> Result<String> {
+        let values: Map<String, Value> =
+            self.values.iter().map(|(variable, value)| (variable.name.clone(), value.clone())).collect();
+        let set = json!({
+            "name": self.name, "description": self.description, "source": self.source, "values": values,
+        });
+        Ok(serde_json::to_string_pretty(&set)? + "\n")
+    }
+
+    /// As SSV.
+    ///
+    /// # Errors
+    /// When the text cannot be written.
+    pub fn ssv(&self, moment: Moment) -> Result<String> {
+        let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
+        xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+        self.write(&mut xml, "", moment)?;
+        Ok(String::from_utf8(xml.into_inner()).context("the set is not UTF-8")? + "\n")
+    }
+
+    /// Whether there are values for variables whose names start with `prefix`.
+    pub fn has(&self, prefix: &str) -> bool {
+        self.values.iter().any(|(variable, _)| variable.name.starts_with(prefix))
+    }
+
+    /// The element of SSV with the values whose names start with `prefix`, which is left out.
+    pub fn write(&self, xml: &mut Xml, prefix: &str, moment: Moment) -> io::Result<()> {
+        let values = || {
+            let named =
+                self.values.iter().map(|(variable, value)| (variable.name.strip_prefix(prefix), variable, value));
+            named.filter_map(|(name, variable, value)| Some((name?, variable, value)))
+        };
+        let source = self.source.as_ref().map(|source| format!("; {source}"));
+        let root = Element::new("ssv:ParameterSet")
+            .with("xmlns:ssc", ssp::COMMON)
+            .with("xmlns:ssv", ssp::PARAMETER_VALUES)
+            .with("version", "1.0")
+            .with("name", &self.name)
+            .with("description", &format!("{}{}", self.description, source.unwrap_or_default()))
+            .with("generationTool", ssp::TOOL)
+            .with("generationDateAndTime", &moment.iso());
+        root.contain(xml, |xml| {
+            Element::new("ssv:Parameters").contain(xml, |xml| {
+                values().try_for_each(|(name, variable, value)| {
+                    let parameter = Element::new("ssv:Parameter").with("name", name);
+                    parameter.contain(xml, |xml| typed(variable, value).write(xml))
+                })
+            })?;
+            let units = ssp::units::used(values().map(|(_, variable, _)| variable));
+            ssp::units::write(xml, "ssv:Units", &units)
+        })
+    }
+}
+
+/// The variable of a model, or of a component of a system: `component.variable`.
+fn find(owner: &str, name: &str) -> Result<Variable> {
+    let (model, inner) = match models::ALL.iter().find(|model| model.name == owner) {
+        Some(model) => (model, name),
+        None => {
+            let (component, inner) = name.split_once('.').unwrap_or_default();
+            (ssp::model_of(component).with_context(|| format!("{owner} has no component for {name}"))?, inner)
+        }
+    };
+    let mut variables = (model.variables)().iter();
+    let found = variables.find(|variable| variable.name == inner && settable(variable));
+    let found = found.with_context(|| format!("{} has no parameter or input {inner}", model.name))?;
+    Ok(Variable { name: name.to_owned(), ..found.clone() })
+}
+
+fn settable(variable: &Variable) -> bool {
+    variable.is_parameter() || variable.role == Role::Input
+}
+
+/// The value as a number, which the variable must accept.
+fn number(variable: &Variable, value: &Value) -> Result<f64> {
+    let number = match (variable.kind, value) {
+        (Kind::Enumeration(of), Value::String(item)) => {
+            let found = of.items.iter().find(|(_, name, _)| name == item);
+            found.map(|(id, ..)| f64::from(*id)).with_context(|| format!("{} has no item {item}", of.name))?
+        }
+        (Kind::Real(_) | Kind::Integer, Value::Number(value)) => value.as_f64().context("a number out of range")?,
+        (Kind::Boolean, Value::Bool(value)) => f64::from(*value),
+        _ => bail!("{} cannot be {value}", variable.name),
+    };
+    variable.check(number)?;
+    Ok(number)
+}
+
+fn typed(variable: &Variable, value: &Value) -> Element {
+    match (variable.kind, value) {
+        (Kind::Real(unit), value) => {
+            Element::new("ssv:Real").with("value", &real(value.as_f64().unwrap_or(f64::NAN))).with("unit", unit.name)
+        }
+        (Kind::Integer, value) => Element::new("ssv:Integer").with("value", &value.to_string()),
+        (Kind::Boolean, value) => Element::new("ssv:Boolean").with("value", &value.to_string()),
+        (Kind::Enumeration(_), value) => {
+            Element::new("ssv:Enumeration").with("value", value.as_str().unwrap_or_default())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(values: Value) -> Value {
+        json!({ "name": "Test", "description": "", "source": "", "values": values })
+    }
+
+    fn refusal(owner: &str, values: Value) -> String {
+        ParameterSet::read(owner, &set(values)).err().map(|error| format!("{error:#}")).unwrap_or_default()
+    }
+
+    #[test]
+    fn the_sets_of_the_repository_are_legal() -> Result<()> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+        let names =
+            |owner: &str| -> Result<Vec<String>> { Ok(of(owner, &folder)?.into_iter().map(|set| set.name).collect()) };
+        assert_eq!(names("PneumaticServoCylinder")?.len(), 8);
+        assert_eq!(names(ssp::NAME)?, ["Dry", "Lubricated"]);
+        Ok(())
+    }
+
+    #[test]
+    fn unknown_names_and_illegal_values_are_named() {
+        let cylinder = |values| refusal("PneumaticServoCylinder", values);
+        assert!(cylinder(json!({ "mass.stuck": 1.0 })).contains("no parameter or input mass.stuck"));
+        assert!(cylinder(json!({ "position": 1.0 })).contains("no parameter or input position"));
+        assert!(cylinder(json!({ "friction.law": "Sticky" })).contains("FrictionLaw has no item Sticky"));
+        assert!(cylinder(json!({ "friction.law": 7 })).contains("friction.law cannot be 7"));
+        assert!(cylinder(json!({ "cylinder.bore": -0.016 })).contains("cylinder.bore = -0.016 is refused"));
+        assert!(refusal(ssp::NAME, json!({ "brake.force": 1.0 })).contains("no component for brake.force"));
+    }
+
+    #[test]
+    fn values_keep_their_bits_and_units() -> Result<()> {
+        let values = json!({ "friction.law": "LuGre", "friction.lugre.sigma0": 1234.1, "valve.polarity": -1 });
+        let set = ParameterSet::read("PneumaticServoCylinder", &set(values))?;
+        let ssv = set.ssv(Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        assert!(ssv.contains(r#"<ssv:Enumeration value="LuGre"/>"#), "{ssv}");
+        assert!(ssv.contains(r#"<ssv:Real value="1234.1" unit="N/m"/>"#), "{ssv}");
+        assert!(ssv.contains(r#"<ssv:Integer value="-1"/>"#), "{ssv}");
+        assert!(ssv.contains(r#"<ssc:BaseUnit kg="1" s="-2"/>"#), "{ssv}");
+        Ok(())
+    }
+}

@@ -1,0 +1,291 @@
+//! A sampled position controller for the cylinder: position loop, velocity loop, feed-forward and an inverse of the
+//! valve's dead zone.
+//!
+//! At each sample, with the reference `r`, its velocity `r'`, the measured position `x` and velocity `v`:
+//!
+//! ```text
+//! w = clamp(r' + k_x*(r - x), -w_max, w_max)          wanted velocity     [m/s]
+//! u = k_f*w + k_v*(w - v) + I                         effective command   [V]
+//! I = clamp(I + Ts*k_i*(w - v), -I_max, I_max)        held while u is beyond the range and the error leads further
+//! V = V_0 + p*clamp(u', -R, R)                        valve voltage       [V]
+//! u' = u*(1 - d) + d*R*sgn(u)                         with the valve's dead zone d, both signs joined by a line
+//! ```
+//!
+//! The voltage is held until the next sample. It answers the inputs of the sample before, as that of a digital
+//! controller does, so that a loop with the plant is no algebraic one.
+
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::scalar::sign;
+use crate::simulation::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::solver::{Balance, Held};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
+use crate::{outputs, parameters};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "PositionController",
+    description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
+    variables: || &TABLE,
+    start: |start| Ok(Box::new(PositionController::new(start)?)),
+    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+};
+
+static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+    let time = Variable::output(0, "time", units::SECOND).text("Time");
+    let mut table = vec![Variable { role: Role::Time, ..time }];
+    table.extend(Inputs::table());
+    table.extend(Outputs::<f64>::table());
+    table.push(Variable::flag(201, "saturated").text("True while the voltage is at an end of its range"));
+    table.push(Variable::counter(202, "samples").text("Samples since initialization"));
+    table.extend(Parameters::table());
+    table
+});
+
+parameters! {
+    /// The inputs.
+    Inputs {
+        reference: f64 = Variable::input(1, "referencePosition", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
+            .text("Position that the carriage is to have");
+        reference_velocity: f64 = Variable::input(2, "referenceVelocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
+            .text("Velocity of the reference; used if feedForward.source is Input");
+        position: f64 = Variable::input(3, "position", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
+            .text("Measured position of the carriage");
+        velocity: f64 = Variable::input(4, "velocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
+            .text("Measured velocity of the carriage");
+    }
+}
+
+outputs! {
+    /// The computed real variables, which keep the values of the last sample.
+    Outputs {
+        voltage = Variable::output(101, "valveVoltage", units::VOLT).nominal(1.0)
+            .text("Voltage for the valve; valve.neutral until the first sample");
+        error = Variable::output(102, "positionError", units::METRE).nominal(1e-3).shown_in("mm")
+            .text("Reference less measured position at the last sample");
+        wanted = Variable::output(103, "wantedVelocity", units::METRE_PER_SECOND).local().nominal(0.1).shown_in("mm/s")
+            .text("Set point of the velocity loop at the last sample");
+        command = Variable::output(104, "command", units::VOLT).local().nominal(1.0)
+            .text("Voltage that an ideal valve would need, before its range and its dead zone are taken into account");
+        integral = Variable::output(105, "integral", units::VOLT).local().nominal(1.0)
+            .text("Integral part of the command");
+    }
+}
+
+/// Where the velocity of the reference comes from; ids are never reused.
+pub static SOURCES: Enumeration = Enumeration {
+    name: "FeedForwardSource",
+    description: "Where the velocity of the reference comes from",
+    items: &[
+        (1, "Difference", "Difference of the last two samples of referencePosition"),
+        (2, "Input", "The input referenceVelocity"),
+    ],
+};
+
+parameters! {
+    /// The parameters. The gains suit the cylinder with its default parameters.
+    Parameters {
+        sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
+            .text("Sample time");
+        position_gain: f64 = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6).tunable()
+            .text("Wanted velocity per position error");
+        velocity_gain: f64 = Variable::parameter(1003, "gain.velocity", units::VOLT_SECOND_PER_METRE, 8.0).range(0.0, 1e6).tunable()
+            .text("Command per velocity error");
+        integral_gain: f64 = Variable::parameter(1004, "gain.integral", units::VOLT_PER_METRE, 10.0).range(0.0, 1e6).tunable()
+            .text("Rate of the integral part per velocity error");
+        feed_forward: f64 = Variable::parameter(1005, "feedForward.gain", units::VOLT_SECOND_PER_METRE, 1.6).range(0.0, 1e6).tunable()
+            .text("Command per wanted velocity");
+        source: f64 = Variable::choice(1006, "feedForward.source", &SOURCES, 1)
+            .text("Where the velocity of the reference comes from");
+        velocity_limit: f64 = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).shown_in("mm/s").tunable()
+            .text("Largest wanted velocity");
+        integral_limit: f64 = Variable::parameter(1008, "limit.integral", units::VOLT, 2.0).range(0.0, 1e3).tunable()
+            .text("Largest integral part");
+        neutral: f64 = Variable::parameter(1009, "valve.neutral", units::VOLT, 5.0).range(-1e3, 1e3).tunable()
+            .text("Voltage at which the valve is closed");
+        range: f64 = Variable::parameter(1010, "valve.range", units::VOLT, 5.0).range(1e-3, 1e3).tunable()
+            .text("Distance from the neutral voltage to either end of the range");
+        dead_zone: f64 = Variable::parameter(1011, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
+            .text("Dead zone of the valve as a fraction of its range, which the controller inverts");
+        transition: f64 = Variable::parameter(1012, "valve.transition", units::VOLT, 0.1).range(0.0, 1e3).tunable()
+            .text("Commands smaller than this cross the dead zone on a line; 0: by a jump");
+        polarity: f64 = Variable::count(1013, "valve.polarity", 1).range(-1.0, 1.0)
+            .text("1: more than the neutral voltage moves the carriage towards +x; -1: towards -x");
+        max_samples: f64 = Variable::count(1014, "maxSamplesPerCommunicationStep", 1_000_000).range(1.0, f64::from(i32::MAX))
+            .text("Bound on samples within one communication step; beyond it the step is discarded");
+    }
+}
+
+impl Parameters {
+    fn checked(values: &[f64]) -> Result<Self, ParameterError> {
+        let parameters = Self::read(values);
+        if parameters.polarity == 0.0 {
+            return Err(ParameterError::new("valve.polarity", parameters.polarity, "it must be 1 or -1"));
+        }
+        Ok(parameters)
+    }
+
+    /// Distance from the neutral voltage that gives a valve with the dead zone the opening that `command` gives one
+    /// without; exact for commands from `transition` on.
+    fn invert_dead_zone(&self, command: f64) -> f64 {
+        let step = self.dead_zone * self.range;
+        let side = if command.abs() < self.transition { command / self.transition } else { sign(command) };
+        command * (1.0 - self.dead_zone) + step * side
+    }
+}
+
+/// Samples are taken at communication points that miss them by this fraction of the sample time, so that they see the
+/// inputs set there, however the host adds up its steps.
+const PUNCTUALITY: f64 = 1e-3;
+
+/// The controller between two samples.
+struct PositionController {
+    p: Parameters,
+    time: f64,
+    inputs: Held<{ Inputs::LEN }>,
+    memory: Memory,
+}
+
+/// What the last sample left.
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    /// Time of the first sample in s.
+    start: f64,
+    /// Samples taken since.
+    count: u64,
+    /// Reference in m.
+    reference: f64,
+    error: f64,
+    wanted: f64,
+    command: f64,
+    integral: f64,
+    /// Distance from the neutral voltage in V, before polarity.
+    effort: f64,
+}
+
+impl PositionController {
+    fn new(start: &Start) -> Result<Self, ParameterError> {
+        let p = Parameters::checked(start.parameters)?;
+        let values = std::array::from_fn(|i| start.inputs[i]);
+        let memory = Memory {
+            start: start.time,
+            count: 0,
+            reference: Inputs::read(start.inputs).reference,
+            error: 0.0,
+            wanted: 0.0,
+            command: 0.0,
+            integral: 0.0,
+            effort: 0.0,
+        };
+        let inputs = Held { since: start.time, values, slopes: [0.0; Inputs::LEN] };
+        Ok(Self { p, time: start.time, inputs, memory })
+    }
+
+    /// Time in s of the next sample.
+    fn next_sample(&self) -> f64 {
+        self.memory.start + self.memory.count as f64 * self.p.sample_time
+    }
+
+    /// The control law.
+    fn sample(&mut self) {
+        let (p, memory) = (&self.p, &mut self.memory);
+        let input = Inputs::read(&self.inputs.at(self.time));
+        let slope = match p.source as i32 {
+            2 => input.reference_velocity,
+            _ => (input.reference - memory.reference) / p.sample_time,
+        };
+        memory.reference = input.reference;
+        memory.error = input.reference - input.position;
+        memory.wanted = (slope + p.position_gain * memory.error).clamp(-p.velocity_limit, p.velocity_limit);
+        let lack = memory.wanted - input.velocity;
+        memory.command = p.feed_forward * memory.wanted + p.velocity_gain * lack + memory.integral;
+        let inverted = p.invert_dead_zone(memory.command);
+        memory.effort = inverted.clamp(-p.range, p.range);
+        if memory.effort == inverted || lack * inverted < 0.0 {
+            let integral = memory.integral + p.sample_time * p.integral_gain * lack;
+            memory.integral = integral.clamp(-p.integral_limit, p.integral_limit);
+        }
+        memory.count += 1;
+    }
+}
+
+impl Simulation for PositionController {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        let array = |values: &[f64]| std::array::from_fn(|i| values[i]);
+        self.inputs = Held { since: self.time, values: array(values), slopes: array(slopes) };
+    }
+
+    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
+        self.p = Parameters::checked(parameters)?;
+        Ok(())
+    }
+
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        let limit = self.p.max_samples as u64;
+        let due = end - PUNCTUALITY * self.p.sample_time;
+        let mut samples = 0;
+        while self.next_sample() < due {
+            if samples == limit {
+                return Err(StepError::TooManySamples { time: self.time, limit });
+            }
+            self.time = self.time.max(self.next_sample());
+            self.sample();
+            samples += 1;
+        }
+        self.time = end;
+        Ok(())
+    }
+
+    fn values(&self, computed: &mut [f64]) {
+        let (p, memory) = (&self.p, &self.memory);
+        let outputs = Outputs {
+            voltage: p.neutral + p.polarity * memory.effort,
+            error: memory.error,
+            wanted: memory.wanted,
+            command: memory.command,
+            integral: memory.integral,
+        };
+        let saturated = f64::from(memory.effort.abs() == p.range);
+        // FMI integers have 32 bits; a run that exceeds them shows the largest.
+        let samples = f64::from(i32::try_from(memory.count).unwrap_or(i32::MAX));
+        outputs.write(computed).copy_from_slice(&[saturated, samples]);
+    }
+
+    /// Between samples nothing moves.
+    fn rates(&self, computed: &mut [f64]) {
+        computed.fill(0.0);
+    }
+
+    /// Between samples nothing reacts.
+    fn directional_derivative(&self, _inputs: &[f64], _states: &[f64], computed: &mut [f64]) {
+        computed.fill(0.0);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot {
+            time: self.time,
+            states: Vec::new(),
+            memory: postcard::to_allocvec(&self.memory).expect("a memory holds plain data"),
+            step: self.p.sample_time,
+            counters: Counters::default(),
+            balance: Balance::default(),
+        }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let memory: Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let Memory { start, reference, error, wanted, command, integral, effort, count: _ } = memory;
+        let plain = [snapshot.time, start, reference, error, wanted, command, integral, effort];
+        if !snapshot.states.is_empty() || plain.iter().any(|value| !value.is_finite()) {
+            return Err(SnapshotError);
+        }
+        (self.time, self.memory) = (snapshot.time, memory);
+        Ok(())
+    }
+}

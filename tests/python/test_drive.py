@@ -1,0 +1,134 @@
+"""The drive: cylinder and controller as an SSP, through FMPy, libcosim and Ecos."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import drive
+import numpy as np
+import pytest
+from check import invalid_sets, invalid_systems
+from client import Client
+from fmpy.ssp.ssd import read_ssv
+
+STEPS = 2500
+"""Of 1 ms: over several rests of the dry carriage."""
+
+AGREEMENT = 1e-6
+"""In m. Hosts count time differently, in the last bits; sticking and slipping multiply that by some orders of magnitude."""
+
+
+@pytest.fixture(scope="module")
+def ssp(fmu: Path) -> Path:
+    return fmu.with_name("PneumaticServoDrive.ssp")
+
+
+@pytest.fixture(scope="module")
+def unpacked(ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The SSP with the description for hosts that know components alone as its only one."""
+    folder = tmp_path_factory.mktemp("ssp")
+    with zipfile.ZipFile(ssp) as archive:
+        archive.extractall(folder)
+    (folder / "Components.ssd").replace(folder / "SystemStructure.ssd")
+    return folder
+
+
+def test_files_obey_the_schemas(ssp: Path) -> None:
+    assert invalid_systems(ssp) == []
+    assert invalid_sets(ssp) == []
+    assert drive.sets(ssp) == ["Dry", "Lubricated"]
+
+
+def test_schemas_would_find_mistakes(ssp: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.ssp"
+    with zipfile.ZipFile(ssp) as source, zipfile.ZipFile(broken, "w") as target:
+        for name in ["SystemStructure.ssd", "Components.ssd"]:
+            text = source.read(name).decode()
+            target.writestr(name, text.replace('kind="input"', 'kind="inlet"').replace("ssv:Real", "ssv:Complex"))
+    assert any("inlet" in finding for finding in invalid_systems(broken))
+    assert any("Complex" in finding for finding in invalid_sets(broken))
+
+
+def test_dry_carriage_sticks_and_slips_and_the_lubricated_one_follows(ssp: Path) -> None:
+    dry, lubricated = drive.simulate(ssp, "Dry"), drive.simulate(ssp, "Lubricated")
+    # Both start from rest at the beginning of each ramp; only the dry one stops again on the way, about ten times.
+    assert len(drive.rests(dry)) > 12
+    assert len(drive.rests(lubricated)) <= 3
+    error = {name: run["referencePosition"] - run["position"] for name, run in [("d", dry), ("l", lubricated)]}
+    on_the_ramp = (dry["time"] > 1.0) & (dry["time"] < 3.4)
+    assert np.max(np.abs(error["d"][on_the_ramp])) > 2e-3
+    assert np.max(np.abs(error["l"][on_the_ramp])) < 0.5e-3
+    for run in (dry, lubricated):
+        assert run["position"][-1] == pytest.approx(0.25, abs=4e-3)
+        assert np.all((run["valveVoltage"] >= 0.0) & (run["valveVoltage"] <= 10.0))
+
+
+def stepped(ssp: Path, folder: Path, name: str) -> np.ndarray:
+    """Positions of both FMUs stepped by hand: each step starts with the outputs at its communication point."""
+    values = {p.name.removeprefix("plant."): float(p.value) for p in read_ssv(str(ssp), f"resources/{name}.ssv").parameters}
+    times, references = drive.reference(ssp)
+    positions = []
+    fmus = folder / "resources"
+    with Client(fmus / "PneumaticServoCylinder.fmu") as plant, Client(fmus / "PositionController.fmu") as controller:
+        plant.start(values)
+        controller.start()
+        for step in range(STEPS):
+            position, velocity = plant.get(["position", "velocity"])
+            [voltage] = controller.get(["valveVoltage"])
+            wanted = float(np.interp(step * drive.STEP, times, references))
+            controller.set({"referencePosition": wanted, "position": position, "velocity": velocity})
+            plant.set({"valveVoltage": voltage})
+            for fmu in (plant, controller):
+                fmu.advance((step + 1) * drive.STEP)
+            positions += plant.get(["position"])
+    return np.array(positions)
+
+
+@pytest.mark.parametrize("name", ["Dry", "Lubricated"])
+def test_fmpy_agrees_with_stepping_by_hand(ssp: Path, unpacked: Path, name: str) -> None:
+    """FMPy hands all values on one step late at the start, and then like the others."""
+    expected = stepped(ssp, unpacked, name)
+    found = drive.simulate(ssp, name)["position"][:STEPS]
+    # The system input, too, reaches the controller a step later: 20 um at 20 mm/s, and the control error it causes.
+    assert np.sqrt(np.mean((found - expected) ** 2)) < (1e-3 if name == "Dry" else 1e-4)
+
+
+@pytest.mark.parametrize("name", ["Dry", "Lubricated"])
+def test_ecos_runs_the_components(ssp: Path, unpacked: Path, name: str) -> None:
+    from ecospy import EcosSimulation
+
+    times, references = drive.reference(ssp)
+    found = []
+    with EcosSimulation(ssp_path=str(unpacked), step_size=drive.STEP) as simulation:
+        simulation.init(parameter_set=name)
+        for step in range(STEPS):
+            wanted = float(np.interp(step * drive.STEP, times, references))
+            simulation.set_real("controller::referencePosition", wanted)
+            simulation.step()
+            found.append(simulation.get_real("plant::position"))
+    assert np.max(np.abs(np.array(found) - stepped(ssp, unpacked, name))) < AGREEMENT
+
+
+def test_libcosim_runs_the_components(ssp: Path, unpacked: Path) -> None:
+    """With the first set of parameters, which it takes by itself."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+
+    execution = CosimExecution.from_ssp_file(ssp_path=str(unpacked), step_size=round(1e9 * drive.STEP))
+    plant, controller = (execution.slave_index_from_instance_name(name) for name in ("plant", "controller"))
+    manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
+    execution.add_manipulator(manipulator)
+    execution.add_observer(observer)
+    fmus = unpacked / "resources"
+    with Client(fmus / "PneumaticServoCylinder.fmu") as cylinder, Client(fmus / "PositionController.fmu") as positioner:
+        position = [cylinder.variables["position"].valueReference]
+        wanted = [positioner.variables["referencePosition"].valueReference]
+    times, references = drive.reference(ssp)
+    found = []
+    for step in range(STEPS):
+        manipulator.slave_real_values(controller, wanted, [float(np.interp(step * drive.STEP, times, references))])
+        assert execution.step()
+        found += observer.last_real_values(plant, position)
+    assert np.max(np.abs(np.array(found) - stepped(ssp, unpacked, "Dry"))) < AGREEMENT
