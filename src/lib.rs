@@ -14,6 +14,7 @@ pub mod friction;
 pub mod mechanics;
 pub mod models;
 pub mod pneumatics;
+pub mod random;
 pub mod scalar;
 pub mod simulation;
 pub mod solver;

@@ -6,6 +6,7 @@ use super::list::List;
 use super::stribeck::{length, stiffness, viscous};
 use super::{Contact, FrictionLaw, Indicators};
 use crate::parameters;
+use crate::random;
 use crate::scalar::{Scalar, sign};
 use crate::variables::{ParameterError, Variable, units};
 
@@ -45,8 +46,7 @@ parameters! {
 /// over the path covered in that time. With `window = 0` each break is located, at about two million breaks per metre.
 ///
 /// # Source
-/// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362. The generator is
-/// SplitMix64: Steele, Lea, Flood (2014), Fast splittable pseudorandom number generators, OOPSLA '14, 453-472.
+/// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
 #[derive(Clone, Debug)]
 pub struct Bristle {
     viscous: f64,
@@ -100,7 +100,7 @@ impl FrictionLaw for Bristle {
 
     fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
         let mut seeds = self.seed;
-        let bonds = (0..self.count).map(|_| Bond { anchor: contact.position, generator: next_random(&mut seeds) });
+        let bonds = (0..self.count).map(|_| Bond { anchor: contact.position, generator: random::next(&mut seeds) });
         Memory { bonds: List::new(bonds), window: None }
     }
 
@@ -153,7 +153,7 @@ impl Bristle {
             bond.anchor = x - self.strength.copysign(stretch);
         }
         while (x - bond.anchor).abs() >= self.limit() {
-            bond.anchor += (self.strength * uniform(&mut bond.generator)).copysign(x - bond.anchor);
+            bond.anchor += (self.strength * random::uniform(&mut bond.generator)).copysign(x - bond.anchor);
         }
     }
 
@@ -172,7 +172,7 @@ impl Bristle {
             let stretch = self.strength - deflection;
             area += stretch * (deflection + 0.5 * stretch);
             left -= stretch;
-            deflection = self.strength * (1.0 - uniform(&mut bond.generator));
+            deflection = self.strength * (1.0 - random::uniform(&mut bond.generator));
         }
         area += left * (deflection + 0.5 * left);
         bond.anchor = end - direction * (deflection + left);
@@ -190,18 +190,4 @@ impl Bristle {
         let sum: f64 = bonds.iter().copied().map(|mut bond| self.travel(&mut bond, start, end)).sum();
         Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: self.stiffness * sum })
     }
-}
-
-/// The next number of SplitMix64.
-fn next_random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
-}
-
-/// A number uniform in (0, 1].
-fn uniform(state: &mut u64) -> f64 {
-    ((next_random(state) >> 11) + 1) as f64 / (1u64 << 53) as f64
 }

@@ -9,6 +9,7 @@ pub mod anchored;
 pub mod bounded;
 pub mod delay;
 pub mod elements;
+pub mod levels;
 pub mod list;
 pub mod ramp;
 pub mod stick_slip;
@@ -49,14 +50,21 @@ pub struct Contact<S> {
 }
 
 /// Event indicators: each is positive (or zero) while the present mode is valid, and an event when it turns negative.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Indicators {
     values: [f64; Self::CAPACITY],
     len: usize,
 }
 
+impl Default for Indicators {
+    fn default() -> Self {
+        Self { values: [0.0; Self::CAPACITY], len: 0 }
+    }
+}
+
 impl Indicators {
-    const CAPACITY: usize = 32;
+    /// Enough for three contacts under the laws with most elements, and what a model adds.
+    const CAPACITY: usize = 64;
 
     /// Appends an indicator.
     pub fn push(&mut self, value: f64) {

@@ -4,18 +4,18 @@ use crate::friction::MAX_STATES;
 use crate::scalar::Scalar;
 use crate::variables::{Variable, units};
 
-/// The states and, after them, their derivatives; value references from `base`. `motion` lists what the latter, like
-/// the friction force, depend on.
-pub fn bristle_table(base: u32, motion: &[u32]) -> Vec<Variable> {
+/// The states of a contact in a group and, after them, their derivatives; value references from `base`. `motion` lists
+/// what the latter, like the friction force, depend on.
+pub fn bristle_table(group: &str, base: u32, motion: &[u32]) -> Vec<Variable> {
     let count = MAX_STATES as u32;
     let states = (0..count).map(|i| {
-        Variable::output(base + i, &format!("friction.state[{}]", i + 1), units::ONE)
+        Variable::output(base + i, &format!("{group}.state[{}]", i + 1), units::ONE)
             .local()
             .depends_on(&[base + i])
             .text("Continuous state of the friction law (deflection in m, or force in N for GMS and Bliman-Sorine); 0 if unused")
     });
     let rates = (0..count).map(|i| {
-        Variable::output(base + count + i, &format!("der(friction.state[{}])", i + 1), units::ONE)
+        Variable::output(base + count + i, &format!("der({group}.state[{}])", i + 1), units::ONE)
             .local()
             .derivative_of(base + i)
             .depends_on(motion)

@@ -44,7 +44,7 @@ static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     let mut table = vec![Variable { role: Role::Time, ..time }];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table(BRISTLE_BASE, depends::MOTION));
+    table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));
     table.extend(counters_table(COUNTERS_BASE));
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
