@@ -1,6 +1,7 @@
 //! Complete systems: equations, events and the variable table of each.
 
 mod bristles;
+pub mod driven_slider;
 mod equations;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
@@ -10,4 +11,9 @@ mod simulator;
 use crate::simulation::Model;
 
 /// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one.
-pub static ALL: &[Model] = &[pneumatic_servo_cylinder::MODEL, friction_bench::MODEL, position_controller::MODEL];
+pub static ALL: &[Model] = &[
+    pneumatic_servo_cylinder::MODEL,
+    friction_bench::MODEL,
+    position_controller::MODEL,
+    driven_slider::MODEL,
+];

@@ -1,0 +1,252 @@
+//! A free slider on a tray that is shaken harmonically: friction alone moves it.
+//!
+//! ```text
+//! v_tray = v_d*cos(w*t),   x_tray = v_d/w*sin(w*t)
+//! r = x - x_tray,   dr/dt = u,   m*du/dt = F_app - F_f(u),   F_app = externalForce - m*dv_tray/dt
+//! ```
+//!
+//! Position and velocity relative to the tray are the states, so that a slider that sticks stays in place exactly.
+//! The friction levels are friction coefficients times the weight. Beside the slider runs the walk of [`walk`].
+
+mod variables;
+pub mod walk;
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use self::variables::{Outputs, Parameters, TABLE};
+use self::walk::{Harmonic, Walk};
+use super::bristles::bristle_values;
+use super::equations::Equations;
+use super::simulator::Simulator;
+use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::mechanics::GRAVITY;
+use crate::scalar::Scalar;
+use crate::simulation::{Experiment, Model, Simulation, Start};
+use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "DrivenSlider",
+    description: "Free slider on a harmonically shaken tray, moved by friction alone",
+    variables: || &TABLE,
+    start,
+    experiment: Experiment { stop_time: 0.5, step_size: 5e-4 },
+};
+
+/// The equations for given parameters.
+#[derive(Clone, Debug)]
+pub struct DrivenSlider {
+    p: Parameters,
+    tray: Harmonic,
+    stick_free: Harmonic,
+    walk: Option<Walk>,
+    friction: Friction,
+}
+
+/// Memory of the friction law, and what happens at given times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    friction: friction::Memory,
+    walk: walk::State,
+    /// Number of the next half period in whose middle the acceleration of the tray is largest.
+    peak: f64,
+}
+
+/// Bristles come first, then the relative position and velocity.
+const fn position(n: usize) -> usize {
+    n - 2
+}
+const fn velocity(n: usize) -> usize {
+    n - 1
+}
+const STATES_WITHOUT_BRISTLES: usize = 2;
+
+/// Starts a run with as many states as the friction law needs.
+fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, _) = build(start)?;
+    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+        2 => Ok(Box::new(equations.run::<2>(start)?)),
+        3 => Ok(Box::new(equations.run::<3>(start)?)),
+        _ => Ok(Box::new(equations.run::<12>(start)?)),
+    }
+}
+
+fn build(start: &Start) -> Result<(DrivenSlider, Settings), ParameterError> {
+    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let p = Parameters::read(own);
+    let friction = p.levels()?.build(friction, "friction")?;
+    Ok((DrivenSlider::new(p, friction), settings))
+}
+
+impl DrivenSlider {
+    fn new(p: Parameters, friction: Friction) -> Self {
+        let tray = Harmonic { amplitude: p.tray_velocity, frequency: TAU * p.tray_frequency, phase: 0.0 };
+        // From the velocity of the tray the slider comes to rest in v_d/(mu_dyn*g).
+        let stick_free = tray.stick_free(p.flight_factor * p.tray_velocity / (p.dynamic_coefficient * GRAVITY));
+        let walk = (p.walk_steps > 0.0).then(|| {
+            let coefficients = [p.static_coefficient, p.dynamic_coefficient];
+            let time_step = 1.0 / (p.tray_frequency * p.walk_steps);
+            Walk::new([tray, stick_free], coefficients, time_step, p.seed as u64)
+        });
+        Self { tray, stick_free, walk, friction, p }
+    }
+
+    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
+        let mut x = [0.0; N];
+        (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
+        let mut bristles = [0.0; friction::MAX_STATES];
+        let contact = self.contact(start.time, &x, &[start.inputs[0]]);
+        let friction = self.friction.start(&contact, &mut bristles);
+        let count = self.friction.states();
+        x[..count].copy_from_slice(&bristles[..count]);
+        let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(start.time));
+        Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(start.time) })
+    }
+
+    fn tray_position<S: Scalar>(&self, time: S) -> S {
+        (time * self.tray.frequency).sin() * (self.tray.amplitude / self.tray.frequency)
+    }
+
+    fn tray_acceleration<S: Scalar>(&self, time: S) -> S {
+        (time * self.tray.frequency).sin() * (-self.tray.amplitude * self.tray.frequency)
+    }
+
+    /// The contact with the tray as the friction law sees it.
+    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1]) -> Contact<S> {
+        Contact {
+            time,
+            position: x[position(N)],
+            velocity: x[velocity(N)],
+            applied: u[0] - self.tray_acceleration(time) * self.p.mass,
+            level: S::constant(1.0),
+            drive: Drive::Force,
+        }
+    }
+
+    /// Velocity on the tray: the state, unless the friction law holds the position.
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+    }
+
+    /// Number of the half period after a time, in whose middle the tray turns back.
+    fn peak_after(&self, time: f64) -> f64 {
+        libm::floor(2.0 * self.p.tray_frequency * time + 0.5)
+    }
+
+    /// Time in s at which the tray turns back in a half period.
+    fn peak_time(&self, number: f64) -> f64 {
+        (number + 0.5) / (2.0 * self.p.tray_frequency)
+    }
+}
+
+impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
+    type Memory = Memory;
+
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        let contact = self.contact(time, x, u);
+        let count = self.friction.states();
+        let force = self.friction.force(&contact, &x[..count], &memory.friction, &mut rates[..count]);
+        rates[position(N)] = self.rate(x, memory);
+        rates[velocity(N)] = (contact.applied - force) / self.p.mass;
+        rates
+    }
+
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory, out: &mut Indicators) {
+        self.friction.indicators(&self.contact(time, x, u), &x[..position(N)], &memory.friction, out);
+    }
+
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let contact = self.contact(time, x, u);
+        let (bristles, motion) = x.split_at_mut(position(N));
+        self.friction.switch(event, &contact, &mut motion[1], bristles, &mut memory.friction);
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+        self.friction.follow(|| self.contact(time, x, u), &x[..position(N)], &mut memory.friction);
+    }
+
+    /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
+    fn next_sample(&self, memory: &Memory) -> f64 {
+        let step = self.walk.map_or(f64::INFINITY, |walk| walk.next_step(&memory.walk));
+        step.min(self.peak_time(memory.peak)).min(self.friction.next_sample(&memory.friction))
+    }
+
+    fn max_step(&self) -> f64 {
+        self.friction.max_step()
+    }
+
+    fn depends_on_time(&self) -> bool {
+        true
+    }
+
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        if self.friction.next_sample(&memory.friction) <= time {
+            self.friction.sample(&self.contact(time, x, u), &x[..position(N)], &mut memory.friction);
+        }
+        if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
+            walk.step(&mut memory.walk);
+        }
+        if self.peak_time(memory.peak) <= time {
+            memory.peak += 1.0;
+        }
+    }
+
+    fn scales(&self) -> [f64; N] {
+        let mut scales = [self.friction.state_scale(); N];
+        (scales[position(N)], scales[velocity(N)]) = (1e-3, 1e-2);
+        scales
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        memory.peak.is_finite() && memory.walk.is_finite() && self.friction.owns(&memory.friction)
+    }
+}
+
+impl<const N: usize> Equations<N, 1> for DrivenSlider {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+        let count = self.friction.states();
+        let contact = self.contact(time, x, u);
+        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
+        let friction_force = self.friction.force(&contact, &x[..count], &memory.friction, &mut bristle_rates[..count]);
+        let held = self.friction.holds_position(&memory.friction);
+        let rate = self.rate(x, memory);
+        let (tray_position, tray_velocity) = (self.tray_position(time), self.tray.at(time));
+        let tray_acceleration = self.tray_acceleration(time);
+        let of_walk = |value: fn(&Walk, &walk::State) -> f64| {
+            S::constant(self.walk.as_ref().map_or(0.0, |walk| value(walk, &memory.walk)))
+        };
+        let relative_acceleration = if held { S::zero() } else { (contact.applied - friction_force) / self.p.mass };
+        let outputs = Outputs {
+            position: tray_position + x[position(N)],
+            velocity: tray_velocity + rate,
+            acceleration: tray_acceleration + relative_acceleration,
+            relative_position: x[position(N)],
+            relative_velocity: rate,
+            relative_acceleration,
+            tray_position,
+            tray_velocity,
+            tray_acceleration,
+            friction_force,
+            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            stick_free_velocity: self.stick_free.at(time),
+            walk_velocity: of_walk(Walk::velocity),
+            walk_probability: of_walk(|walk, _| walk.chi),
+        };
+        let values = outputs.values().chain(bristle_values(&x[..count], &bristle_rates));
+        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    }
+
+    fn state_index(&self, place: usize) -> Option<usize> {
+        match place {
+            0 => Some(position(N)),
+            1 => Some(velocity(N)),
+            bristle => (bristle - 2 < self.friction.states()).then_some(bristle - 2),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The variable table of the slider.
+
+use std::sync::LazyLock;
+
+use crate::friction::levels::{Level, SharedLevels};
+use crate::mechanics::GRAVITY;
+use crate::models::bristles::bristle_table;
+use crate::models::simulator::counters_table;
+use crate::solver::Tuning;
+use crate::variables::{ParameterError, ParameterSet, Role, Variable, units};
+use crate::{outputs, parameters};
+
+/// Value reference of the first variable of the friction law.
+const FRICTION_BASE: u32 = 10_000;
+/// Value reference of the first parameter of the solver.
+const SOLVER_BASE: u32 = 5_000;
+/// Value reference of the first counter of the solver.
+const COUNTERS_BASE: u32 = 5_100;
+/// Value reference of the first bristle state; its derivatives follow.
+const BRISTLE_BASE: u32 = 400;
+
+/// The slider of the source.
+const MASS: f64 = 21.19e-3;
+const DYNAMIC_COEFFICIENT: f64 = 0.32;
+
+/// Every variable of the slider.
+pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+    let time = Variable::output(0, "time", units::SECOND).text("Time");
+    let mut table = vec![Variable { role: Role::Time, ..time }];
+    table.extend(Inputs::table());
+    table.extend(Outputs::<f64>::table());
+    table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));
+    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(Parameters::table());
+    table.extend(SharedLevels::table("friction", FRICTION_BASE, 3, DYNAMIC_COEFFICIENT * MASS * GRAVITY));
+    table.extend(Tuning::grouped(SOLVER_BASE));
+    table
+});
+
+parameters! {
+    /// The input.
+    Inputs {
+        external_force: f64 = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(0.1)
+            .text("Force on the slider towards +x");
+    }
+}
+
+/// Inputs and states that the computed variables depend on.
+mod depends {
+    pub const R: u32 = 104;
+    pub const U: u32 = 105;
+    /// What friction and acceleration depend on.
+    pub const MOTION: &[u32] = &[1, R, U, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+}
+
+outputs! {
+    /// The computed variables.
+    Outputs {
+        position = Variable::output(101, "position", units::METRE).nominal(1e-3).shown_in("mm")
+            .depends_on(&[depends::R])
+            .text("Position of the slider");
+        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .depends_on(&[depends::U])
+            .text("Velocity of the slider");
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0)
+            .depends_on(depends::MOTION)
+            .text("Acceleration of the slider");
+        relative_position = Variable::output(104, "relativePosition", units::METRE).nominal(1e-3).shown_in("mm")
+            .depends_on(&[depends::R])
+            .text("Position of the slider on the tray");
+        relative_velocity = Variable::output(105, "relativeVelocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s").derivative_of(104)
+            .depends_on(&[depends::U])
+            .text("Velocity of the slider on the tray; exactly 0 while it sticks");
+        relative_acceleration = Variable::output(106, "relativeAcceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(105)
+            .depends_on(depends::MOTION)
+            .text("Acceleration of the slider relative to the tray");
+        tray_position = Variable::output(107, "tray.position", units::METRE).nominal(1e-3).shown_in("mm")
+            .text("Position of the tray");
+        tray_velocity = Variable::output(108, "tray.velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .text("Velocity of the tray: the attractor of a slider that sticks");
+        tray_acceleration = Variable::output(109, "tray.acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0)
+            .text("Acceleration of the tray");
+        friction_force = Variable::output(110, "frictionForce", units::NEWTON).nominal(0.1)
+            .depends_on(depends::MOTION)
+            .text("Friction force on the slider, positive when it opposes motion on the tray towards +x");
+        sticking = Variable::flag(111, "sticking")
+            .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the slider on the tray");
+        stick_free_velocity = Variable::output(112, "walk.stickFreeVelocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .text("Velocity of the tray convolved with the deceleration of the slider: the attractor of a slider that never sticks");
+        walk_velocity = Variable::output(113, "walk.velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .text("Velocity of the random walk between both attractors, held between its time steps; 0 without a walk");
+        walk_probability = Variable::output(201, "walk.chi", units::ONE).local().nominal(0.1)
+            .text("Probability of the walk to move towards the stick-free attractor (towards the tray otherwise)");
+    }
+}
+
+parameters! {
+    /// The parameters of slider, tray and walk; those of the friction law and of the solver follow in the table.
+    Parameters {
+        mass: f64 = Variable::parameter(1001, "mass", units::KILOGRAM, MASS).range(1e-6, 1e4).shown_in("g")
+            .text("Mass of the slider");
+        dynamic_coefficient: f64 = Variable::parameter(1002, "muDynamic", units::ONE, DYNAMIC_COEFFICIENT).range(1e-3, 100.0).tunable()
+            .text("Dynamic friction coefficient: Coulomb friction of the law divided by the weight");
+        static_coefficient: f64 = Variable::parameter(1003, "muStatic", units::ONE, 0.4).range(1e-3, 100.0).tunable()
+            .text("Static friction coefficient: break-away force of the law divided by the weight; not below muDynamic");
+        tray_velocity: f64 = Variable::parameter(1004, "tray.velocityAmplitude", units::METRE_PER_SECOND, 0.04).range(0.0, 100.0).shown_in("mm/s")
+            .text("Amplitude v_d of the velocity of the tray, which is v_d*cos(2*pi*frequency*time)");
+        tray_frequency: f64 = Variable::parameter(1005, "tray.frequency", units::HERTZ, 20.0).range(1e-3, 1e4)
+            .text("Frequency of the tray");
+        position0: f64 = Variable::parameter(1006, "relativePosition0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+            .text("Initial position on the tray");
+        velocity0: f64 = Variable::parameter(1007, "relativeVelocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+            .text("Initial velocity on the tray: that of a kick");
+        walk_steps: f64 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
+            .text("Time steps of the random walk per period of the tray; 0: no walk");
+        seed: f64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))
+            .text("Seed of the random walk");
+        flight_factor: f64 = Variable::parameter(1010, "walk.flightFactor", units::ONE, 1.0).range(0.0, 100.0)
+            .text("Flight time of the stick-free attractor in units of v_d/(muDynamic*g), in which the slider comes to rest from v_d");
+    }
+}
+
+impl Parameters {
+    /// The friction levels: coefficients times the weight.
+    pub fn levels(&self) -> Result<SharedLevels, ParameterError> {
+        if self.static_coefficient < self.dynamic_coefficient {
+            let reason = format!("it must not be below muDynamic = {}", self.dynamic_coefficient);
+            return Err(ParameterError::new("muStatic", self.static_coefficient, &reason));
+        }
+        let level = |variable, value| Level { variable, value, force: value * self.mass * GRAVITY };
+        Ok(SharedLevels {
+            statics: level("muStatic", self.static_coefficient),
+            coulomb: level("muDynamic", self.dynamic_coefficient),
+        })
+    }
+}

@@ -1,0 +1,210 @@
+//! The slider between two harmonic attractors: a convolution and a random walk.
+//!
+//! ```text
+//! stuck:       v_d*cos(w*t), the velocity of the tray
+//! stick-free:  v_sf = 2*v_d/(w*t_mx)^2*A*cos(w*t - phi)          [m/s]
+//!              A = sqrt(a^2 + b^2),  tan(phi) = b/a,  a = 1 - cos(w*t_mx),  b = w*t_mx - sin(w*t_mx)
+//!              t_mx = flightFactor*v_d/(mu_dyn*g)                 [s]
+//! walk:        n' = n + sgn(n_sf - n) with probability chi, n + sgn(n_tray - n) otherwise; the velocity is n*dv
+//!              dv = mu_dyn*g*dt,   chi = (mu_stat - mu_dyn)/mu_stat*v_d*w/g
+//! ```
+//!
+//! The stick-free velocity is the tray's, convolved with the velocity of a slider that comes to rest on a tray at rest.
+//! The walk chooses one of the two attractors by chance at every time step `dt` and moves towards it by at most `dv`.
+//!
+//! # Validity
+//! The source prints the walk with the attractors exchanged and its second jump as `rnd(chi)`, which contradicts the
+//! limits it states in words: a vanishing `chi` follows the tray, `chi > 1` the stick-free attractor. This is the
+//! walk of the words, with jumps of one as the source takes them. In each limit the attractor is followed as far as a
+//! slope of `mu_dyn*g` allows.
+//!
+//! # Source
+//! Harmonically driven slider: Markovian dynamics between two limiting attractors, eqs. 1 to 7.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mechanics::GRAVITY;
+use crate::random;
+use crate::scalar::{Scalar, sign};
+
+/// A harmonic velocity in m/s: `amplitude*cos(w*t - phase)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Harmonic {
+    /// Amplitude in m/s.
+    pub amplitude: f64,
+    /// Angular frequency in rad/s.
+    pub frequency: f64,
+    /// Phase delay in rad.
+    pub phase: f64,
+}
+
+impl Harmonic {
+    /// Velocity in m/s at a time in s.
+    pub fn at<S: Scalar>(&self, time: S) -> S {
+        (time * self.frequency - self.phase).cos() * self.amplitude
+    }
+
+    /// Its convolution with the deceleration of a slider over a flight time in s.
+    pub fn stick_free(&self, flight_time: f64) -> Self {
+        let angle = self.frequency * flight_time;
+        let half = libm::sin(0.5 * angle);
+        let a = 2.0 * half * half;
+        // Below 0.01 the difference of angle and sine is taken from its series, exact to rounding there.
+        let b = if angle < 0.01 {
+            angle * angle * angle / 6.0 * (1.0 - angle * angle / 20.0)
+        } else {
+            angle - libm::sin(angle)
+        };
+        if angle == 0.0 {
+            return *self;
+        }
+        let ratio = 2.0 * (a * a + b * b).sqrt() / (angle * angle);
+        Self { amplitude: self.amplitude * ratio, phase: self.phase + libm::atan2(b, a), ..*self }
+    }
+}
+
+/// The random walk for given parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walk {
+    /// The attractor of the stuck slider.
+    pub tray: Harmonic,
+    /// The attractor of the slider that never sticks.
+    pub free: Harmonic,
+    /// Probability of a move towards the stick-free attractor.
+    pub chi: f64,
+    /// Time step in s.
+    pub time_step: f64,
+    /// Velocity step in m/s.
+    pub velocity_step: f64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// Where the walk is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Number of the next time step since time 0.
+    next: f64,
+    /// Velocity in velocity steps.
+    velocity: f64,
+    generator: u64,
+}
+
+impl State {
+    /// The state of no walk.
+    pub const AT_REST: Self = Self { next: 0.0, velocity: 0.0, generator: 0 };
+
+    /// Whether a state is one of a walk.
+    pub fn is_finite(&self) -> bool {
+        self.next.is_finite() && self.velocity.is_finite()
+    }
+}
+
+impl Walk {
+    /// The walk of a slider with a static and a dynamic friction coefficient between two attractors.
+    pub fn new([tray, free]: [Harmonic; 2], [statics, dynamic]: [f64; 2], time_step: f64, seed: u64) -> Self {
+        let chi = (statics - dynamic) / statics * tray.amplitude * tray.frequency / GRAVITY;
+        Self { tray, free, chi, time_step, velocity_step: dynamic * GRAVITY * time_step, seed }
+    }
+
+    /// The start of a walk on the tray.
+    pub fn start(&self, time: f64) -> State {
+        State { next: self.number_after(time), velocity: self.steps(&self.tray, time), generator: self.seed }
+    }
+
+    /// Time in s of the next step.
+    pub fn next_step(&self, state: &State) -> f64 {
+        state.next * self.time_step
+    }
+
+    /// Takes the step that is due.
+    pub fn step(&self, state: &mut State) {
+        let time = self.next_step(state);
+        let attractor = if random::uniform(&mut state.generator) <= self.chi { &self.free } else { &self.tray };
+        state.velocity += sign(self.steps(attractor, time) - state.velocity);
+        state.next = (state.next + 1.0).max(self.number_after(time));
+    }
+
+    /// Velocity in m/s.
+    pub fn velocity(&self, state: &State) -> f64 {
+        state.velocity * self.velocity_step
+    }
+
+    /// The velocity of an attractor, rounded to velocity steps.
+    fn steps(&self, attractor: &Harmonic, time: f64) -> f64 {
+        libm::round(attractor.at(time) / self.velocity_step)
+    }
+
+    fn number_after(&self, time: f64) -> f64 {
+        libm::floor(time / self.time_step * (1.0 + f64::EPSILON)) + 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const TRAY: Harmonic = Harmonic { amplitude: 0.04, frequency: TAU * 20.0, phase: 0.0 };
+
+    /// The integral that defines the convolution, by Simpson's rule.
+    fn convolved(flight_time: f64, time: f64) -> f64 {
+        const PARTS: usize = 2000;
+        let integrand = |s: f64| (1.0 - s / flight_time) * TRAY.at(time - s);
+        let h = flight_time / PARTS as f64;
+        let weight = |i: usize| if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        2.0 / flight_time * (0..=PARTS).map(|i| weight(i) * integrand(i as f64 * h)).sum::<f64>() * h / 3.0
+    }
+
+    #[test]
+    fn stick_free_velocity_is_the_convolution() {
+        for flight_time in [1e-6, 6e-5, 1e-3, 0.0127, 0.05, 0.3] {
+            let free = TRAY.stick_free(flight_time);
+            for time in [0.0, 0.003, 0.017] {
+                let error = free.at(time) - convolved(flight_time, time);
+                assert!(error.abs() < 1e-10, "{flight_time} s: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_flight_the_slider_stays_with_the_tray_and_in_endless_flight_it_rests() {
+        assert_eq!(TRAY.stick_free(0.0), TRAY);
+        assert!(TRAY.stick_free(1e4).amplitude < 1e-7);
+    }
+
+    /// Runs two seconds; returns the largest distance from an attractor in velocity steps after the first.
+    fn distance(walk: &Walk, attractor: &Harmonic) -> f64 {
+        let mut state = walk.start(0.0);
+        let mut largest = 0.0f64;
+        while walk.next_step(&state) < 2.0 {
+            let time = walk.next_step(&state);
+            walk.step(&mut state);
+            if time > 1.0 {
+                largest = largest.max((walk.velocity(&state) - attractor.at(time)).abs() / walk.velocity_step);
+            }
+        }
+        largest
+    }
+
+    /// Rounding is half a step, and the walk is at most a step behind.
+    #[test]
+    fn vanishing_chi_follows_the_tray() {
+        let tray = Harmonic { amplitude: 0.02, ..TRAY };
+        let walk = Walk::new([tray, tray.stick_free(0.02)], [0.32, 0.32], 1e-4, 1);
+        assert_eq!(walk.chi, 0.0);
+        assert!(distance(&walk, &walk.tray) <= 1.5);
+        assert!(distance(&walk, &walk.free) > 5.0);
+    }
+
+    /// With `mu_dyn = 1.5` the stick-free attractor of a tray at 1.35 g is not too steep to be followed.
+    #[test]
+    fn chi_above_one_follows_the_stick_free_attractor() {
+        let tray = Harmonic { amplitude: 1.35 * GRAVITY / TRAY.frequency, ..TRAY };
+        let walk = Walk::new([tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))], [15.0, 1.5], 1e-4, 1);
+        assert!(walk.chi > 1.0);
+        assert!(distance(&walk, &walk.free) <= 1.5);
+        assert!(distance(&walk, &walk.tray) > 5.0);
+    }
+}
