@@ -76,6 +76,8 @@ pub mod units {
         NEWTON_PER_SECOND = "N/s" [1, 1, -3, 0, 0, 0, 0, 0];
         /// Stiffness.
         NEWTON_PER_METRE = "N/m" [1, 0, -2, 0, 0, 0, 0, 0];
+        /// Cubic stiffness.
+        NEWTON_PER_CUBIC_METRE = "N/m3" [1, -2, -2, 0, 0, 0, 0, 0];
         /// Viscous damping.
         NEWTON_SECOND_PER_METRE = "N.s/m" [1, 0, -1, 0, 0, 0, 0, 0];
         /// Inverse length.
@@ -106,6 +108,12 @@ pub mod units {
         VOLT_PER_METRE = "V/m" [1, 1, -3, -1, 0, 0, 0, 0];
         /// Angle; shown in degrees.
         RADIAN = "rad" [0, 0, 0, 0, 0, 0, 0, 1], "deg" 57.295_779_513_082_32, 0.0;
+        /// Damping of a joint.
+        NEWTON_METRE_SECOND = "N.m.s/rad" [1, 2, -1, 0, 0, 0, 0, -1];
+        /// Angular velocity; shown in degrees per second.
+        RADIAN_PER_SECOND = "rad/s" [0, 0, -1, 0, 0, 0, 0, 1], "deg/s" 57.295_779_513_082_32, 0.0;
+        /// Angular acceleration.
+        RADIAN_PER_SECOND_SQUARED = "rad/s2" [0, 0, -2, 0, 0, 0, 0, 1];
         /// Energy.
         JOULE = "J" [1, 2, -2, 0, 0, 0, 0, 0];
     }

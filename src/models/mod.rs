@@ -7,6 +7,7 @@ pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
 mod simulator;
+pub mod vibro_impact;
 
 use crate::simulation::Model;
 
@@ -16,4 +17,5 @@ pub static ALL: &[Model] = &[
     friction_bench::MODEL,
     position_controller::MODEL,
     driven_slider::MODEL,
+    vibro_impact::MODEL,
 ];

@@ -1,0 +1,318 @@
+//! A vibro-impact locomotion system: an internal mass shaken inside a body that rests on dry friction and is hit from
+//! within once per cycle or so.
+//!
+//! ```text
+//! d = x_1 - x_2,   F_i = A*sin(w*t) - k_1*d - k_2*d^3 - c*dd/dt - h*k_0*(d - G)   [N], h = 1 where d > G, else 0
+//! m_1*dv_1/dt = F_i
+//! m_2*dv_2/dt = F_app - F_f(v_2),   F_app = externalForce - F_i
+//! ```
+//!
+//! The impact spring meets the mass at an event, which is located like break-away and stop.
+//!
+//! # Source
+//! The effect of friction on the vibro-impact locomotion system: modeling and dynamic response, eqs. 4, 5 and 9. In its
+//! dimensionless form, eq. 13, the force on the body is printed with a cosine; both masses feel the same sine.
+
+mod variables;
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use self::variables::{Outputs, Parameters, TABLE};
+use super::bristles::bristle_values;
+use super::equations::Equations;
+use super::simulator::Simulator;
+use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::scalar::Scalar;
+use crate::simulation::{Experiment, Model, Simulation, Start};
+use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "VibroImpact",
+    description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
+    variables: || &TABLE,
+    start,
+    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+};
+
+/// Everything between the two masses, in SI units or, in the dimensionless form, without units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Coupling {
+    internal_mass: f64,
+    body_mass: f64,
+    /// Stiffness of the spring for displacement and for its cube.
+    stiffness: f64,
+    cubic: f64,
+    damping: f64,
+    impact_stiffness: f64,
+    gap: f64,
+    amplitude: f64,
+    /// Angular frequency.
+    frequency: f64,
+}
+
+/// The equations for given parameters.
+#[derive(Clone, Debug)]
+pub struct VibroImpact {
+    p: Parameters,
+    coupling: Coupling,
+    friction: Friction,
+}
+
+/// Memory of the friction law and of the impacts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    friction: friction::Memory,
+    /// Whether the mass touches the impact spring.
+    touches: bool,
+    /// Impacts so far.
+    impacts: u32,
+}
+
+/// The internal mass comes first, then the bristles, then the body.
+const INTERNAL_POSITION: usize = 0;
+const INTERNAL_VELOCITY: usize = 1;
+const BRISTLES: usize = 2;
+const fn position(n: usize) -> usize {
+    n - 2
+}
+const fn velocity(n: usize) -> usize {
+    n - 1
+}
+const STATES_WITHOUT_BRISTLES: usize = 4;
+
+/// Starts a run with as many states as the friction law needs.
+fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, _) = build(start)?;
+    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+        4 => Ok(Box::new(equations.run::<4>(start)?)),
+        5 => Ok(Box::new(equations.run::<5>(start)?)),
+        _ => Ok(Box::new(equations.run::<14>(start)?)),
+    }
+}
+
+fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
+    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let p = Parameters::read(own);
+    let friction = p.levels().build(friction, "friction")?;
+    Ok((VibroImpact { coupling: Coupling::new(&p), friction, p }, settings))
+}
+
+impl Coupling {
+    fn new(p: &Parameters) -> Self {
+        if p.is_dimensionless() {
+            return Self {
+                internal_mass: 1.0,
+                body_mass: p.mass_ratio,
+                stiffness: 1.0,
+                cubic: p.beta,
+                damping: 2.0 * p.zeta,
+                impact_stiffness: p.sigma,
+                gap: p.gamma,
+                amplitude: p.chi,
+                frequency: p.omega,
+            };
+        }
+        Self {
+            internal_mass: p.internal_mass,
+            body_mass: p.body_mass,
+            stiffness: p.stiffness,
+            cubic: p.cubic_stiffness,
+            damping: p.damping,
+            impact_stiffness: p.impact_stiffness,
+            gap: p.gap,
+            amplitude: p.amplitude,
+            frequency: TAU * p.frequency,
+        }
+    }
+
+    fn excitation<S: Scalar>(&self, time: S) -> S {
+        (time * self.frequency).sin() * self.amplitude
+    }
+
+    /// Force of spring and damper on the body at a displacement of the internal mass on it and its rate.
+    fn spring_force<S: Scalar>(&self, d: S, rate: S) -> S {
+        d * (d * d * self.cubic + self.stiffness) + rate * self.damping
+    }
+
+    /// Force of the impact spring on the body; it cannot pull.
+    fn impact_force<S: Scalar>(&self, d: S, touches: bool) -> S {
+        if touches { (d - self.gap) * self.impact_stiffness } else { S::zero() }
+    }
+}
+
+impl VibroImpact {
+    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
+        let mut x = [0.0; N];
+        (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
+        x[INTERNAL_POSITION] = self.p.position0 + self.p.displacement0;
+        x[INTERNAL_VELOCITY] = self.p.velocity0 + self.p.displacement_rate0;
+        let touches = self.p.displacement0 > self.coupling.gap;
+        let contact = self.contact(start.time, &x, &[start.inputs[0]], x[velocity(N)], touches);
+        let mut bristles = [0.0; friction::MAX_STATES];
+        let friction = self.friction.start(&contact, &mut bristles);
+        let count = self.friction.states();
+        x[BRISTLES..BRISTLES + count].copy_from_slice(&bristles[..count]);
+        Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
+    }
+
+    /// Displacement of the internal mass on the body and its rate, for a velocity of the body.
+    fn displacement<S: Scalar, const N: usize>(&self, x: &[S; N], rate: S) -> (S, S) {
+        (x[INTERNAL_POSITION] - x[position(N)], x[INTERNAL_VELOCITY] - rate)
+    }
+
+    /// Force on the internal mass, and its reaction on the body.
+    fn internal_force<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], rate: S, touches: bool) -> S {
+        let (d, d_rate) = self.displacement(x, rate);
+        let coupling = &self.coupling;
+        coupling.excitation(time) - coupling.spring_force(d, d_rate) - coupling.impact_force(d, touches)
+    }
+
+    /// The contact of the body as the friction law sees it, for a velocity of the body.
+    fn contact<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        rate: S,
+        touches: bool,
+    ) -> Contact<S> {
+        Contact {
+            time,
+            position: x[position(N)],
+            velocity: x[velocity(N)],
+            applied: u[0] - self.internal_force(time, x, rate, touches),
+            level: S::constant(1.0),
+            drive: Drive::Force,
+        }
+    }
+
+    /// The contact in the present modes.
+    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> Contact<S> {
+        self.contact(time, x, u, self.rate(x, memory), memory.touches)
+    }
+
+    /// Velocity of the body: the state, unless the friction law holds the position.
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+    }
+}
+
+impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
+    type Memory = Memory;
+
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate, memory.touches);
+        let bristles = BRISTLES..BRISTLES + self.friction.states();
+        let force = self.friction.force(&contact, &x[bristles.clone()], &memory.friction, &mut rates[bristles]);
+        rates[INTERNAL_POSITION] = x[INTERNAL_VELOCITY];
+        rates[INTERNAL_VELOCITY] = (u[0] - contact.applied) / self.coupling.internal_mass;
+        rates[position(N)] = rate;
+        rates[velocity(N)] = (contact.applied - force) / self.coupling.body_mass;
+        rates
+    }
+
+    /// The impact spring's indicator comes first, then those of the friction law.
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory, out: &mut Indicators) {
+        let (d, _) = self.displacement(x, 0.0);
+        out.push(if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d });
+        let contact = self.contact_at(time, x, u, memory);
+        self.friction.indicators(&contact, &x[BRISTLES..position(N)], &memory.friction, out);
+    }
+
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        if event == 0 {
+            memory.touches = !memory.touches;
+            memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
+            return;
+        }
+        let contact = self.contact_at(time, x, u, memory);
+        let (bristles, motion) = x[BRISTLES..].split_at_mut(N - BRISTLES - 2);
+        self.friction.switch(event - 1, &contact, &mut motion[1], bristles, &mut memory.friction);
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let (rate, touches) = (self.rate(x, memory), memory.touches);
+        let contact = || self.contact(time, x, u, rate, touches);
+        self.friction.follow(contact, &x[BRISTLES..position(N)], &mut memory.friction);
+    }
+
+    fn next_sample(&self, memory: &Memory) -> f64 {
+        self.friction.next_sample(&memory.friction)
+    }
+
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let contact = self.contact_at(time, x, u, memory);
+        self.friction.sample(&contact, &x[BRISTLES..position(N)], &mut memory.friction);
+    }
+
+    /// At rest in the middle only the excitation moves anything: a step must not pass over a period of it.
+    fn max_step(&self) -> f64 {
+        self.friction.max_step().min(0.125 * TAU / self.coupling.frequency)
+    }
+
+    fn depends_on_time(&self) -> bool {
+        true
+    }
+
+    fn scales(&self) -> [f64; N] {
+        let mut scales = [self.friction.state_scale(); N];
+        let (length, speed) = if self.p.is_dimensionless() { (1.0, 1.0) } else { (1e-3, 1e-2) };
+        (scales[INTERNAL_POSITION], scales[position(N)]) = (length, length);
+        (scales[INTERNAL_VELOCITY], scales[velocity(N)]) = (speed, speed);
+        scales
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        self.friction.owns(&memory.friction)
+    }
+}
+
+impl<const N: usize> Equations<N, 1> for VibroImpact {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+        let bristles = BRISTLES..BRISTLES + self.friction.states();
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate, memory.touches);
+        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
+        let own_rates = &mut bristle_rates[..self.friction.states()];
+        let friction_force = self.friction.force(&contact, &x[bristles.clone()], &memory.friction, own_rates);
+        let held = self.friction.holds_position(&memory.friction);
+        let (d, d_rate) = self.displacement(x, rate);
+        let outputs = Outputs {
+            position: x[position(N)],
+            velocity: rate,
+            acceleration: if held { S::zero() } else { (contact.applied - friction_force) / self.coupling.body_mass },
+            internal_position: x[INTERNAL_POSITION],
+            internal_velocity: x[INTERNAL_VELOCITY],
+            internal_acceleration: (u[0] - contact.applied) / self.coupling.internal_mass,
+            displacement: d,
+            displacement_rate: d_rate,
+            excitation: self.coupling.excitation(time),
+            spring_force: self.coupling.spring_force(d, d_rate),
+            impact_force: self.coupling.impact_force(d, memory.touches),
+            friction_force,
+            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            touching: S::constant(f64::from(memory.touches)),
+            impacts: S::constant(f64::from(i32::try_from(memory.impacts).unwrap_or(i32::MAX))),
+        };
+        let values = outputs.values().chain(bristle_values(&x[bristles], &bristle_rates));
+        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    }
+
+    fn state_index(&self, place: usize) -> Option<usize> {
+        match place {
+            0 => Some(position(N)),
+            1 => Some(velocity(N)),
+            2 => Some(INTERNAL_POSITION),
+            3 => Some(INTERNAL_VELOCITY),
+            bristle => (bristle - 4 < self.friction.states()).then_some(BRISTLES + bristle - 4),
+        }
+    }
+}

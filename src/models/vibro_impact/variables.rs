@@ -1,0 +1,203 @@
+//! The variable table of the vibro-impact system.
+
+use std::sync::LazyLock;
+
+use crate::friction::levels::{Level, SharedLevels};
+use crate::models::bristles::bristle_table;
+use crate::models::simulator::counters_table;
+use crate::solver::Tuning;
+use crate::variables::{Enumeration, Role, Variable, units};
+use crate::{outputs, parameters};
+
+/// Value reference of the first variable of the friction law.
+const FRICTION_BASE: u32 = 10_000;
+/// Value reference of the first parameter of the solver.
+const SOLVER_BASE: u32 = 5_000;
+/// Value reference of the first counter of the solver.
+const COUNTERS_BASE: u32 = 5_100;
+/// Value reference of the first bristle state; its derivatives follow.
+const BRISTLE_BASE: u32 = 400;
+
+const BREAK_AWAY: f64 = 6.8;
+const COULOMB_RATIO: f64 = 0.5;
+
+/// Every variable of the system.
+pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+    use crate::variables::ParameterSet;
+    let time = Variable::output(0, "time", units::SECOND).text("Time");
+    let mut table = vec![Variable { role: Role::Time, ..time }];
+    table.extend(Inputs::table());
+    table.extend(Outputs::<f64>::table());
+    table.extend(bristle_table("friction", BRISTLE_BASE, depends::BODY));
+    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(Parameters::table());
+    table.extend(friction_table());
+    table.extend(Tuning::grouped(SOLVER_BASE));
+    table
+});
+
+/// The friction laws, with the exponential Stribeck curve of the source.
+fn friction_table() -> Vec<Variable> {
+    let table = SharedLevels::table("friction", FRICTION_BASE, 7, COULOMB_RATIO * BREAK_AWAY);
+    let exponential = |variable: Variable| match variable.name.ends_with(".delta") {
+        true => Variable { start: Some(1.0), ..variable },
+        false => variable,
+    };
+    table.into_iter().map(exponential).collect()
+}
+
+parameters! {
+    /// The input.
+    Inputs {
+        external_force: f64 = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(1.0)
+            .text("Force on the body towards +x");
+    }
+}
+
+/// Inputs and states that the computed variables depend on.
+mod depends {
+    pub const FORCE: u32 = 1;
+    pub const X2: u32 = 101;
+    pub const V2: u32 = 102;
+    pub const X1: u32 = 104;
+    pub const V1: u32 = 105;
+    /// What the force between the masses depends on.
+    pub const INTERNAL: &[u32] = &[X2, V2, X1, V1];
+    /// What friction and acceleration of the body depend on.
+    pub const BODY: &[u32] = &[FORCE, X2, V2, X1, V1, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+}
+
+outputs! {
+    /// The computed variables.
+    Outputs {
+        position = Variable::output(101, "position", units::METRE).nominal(1e-2).shown_in("mm")
+            .depends_on(&[depends::X2])
+            .text("Position of the body");
+        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(1e-2).shown_in("mm/s").derivative_of(101)
+            .depends_on(&[depends::V2])
+            .text("Velocity of the body; exactly 0 while it sticks");
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(102)
+            .depends_on(depends::BODY)
+            .text("Acceleration of the body");
+        internal_position = Variable::output(104, "internal.position", units::METRE).nominal(1e-2).shown_in("mm")
+            .depends_on(&[depends::X1])
+            .text("Position of the internal mass");
+        internal_velocity = Variable::output(105, "internal.velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(104)
+            .depends_on(&[depends::V1])
+            .text("Velocity of the internal mass");
+        internal_acceleration = Variable::output(106, "internal.acceleration", units::METRE_PER_SECOND_SQUARED).nominal(10.0).derivative_of(105)
+            .depends_on(depends::INTERNAL)
+            .text("Acceleration of the internal mass");
+        displacement = Variable::output(107, "displacement", units::METRE).nominal(1e-3).shown_in("mm")
+            .depends_on(&[depends::X2, depends::X1])
+            .text("Position of the internal mass on the body; from gap on it presses the impact spring");
+        displacement_rate = Variable::output(108, "displacementRate", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s")
+            .depends_on(&[depends::V2, depends::V1])
+            .text("Velocity of the internal mass on the body");
+        excitation = Variable::output(109, "excitationForce", units::NEWTON).nominal(1.0)
+            .text("Harmonic force on the internal mass; its reaction acts on the body");
+        spring_force = Variable::output(110, "springForce", units::NEWTON).nominal(1.0)
+            .depends_on(depends::INTERNAL)
+            .text("Force of spring and damper on the body");
+        impact_force = Variable::output(111, "impactForce", units::NEWTON).nominal(10.0)
+            .depends_on(&[depends::X2, depends::X1])
+            .text("Force of the impact spring on the body");
+        friction_force = Variable::output(112, "frictionForce", units::NEWTON).nominal(1.0)
+            .depends_on(depends::BODY)
+            .text("Friction force on the body, positive when it opposes motion towards +x");
+        sticking = Variable::flag(113, "sticking")
+            .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the body");
+        touching = Variable::flag(114, "touching")
+            .text("True while the internal mass presses the impact spring");
+        impacts = Variable::counter(201, "impacts")
+            .text("Impacts since initialization");
+    }
+}
+
+/// The meaning of the parameters; ids are never reused.
+pub static FORMS: Enumeration = Enumeration {
+    name: "VibroImpactForm",
+    description: "Which parameters describe the system",
+    items: &[
+        (1, "Dimensional", "Masses, springs, gap, force and friction in SI units"),
+        (
+            2,
+            "Dimensionless",
+            "The group dimensionless; forces count in F_b, lengths in F_b/k_1, times in sqrt(m_1/k_1)",
+        ),
+    ],
+};
+
+parameters! {
+    /// The parameters of the system; those of the friction law and of the solver follow in the table.
+    Parameters {
+        form: f64 = Variable::choice(1001, "form", &FORMS, 1)
+            .text("Which parameters describe the system; in the dimensionless form all variables are numbers without the units shown");
+        internal_mass: f64 = Variable::parameter(1002, "internal.mass", units::KILOGRAM, 0.5).range(1e-6, 1e4)
+            .text("Internal mass m_1");
+        body_mass: f64 = Variable::parameter(1003, "mass", units::KILOGRAM, 1.836).range(1e-6, 1e4)
+            .text("Mass of the body m_2");
+        stiffness: f64 = Variable::parameter(1004, "spring.k1", units::NEWTON_PER_METRE, 3000.0).range(0.0, 1e9)
+            .text("Stiffness of the spring between the masses");
+        cubic_stiffness: f64 = Variable::parameter(1005, "spring.k2", units::NEWTON_PER_CUBIC_METRE, 1e8).range(0.0, 1e18)
+            .text("Stiffness of the spring for the cube of its displacement");
+        damping: f64 = Variable::parameter(1006, "spring.damping", units::NEWTON_SECOND_PER_METRE, 4.0).range(0.0, 1e6)
+            .text("Damping coefficient between the masses");
+        impact_stiffness: f64 = Variable::parameter(1007, "impact.stiffness", units::NEWTON_PER_METRE, 1.6e5).range(0.0, 1e12)
+            .text("Stiffness k_0 of the impact spring");
+        gap: f64 = Variable::parameter(1008, "impact.gap", units::METRE, 5e-4).range(-1.0, 1.0).shown_in("mm")
+            .text("Displacement at which the internal mass meets the impact spring");
+        amplitude: f64 = Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372).range(0.0, 1e6).tunable()
+            .text("Amplitude A of the harmonic force between the masses");
+        frequency: f64 = Variable::parameter(1010, "excitation.frequency", units::HERTZ, 15.0).range(1e-3, 1e5)
+            .text("Frequency of the harmonic force");
+        break_away: f64 = Variable::parameter(1011, "friction.Fs", units::NEWTON, BREAK_AWAY).range(0.0, 1e6).tunable()
+            .text("Static friction of the law: force at which the body breaks away");
+        coulomb_ratio: f64 = Variable::parameter(1012, "friction.ratio", units::ONE, COULOMB_RATIO).range(0.0, 1.0).tunable()
+            .text("Coulomb friction of the law divided by its static friction");
+        chi: f64 = Variable::parameter(1021, "dimensionless.chi", units::ONE, 1.0).range(0.0, 1e6).tunable()
+            .text("Amplitude of the harmonic force, A/F_b");
+        omega: f64 = Variable::parameter(1022, "dimensionless.omega", units::ONE, 1.0).range(1e-3, 1e3)
+            .text("Angular frequency of the harmonic force times sqrt(m_1/k_1)");
+        zeta: f64 = Variable::parameter(1023, "dimensionless.zeta", units::ONE, 0.05).range(0.0, 1e3)
+            .text("Damping ratio, c/(2*sqrt(k_1*m_1))");
+        sigma: f64 = Variable::parameter(1024, "dimensionless.sigma", units::ONE, 50.0).range(0.0, 1e9)
+            .text("Stiffness of the impact spring, k_0/k_1");
+        beta: f64 = Variable::parameter(1025, "dimensionless.beta", units::ONE, 0.1).range(0.0, 1e9)
+            .text("Cubic stiffness, k_2*F_b^2/k_1^3");
+        gamma: f64 = Variable::parameter(1026, "dimensionless.gamma", units::ONE, 0.0).range(-1e3, 1e3)
+            .text("Gap before the impact spring, k_1*G/F_b");
+        mass_ratio: f64 = Variable::parameter(1027, "dimensionless.mu", units::ONE, 3.672).range(1e-6, 1e6)
+            .text("Mass of the body divided by the internal mass");
+        friction: f64 = Variable::parameter(1028, "dimensionless.fr", units::ONE, 1.0).range(0.0, 1e6).tunable()
+            .text("Static friction, F_s/F_b");
+        position0: f64 = Variable::parameter(1031, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+            .text("Initial position of the body");
+        velocity0: f64 = Variable::parameter(1032, "velocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+            .text("Initial velocity of the body");
+        displacement0: f64 = Variable::parameter(1033, "displacement0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
+            .text("Initial position of the internal mass on the body");
+        displacement_rate0: f64 = Variable::parameter(1034, "displacementRate0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
+            .text("Initial velocity of the internal mass on the body");
+    }
+}
+
+impl Parameters {
+    /// Whether the group `dimensionless` describes the system.
+    pub fn is_dimensionless(&self) -> bool {
+        self.form == 2.0
+    }
+
+    /// The friction levels.
+    pub fn levels(&self) -> SharedLevels {
+        let (variable, value) = if self.is_dimensionless() {
+            ("dimensionless.fr", self.friction)
+        } else {
+            ("friction.Fs", self.break_away)
+        };
+        SharedLevels {
+            statics: Level { variable, value, force: value },
+            coulomb: Level { variable: "friction.ratio", value: self.coulomb_ratio, force: self.coulomb_ratio * value },
+        }
+    }
+}
