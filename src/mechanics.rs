@@ -1,44 +1,57 @@
-//! The carriage: end stops and gravity.
+//! Gravity, contacts that only push, end stops.
 
 use crate::scalar::Scalar;
 
 /// Standard acceleration of gravity in m/s2.
 pub const GRAVITY: f64 = 9.80665;
 
-/// End stops at both ends of the stroke, elastic with a dissipative part.
+/// An elastic contact with a dissipative part, or a rope whose stretch is the penetration: it acts in one sense only.
 ///
 /// ```text
-/// F = max(0, k*(-x)*(1 - c*v))            x < 0
-/// F = -max(0, k*(x - stroke)*(1 + c*v))   x > stroke   [N]
+/// F = max(0, k*p*(1 + c*dp/dt))   p > 0   [N]
 /// ```
 ///
 /// # Source
 /// Hunt, Crossley (1975), ASME J. Applied Mechanics 42(2):440-445.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EndStops {
-    /// Stroke in m.
-    pub stroke: f64,
-    /// Contact stiffness `k` in N/m.
+pub struct OneSided {
+    /// Stiffness `k` in N/m.
     pub stiffness: f64,
     /// Dissipation coefficient `c` in s/m.
     pub damping: f64,
+}
+
+impl OneSided {
+    /// Force in N at a penetration in m, above 0, that grows at a rate in m/s.
+    pub fn force<S: Scalar>(&self, penetration: S, rate: S) -> S {
+        (penetration * (rate * self.damping + 1.0) * self.stiffness).max(S::zero())
+    }
+}
+
+/// End stops at both ends of the stroke: one-sided contacts.
+///
+/// ```text
+/// F = max(0, k*(-x)*(1 - c*v))            x < 0
+/// F = -max(0, k*(x - stroke)*(1 + c*v))   x > stroke   [N]
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndStops {
+    /// Stroke in m.
+    pub stroke: f64,
+    /// The contact at either end.
+    pub contact: OneSided,
 }
 
 impl EndStops {
     /// Force in N on the carriage towards +x.
     pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {
         if position.value() < 0.0 {
-            self.contact(-position, -velocity)
+            self.contact.force(-position, -velocity)
         } else if position.value() > self.stroke {
-            -self.contact(position - self.stroke, velocity)
+            -self.contact.force(position - self.stroke, velocity)
         } else {
             S::zero()
         }
-    }
-
-    /// Repulsion in N at a penetration in m that grows at a rate in m/s; a stop never pulls.
-    fn contact<S: Scalar>(&self, penetration: S, rate: S) -> S {
-        (penetration * (rate * self.damping + 1.0) * self.stiffness).max(S::zero())
     }
 }
 
@@ -46,7 +59,7 @@ impl EndStops {
 mod tests {
     use super::*;
 
-    const STOPS: EndStops = EndStops { stroke: 0.5, stiffness: 1e6, damping: 0.75 };
+    const STOPS: EndStops = EndStops { stroke: 0.5, contact: OneSided { stiffness: 1e6, damping: 0.75 } };
 
     #[test]
     fn stops_act_only_beyond_the_stroke_and_never_pull() {

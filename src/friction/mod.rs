@@ -72,6 +72,11 @@ impl Indicators {
         self.len += 1;
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.len
+    }
+
     /// The indicators, in the order in which they were appended.
     pub fn as_slice(&self) -> &[f64] {
         &self.values[..self.len]

@@ -24,11 +24,13 @@ pub fn bristle_table(group: &str, base: u32, motion: &[u32]) -> Vec<Variable> {
     states.chain(rates).collect()
 }
 
-/// Writes the values of these variables.
-pub fn write_bristles<S: Scalar>(states: &[S], rates: &[S; MAX_STATES], slots: &mut [S]) {
+/// Writes the values of these variables, and returns the rest of the slots.
+pub fn write_bristles<'s, S: Scalar>(states: &[S], rates: &[S; MAX_STATES], slots: &'s mut [S]) -> &'s mut [S] {
     let (own, unused) = slots.split_at_mut(states.len());
     own.copy_from_slice(states);
-    let (unused, all_rates) = unused.split_at_mut(MAX_STATES - states.len());
+    let (unused, rest) = unused.split_at_mut(MAX_STATES - states.len());
     unused.fill(S::zero());
+    let (all_rates, rest) = rest.split_at_mut(MAX_STATES);
     all_rates.copy_from_slice(rates);
+    rest
 }

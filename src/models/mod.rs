@@ -3,6 +3,7 @@
 mod bristles;
 pub mod driven_slider;
 mod equations;
+pub mod festoon;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
@@ -18,4 +19,5 @@ pub static ALL: &[Model] = &[
     position_controller::MODEL,
     driven_slider::MODEL,
     vibro_impact::MODEL,
+    festoon::MODEL,
 ];

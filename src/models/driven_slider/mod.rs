@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE};
 use self::walk::{Harmonic, Walk};
-use super::bristles::bristle_values;
+use super::bristles::write_bristles;
 use super::equations::Equations;
 use super::simulator::Simulator;
 use crate::friction::{self, Contact, Drive, Friction, Indicators};
@@ -238,8 +238,7 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
             walk_velocity: of_walk(Walk::velocity),
             walk_probability: of_walk(|walk, _| walk.chi),
         };
-        let values = outputs.values().chain(bristle_values(&x[..count], &bristle_rates));
-        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        write_bristles(&x[..count], &bristle_rates, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {

@@ -24,7 +24,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use super::simulator::Simulator;
 use crate::friction::{self, Contact, Drive, Friction, Indicators};
-use crate::mechanics::{EndStops, GRAVITY};
+use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::pneumatics::chamber::{Chamber, ChamberRates, Thermal};
 use crate::pneumatics::gas::{GasState, Reservoir};
 use crate::pneumatics::orifice::{Flow, Orifice};
@@ -194,7 +194,10 @@ impl PneumaticServoCylinder {
             rod_area: area(p.rod),
             supply: Reservoir::new(p.supply_temperature),
             exhaust: Reservoir::new(p.ambient_temperature),
-            stops: EndStops { stroke: p.stroke, stiffness: p.stop_stiffness, damping: p.stop_damping },
+            stops: EndStops {
+                stroke: p.stroke,
+                contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
+            },
             bristles: friction.states(),
             friction,
             per_mass: 1.0 / p.moving_mass,

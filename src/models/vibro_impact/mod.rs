@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE};
-use super::bristles::bristle_values;
+use super::bristles::write_bristles;
 use super::equations::Equations;
 use super::simulator::Simulator;
 use crate::friction::{self, Contact, Drive, Friction, Indicators};
@@ -302,8 +302,7 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
             touching: S::constant(f64::from(memory.touches)),
             impacts: S::constant(f64::from(i32::try_from(memory.impacts).unwrap_or(i32::MAX))),
         };
-        let values = outputs.values().chain(bristle_values(&x[bristles], &bristle_rates));
-        computed.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        write_bristles(&x[bristles], &bristle_rates, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {

@@ -1,0 +1,439 @@
+//! A crane festoon: trolleys with hanging loads on a rail, each under friction, towed by ropes and pushed by buffers.
+//!
+//! ```text
+//! gap_i = x_(i-1) - x_i,   x_0 the crane trolley, whose velocity is an input
+//! L_i   = rope(gap_i - rope.length) - buffer(buffer.length - gap_i)      [N], each only where its argument is positive
+//! (M + m*sin(phi)^2)*dv/dt = F_app - F_f
+//! F_app = L_i - L_(i+1) + m*sin(phi)*(g*cos(phi) + l*w^2) + d*w*cos(phi)/l,   and pulseForce on the first trolley
+//! dw/dt = -(cos(phi)*dv/dt + g*sin(phi))/l - d*w/(m*l^2),   w = dphi/dt
+//! ```
+//!
+//! `F_app` is what the load and the links exert on a trolley that is held; it does not depend on the friction force, and
+//! a trolley that is held stays so while friction can balance it. Ropes tauten and buffers meet at events.
+//!
+//! # Source
+//! Friction modeling from a practical point of view (extended abstract), which proposes the festoon as a friction test
+//! bench but gives no equations or parameters: those are this project's.
+
+mod variables;
+
+use serde::{Deserialize, Serialize};
+
+use self::variables::{Outputs, Parameters, TABLE, TrolleyOutputs};
+use super::bristles::write_bristles;
+use super::equations::Equations;
+use super::simulator::Simulator;
+use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::mechanics::{GRAVITY, OneSided};
+use crate::scalar::Scalar;
+use crate::simulation::{Experiment, Model, Simulation, Start};
+use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The model as the library offers it.
+pub const MODEL: Model = Model {
+    name: "Festoon",
+    description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
+    variables: || &TABLE,
+    start,
+    experiment: Experiment { stop_time: 30.0, step_size: 1e-2 },
+};
+
+/// The largest number of trolleys.
+///
+/// The work of a step grows with the cube of the number of states, of which a trolley has up to 14; three show all that
+/// a longer festoon does (a first, a middle and a last trolley).
+pub const MAX_TROLLEYS: usize = 3;
+
+/// The equations for given parameters.
+#[derive(Clone, Debug)]
+pub struct Festoon {
+    p: Parameters,
+    rope: OneSided,
+    buffer: OneSided,
+    friction: Friction,
+}
+
+/// What connects a trolley with the one before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Link {
+    /// The rope hangs through, the buffers do not meet.
+    Loose,
+    /// The rope is taut.
+    Taut,
+    /// The buffers press each other.
+    Pressed,
+}
+
+/// Memory of the friction laws and of the links.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    friction: [friction::Memory; MAX_TROLLEYS],
+    links: [Link; MAX_TROLLEYS],
+}
+
+/// Forces of a link in N.
+#[derive(Clone, Copy, Debug)]
+struct LinkForces<S> {
+    tow: S,
+    buffer: S,
+}
+
+impl<S: Scalar> LinkForces<S> {
+    /// Force on the trolley behind towards +x; the one before feels its reaction.
+    fn pull(&self) -> S {
+        self.tow - self.buffer
+    }
+}
+
+/// What moves a trolley and its load.
+#[derive(Clone, Copy, Debug)]
+struct Motion<S> {
+    friction_force: S,
+    acceleration: S,
+    angular_acceleration: S,
+}
+
+// The crane trolley's position comes first, then a block for each trolley: bristles, position, velocity, angle, angular
+// velocity. Blocks of trolleys that are not there stay as they are.
+const CRANE: usize = 0;
+const STATES_OF_TROLLEY: usize = 4;
+
+/// Number of states in a block.
+const fn block(n: usize) -> usize {
+    (n - 1) / MAX_TROLLEYS
+}
+const fn bristles(n: usize, trolley: usize) -> usize {
+    1 + trolley * block(n)
+}
+const fn position(n: usize, trolley: usize) -> usize {
+    1 + (trolley + 1) * block(n) - STATES_OF_TROLLEY
+}
+const fn velocity(n: usize, trolley: usize) -> usize {
+    position(n, trolley) + 1
+}
+const fn angle(n: usize, trolley: usize) -> usize {
+    position(n, trolley) + 2
+}
+const fn spin(n: usize, trolley: usize) -> usize {
+    position(n, trolley) + 3
+}
+
+/// Starts a run with as many states as the friction law needs.
+fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, _) = build(start)?;
+    match equations.friction.states() {
+        0 => Ok(Box::new(equations.run::<13>(start)?)),
+        1 => Ok(Box::new(equations.run::<16>(start)?)),
+        _ => Ok(Box::new(equations.run::<43>(start)?)),
+    }
+}
+
+fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
+    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
+    let p = Parameters::read(own);
+    p.check()?;
+    let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
+    let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
+    Ok((Festoon { p, rope, buffer, friction: Friction::new(friction, "friction")? }, settings))
+}
+
+impl Festoon {
+    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
+        let u: [f64; 2] = std::array::from_fn(|i| start.inputs[i]);
+        let mut x = [0.0; N];
+        x[CRANE] = self.p.crane_position0;
+        for trolley in 0..self.trolleys() {
+            x[position(N, trolley)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
+            x[angle(N, trolley)] = self.p.angle0;
+        }
+        let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
+        let mut memories = Vec::with_capacity(MAX_TROLLEYS);
+        let (still, count) = ([0.0; MAX_TROLLEYS], self.friction.states());
+        for trolley in 0..MAX_TROLLEYS {
+            let mut states = [0.0; friction::MAX_STATES];
+            let contact = self.contact(start.time, &x, &u, &still, &links, trolley);
+            memories.push(self.friction.start(&contact, &mut states));
+            x[bristles(N, trolley)..][..count].copy_from_slice(&states[..count]);
+        }
+        let friction = memories.try_into().expect("a memory per trolley");
+        Simulator::new(build, start, x, Memory { friction, links })
+    }
+
+    fn trolleys(&self) -> usize {
+        self.p.trolleys as usize
+    }
+
+    /// Position of a trolley; that of the crane trolley before the first.
+    fn place<S: Scalar, const N: usize>(x: &[S; N], link: usize) -> S {
+        if link == 0 { x[CRANE] } else { x[position(N, link - 1)] }
+    }
+
+    /// Distance that a link spans.
+    fn gap<S: Scalar, const N: usize>(x: &[S; N], link: usize) -> S {
+        Self::place(x, link) - x[position(N, link)]
+    }
+
+    /// The link across a gap in m.
+    fn link_at(&self, gap: f64) -> Link {
+        if gap > self.p.rope_length {
+            Link::Taut
+        } else if gap < self.p.buffer_length {
+            Link::Pressed
+        } else {
+            Link::Loose
+        }
+    }
+
+    /// Velocities of the trolleys: the states, unless the friction law holds a position.
+    fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> [S; MAX_TROLLEYS] {
+        std::array::from_fn(|trolley| {
+            let held = self.friction.holds_position(&memory.friction[trolley]);
+            if held { S::zero() } else { x[velocity(N, trolley)] }
+        })
+    }
+
+    /// Forces of the link before a trolley, at velocities of the trolleys.
+    fn link_forces<S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        u: &[S; 2],
+        rates: &[S; MAX_TROLLEYS],
+        links: &[Link; MAX_TROLLEYS],
+        link: usize,
+    ) -> LinkForces<S> {
+        let none = LinkForces { tow: S::zero(), buffer: S::zero() };
+        if link >= self.trolleys() {
+            return none;
+        }
+        let gap = Self::gap(x, link);
+        let opening = if link == 0 { u[0] } else { rates[link - 1] } - rates[link];
+        match links[link] {
+            Link::Loose => none,
+            Link::Taut => LinkForces { tow: self.rope.force(gap - self.p.rope_length, opening), ..none },
+            Link::Pressed => LinkForces { buffer: self.buffer.force(-gap + self.p.buffer_length, -opening), ..none },
+        }
+    }
+
+    /// The contact of a trolley as the friction law sees it, at velocities of the trolleys.
+    fn contact<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        rates: &[S; MAX_TROLLEYS],
+        links: &[Link; MAX_TROLLEYS],
+        trolley: usize,
+    ) -> Contact<S> {
+        let pull = |link| self.link_forces(x, u, rates, links, link).pull();
+        let (sine, cosine, w) = (x[angle(N, trolley)].sin(), x[angle(N, trolley)].cos(), x[spin(N, trolley)]);
+        let swing = sine * self.p.load_mass * (cosine * GRAVITY + w * w * self.p.load_length);
+        let joint = w * cosine * (self.p.load_damping / self.p.load_length);
+        let pulse = if trolley == 0 { u[1] } else { S::zero() };
+        Contact {
+            time,
+            position: x[position(N, trolley)],
+            velocity: x[velocity(N, trolley)],
+            applied: pull(trolley) - pull(trolley + 1) + swing + joint + pulse,
+            level: S::constant(self.p.level[trolley]),
+            drive: Drive::Force,
+        }
+    }
+
+    /// The contact of a trolley in the present modes.
+    fn contact_at<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        memory: &Memory,
+        trolley: usize,
+    ) -> Contact<S> {
+        self.contact(time, x, u, &self.rates(x, memory), &memory.links, trolley)
+    }
+
+    /// Friction and acceleration of a trolley; writes the rates of its bristles.
+    fn motion<S: Scalar, const N: usize>(
+        &self,
+        contact: &Contact<S>,
+        x: &[S; N],
+        memory: &friction::Memory,
+        trolley: usize,
+        bristle_rates: &mut [S],
+    ) -> Motion<S> {
+        let p = &self.p;
+        let states = &x[bristles(N, trolley)..][..bristle_rates.len()];
+        let friction_force = self.friction.force(contact, states, memory, bristle_rates);
+        let (sine, cosine) = (x[angle(N, trolley)].sin(), x[angle(N, trolley)].cos());
+        let acceleration = (contact.applied - friction_force) / (sine * sine * p.load_mass + p.mass);
+        // The load swings about the trolley as it is: at rest while the law holds its position.
+        let carried = if self.friction.holds_position(memory) { S::zero() } else { acceleration };
+        let damping = x[spin(N, trolley)] * (p.load_damping / (p.load_mass * p.load_length * p.load_length));
+        let angular_acceleration = -(cosine * carried + sine * GRAVITY) / p.load_length - damping;
+        Motion { friction_force, acceleration, angular_acceleration }
+    }
+
+    fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory, link: usize) -> f64 {
+        let gap = Self::gap(x, link);
+        let (until_taut, until_pressed) = (self.p.rope_length - gap, gap - self.p.buffer_length);
+        match memory.links[link] {
+            Link::Loose => until_taut.min(until_pressed),
+            Link::Taut => -until_taut,
+            Link::Pressed => -until_pressed,
+        }
+    }
+}
+
+impl<const N: usize> HybridSystem<N, 2> for Festoon {
+    type Memory = Memory;
+
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+        let mut derivatives = [S::zero(); N];
+        derivatives[CRANE] = u[0];
+        let rates = self.rates(x, memory);
+        let count = self.friction.states();
+        for trolley in 0..self.trolleys() {
+            let contact = self.contact(time, x, u, &rates, &memory.links, trolley);
+            let bristle_rates = &mut derivatives[bristles(N, trolley)..][..count];
+            let motion = self.motion(&contact, x, &memory.friction[trolley], trolley, bristle_rates);
+            derivatives[position(N, trolley)] = rates[trolley];
+            derivatives[velocity(N, trolley)] = motion.acceleration;
+            derivatives[angle(N, trolley)] = x[spin(N, trolley)];
+            derivatives[spin(N, trolley)] = motion.angular_acceleration;
+        }
+        derivatives
+    }
+
+    /// One indicator for each link comes first, then those of each trolley's friction law.
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory, out: &mut Indicators) {
+        for link in 0..self.trolleys() {
+            out.push(self.link_indicator(x, memory, link));
+        }
+        for trolley in 0..self.trolleys() {
+            let contact = self.contact_at(time, x, u, memory, trolley);
+            let states = &x[bristles(N, trolley)..position(N, trolley)];
+            self.friction.indicators(&contact, states, &memory.friction[trolley], out);
+        }
+    }
+
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        if event < self.trolleys() {
+            memory.links[event] = self.link_at(Self::gap(x, event));
+            return;
+        }
+        let mut before = Indicators::default();
+        let mut first = 0;
+        for trolley in 0..self.trolleys() {
+            let contact = self.contact_at(time, x, u, memory, trolley);
+            let (states, motion) = x[bristles(N, trolley)..].split_at_mut(block(N) - STATES_OF_TROLLEY);
+            let law = &mut memory.friction[trolley];
+            self.friction.indicators(&contact, states, law, &mut before);
+            if event - self.trolleys() < before.count() {
+                self.friction.switch(event - self.trolleys() - first, &contact, &mut motion[1], states, law);
+                return;
+            }
+            first = before.count();
+        }
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let rates = self.rates(x, memory);
+        for trolley in 0..self.trolleys() {
+            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
+            let states = &x[bristles(N, trolley)..position(N, trolley)];
+            self.friction.follow(contact, states, &mut memory.friction[trolley]);
+        }
+    }
+
+    fn next_sample(&self, memory: &Memory) -> f64 {
+        let trolleys = memory.friction[..self.trolleys()].iter();
+        trolleys.map(|law| self.friction.next_sample(law)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn max_step(&self) -> f64 {
+        self.friction.max_step()
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.friction.depends_on_time()
+    }
+
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        for trolley in 0..self.trolleys() {
+            if self.friction.next_sample(&memory.friction[trolley]) <= time {
+                let contact = self.contact_at(time, x, u, memory, trolley);
+                let states = &x[bristles(N, trolley)..position(N, trolley)];
+                self.friction.sample(&contact, states, &mut memory.friction[trolley]);
+            }
+        }
+    }
+
+    /// Positions resolve presliding.
+    fn scales(&self) -> [f64; N] {
+        let mut scales = [self.friction.state_scale(); N];
+        scales[CRANE] = 1e-2;
+        for trolley in 0..MAX_TROLLEYS {
+            scales[position(N, trolley)] = 1e-2;
+            scales[velocity(N, trolley)] = 1e-2;
+            scales[angle(N, trolley)] = 1e-2;
+            scales[spin(N, trolley)] = 1e-1;
+        }
+        scales
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        memory.friction.iter().all(|law| self.friction.owns(law))
+    }
+}
+
+impl<const N: usize> Equations<N, 2> for Festoon {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+        let rates = self.rates(x, memory);
+        let count = self.friction.states();
+        let forces = |link| self.link_forces(x, u, &rates, &memory.links, link);
+        let crane = Outputs { crane_position: x[CRANE], crane_rate: u[0], crane_force: forces(0).pull() };
+        let mut slots = crane.write(computed);
+        for trolley in 0..MAX_TROLLEYS {
+            if trolley >= self.trolleys() {
+                // A trolley that is not there shows zeros.
+                slots.fill(S::zero());
+                return;
+            }
+            let law = &memory.friction[trolley];
+            let mut bristle_rates = [S::zero(); friction::MAX_STATES];
+            let contact = self.contact(time, x, u, &rates, &memory.links, trolley);
+            let motion = self.motion(&contact, x, law, trolley, &mut bristle_rates[..count]);
+            let outputs = TrolleyOutputs {
+                position: x[position(N, trolley)],
+                velocity: rates[trolley],
+                acceleration: if self.friction.holds_position(law) { S::zero() } else { motion.acceleration },
+                angle: x[angle(N, trolley)],
+                spin: x[spin(N, trolley)],
+                angular_acceleration: motion.angular_acceleration,
+                tow_force: forces(trolley).tow,
+                buffer_force: forces(trolley).buffer,
+                friction_force: motion.friction_force,
+                sticking: S::constant(f64::from(self.friction.is_sticking(law))),
+            };
+            let states = &x[bristles(N, trolley)..][..count];
+            slots = write_bristles(states, &bristle_rates, outputs.write(slots));
+        }
+    }
+
+    fn state_index(&self, place: usize) -> Option<usize> {
+        let Some(place) = place.checked_sub(1) else { return Some(CRANE) };
+        let per_trolley = STATES_OF_TROLLEY + friction::MAX_STATES;
+        let (trolley, place) = (place / per_trolley, place % per_trolley);
+        let index = match place {
+            0 => position(N, trolley),
+            1 => velocity(N, trolley),
+            2 => angle(N, trolley),
+            3 => spin(N, trolley),
+            bristle if bristle - 4 < self.friction.states() => bristles(N, trolley) + bristle - 4,
+            _ => return None,
+        };
+        (trolley < self.trolleys()).then_some(index)
+    }
+}
