@@ -24,6 +24,8 @@ SIGNALS: dict[str, Callable[[float], float]] = {
     "referencePosition": lambda t: 0.25 + 0.1 * np.sin(np.pi * t),
     "position": lambda t: 0.25 + 0.1 * np.sin(np.pi * (t - 0.02)),
     "velocity": lambda t: 0.1 * np.pi * np.cos(np.pi * (t - 0.02)),
+    # The crane trolley pulls for 10 s, rests, and returns.
+    "craneVelocity": lambda t: 0.25 * ((t < 10.0) - float(15.0 <= t < 25.0)),
 }
 """Inputs that move; all others stay at their start values. A value is set at a communication point and held."""
 

@@ -53,6 +53,12 @@ class Panel:
         return Panel(self.label, [curve for curve in self.curves if curve[0] in run.columns])
 
 
+def each(variable: str) -> list[tuple[str, str, str]]:
+    """A variable of each trolley."""
+    colours = (BLUE, VERMILION, GREEN)
+    return [(f"trolley[{number}].{variable}", str(number), colour) for number, colour in enumerate(colours, start=1)]
+
+
 PANELS = [
     Panel("valve voltage", [("valveVoltage", "valve", GREY)]),
     Panel(
@@ -60,10 +66,25 @@ PANELS = [
         [("drivePosition", "drive", GREY), ("referencePosition", "reference", GREY), ("position", "mass", BLUE)],
     ),
     Panel("position error", [("positionError", "error", VERMILION)]),
-    Panel("velocity", [("velocity", "mass", BLUE)]),
+    Panel(
+        "velocity",
+        [("tray.velocity", "tray", GREY), ("walk.velocity", "walk", VERMILION), ("velocity", "mass", BLUE)],
+    ),
+    Panel("displacement", [("displacement", "internal mass", VERMILION)]),
+    Panel("positions", [("crane.position", "crane", GREY), *each("position")]),
+    Panel("velocities", each("velocity")),
+    Panel("load angles", each("load.angle")),
     Panel("pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]),
     Panel("friction force", [("frictionForce", "friction", GREEN)]),
+    Panel("friction forces", each("frictionForce")),
 ]
+
+FRICTION = [
+    ("relativeVelocity", "frictionForce"),
+    ("trolley[1].velocity", "trolley[1].frictionForce"),
+    ("velocity", "frictionForce"),
+]
+"""Velocity and friction of a contact; of the first pair that a model has one is drawn against the other."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +120,7 @@ class Units:
 def draw_run(run: Run, file: Path) -> None:
     """Everything about one run: curves over time on the left, friction (if there is any) against velocity on the right."""
     with plt.rc_context(STYLE):
-        if "frictionForce" in run.columns:
+        if any(set(pair) <= run.columns.keys() for pair in FRICTION):
             figure = plt.figure(figsize=(12, 8), layout="constrained")
             left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1))
             draw_panels(left, run)
@@ -133,7 +154,7 @@ def draw_both_frictions(figure: FigureBase, run: Run) -> None:
 
 def draw_overview(runs: Sequence[Run], file: Path) -> None:
     """Friction against velocity under every law with friction, on equal axes."""
-    runs = [run for run in runs if np.any(run.columns["frictionForce"] != 0.0)]
+    runs = [run for run in runs if np.any(run.columns[contact(run)[1]] != 0.0)]
     columns = 4
     rows = -(-len(runs) // columns)
     with plt.rc_context(STYLE):
@@ -150,7 +171,7 @@ def draw_overview(runs: Sequence[Run], file: Path) -> None:
         bottoms = [grid[(len(runs) - 1 - column) // columns, column] for column in range(min(columns, len(runs)))]
         for axis in bottoms:
             axis.tick_params(labelbottom=True)
-            axis.set_xlabel(runs[0].units.label("velocity", "velocity"))
+            axis.set_xlabel(runs[0].units.label("velocity", contact(runs[0])[0]))
         figure.suptitle(
             f"{runs[0].model}: friction force against velocity in the default experiment",
             fontsize=12,
@@ -169,18 +190,24 @@ def draw_panel(axis: Axes, run: Run, panel: Panel) -> None:
     axis.margins(x=0)
 
 
+def contact(run: Run) -> tuple[str, str]:
+    """The velocity and the friction force to draw against each other."""
+    return next(pair for pair in FRICTION if set(pair) <= run.columns.keys())
+
+
 def draw_friction(axis: Axes, run: Run) -> None:
-    velocity, force = run.units.shown(run, "velocity"), run.units.shown(run, "frictionForce")
+    names = contact(run)
+    velocity, force = (run.units.shown(run, name) for name in names)
     axis.axhline(0, color=GREY, linewidth=0.6)
     axis.axvline(0, color=GREY, linewidth=0.6)
     axis.plot(velocity, force, color=GREEN, linewidth=1.0)
-    axis.set_xlabel(run.units.label("velocity", "velocity"))
-    axis.set_ylabel(run.units.label("friction force", "frictionForce"))
+    axis.set_xlabel(run.units.label("velocity", names[0]))
+    axis.set_ylabel(run.units.label("friction force", names[1]))
 
 
 def zoom(axis: Axes, run: Run) -> None:
     """Shows a twentieth of the speeds, where the mass starts and stops."""
-    velocity, force = run.units.shown(run, "velocity"), run.units.shown(run, "frictionForce")
+    velocity, force = (run.units.shown(run, name) for name in contact(run))
     limit = np.max(np.abs(velocity)) / 20.0
     if limit > 0.0:
         inside = force[np.abs(velocity) <= limit]
