@@ -187,6 +187,15 @@ impl Festoon {
         }
     }
 
+    /// The link after the event of the present one; the gap is at a limit but for rounding.
+    fn link_after(&self, link: Link, gap: f64) -> Link {
+        match link {
+            Link::Taut | Link::Pressed => Link::Loose,
+            Link::Loose if gap > 0.5 * (self.p.rope_length + self.p.buffer_length) => Link::Taut,
+            Link::Loose => Link::Pressed,
+        }
+    }
+
     /// Velocities of the trolleys: the states, unless the friction law holds a position.
     fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> [S; MAX_TROLLEYS] {
         std::array::from_fn(|trolley| {
@@ -320,7 +329,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
         if event < self.trolleys() {
-            memory.links[event] = self.link_at(Self::gap(x, event));
+            memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event));
             return;
         }
         let mut before = Indicators::default();
