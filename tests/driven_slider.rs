@@ -141,7 +141,9 @@ fn switching_phases_of_stick_slip_have_a_closed_form() {
         for ((time, _), expected) in changes.iter().zip(phases) {
             assert!(*time >= expected - 1e-12 && *time < expected + 1.01e-6, "{time} s, not {expected} s");
         }
-        assert!((changes[1].1 - changes[0].1 + path).abs() < 1e-11 || (changes[1].1 - changes[0].1 - path).abs() < 1e-11);
+        assert!(
+            (changes[1].1 - changes[0].1 + path).abs() < 1e-11 || (changes[1].1 - changes[0].1 - path).abs() < 1e-11
+        );
         assert!((changes[3].1 + changes[1].1 - changes[2].1 - changes[0].1).abs() < 1e-11, "the way back is the same");
     }
 }

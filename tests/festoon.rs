@@ -84,8 +84,8 @@ fn energy(run: &mut Running, trolleys: u32) -> f64 {
     let mut energy = 0.0;
     let mut before = run.get("crane.position");
     for trolley in 1..=trolleys {
-        let [x, v, angle, spin] = ["position", "velocity", "load.angle", "load.angularVelocity"]
-            .map(|name| run.get(&of(trolley, name)));
+        let [x, v, angle, spin] =
+            ["position", "velocity", "load.angle", "load.angularVelocity"].map(|name| run.get(&of(trolley, name)));
         let load = v * v + 2.0 * v * spin * angle.cos() + spin * spin;
         energy += 0.5 * (TROLLEY * v * v + LOAD * load) + LOAD * GRAVITY * (1.0 - angle.cos());
         energy += 0.5 * 2e3 * (before - x - 1.0).max(0.0).powi(2) + 0.5 * 2e4 * (0.2 - (before - x)).max(0.0).powi(2);
@@ -247,7 +247,8 @@ fn links_act_in_one_sense() {
 #[test]
 fn set_valued_laws_hold_a_taut_rope_where_regularised_ones_creep() {
     let creep = |law: &str| {
-        let rig = festoon(law, 1).set("solver.relativeTolerance", 1e-6).set("craneVelocity", 0.002).set("spacing0", 1.0);
+        let rig =
+            festoon(law, 1).set("solver.relativeTolerance", 1e-6).set("craneVelocity", 0.002).set("spacing0", 1.0);
         let mut run = rig.start().unwrap();
         run.advance(2.0).unwrap();
         run.set("craneVelocity", 0.0);

@@ -9,8 +9,19 @@ use rig::{Rig, Running};
 const INTERNAL: f64 = 0.5;
 const BODY: f64 = 1.836;
 
+/// A system with a gap and little damping.
 fn system(law: &str) -> Rig {
-    Rig::new("VibroImpact").choose("friction.law", law).set("solver.relativeTolerance", 1e-10)
+    let values = [
+        ("internal.mass", INTERNAL),
+        ("mass", BODY),
+        ("spring.k1", 3000.0),
+        ("spring.k2", 1e8),
+        ("spring.damping", 4.0),
+        ("impact.stiffness", 1.6e5),
+        ("impact.gap", 5e-4),
+    ];
+    let rig = Rig::new("VibroImpact").choose("friction.law", law).set("solver.relativeTolerance", 1e-10);
+    values.into_iter().fold(rig, |rig, (name, value)| rig.set(name, value))
 }
 
 /// No friction, no excitation, no damping.
@@ -77,12 +88,8 @@ fn free_oscillation_has_the_frequency_of_the_reduced_mass() {
 #[test]
 fn impact_is_half_an_oscillation_of_the_impact_spring() {
     let (speed, gap, stiffness) = (0.2, 5e-4, 1.6e5);
-    let mut run = conservative()
-        .set("spring.k1", 0.0)
-        .set("spring.k2", 0.0)
-        .set("displacementRate0", speed)
-        .start()
-        .unwrap();
+    let mut run =
+        conservative().set("spring.k1", 0.0).set("spring.k2", 0.0).set("displacementRate0", speed).start().unwrap();
     let w = (stiffness * (1.0 / INTERNAL + 1.0 / BODY) as f64).sqrt();
     let (meets, leaves) = (gap / speed, gap / speed + PI / w);
     for (time, touches, displacement) in [
@@ -128,7 +135,11 @@ fn energy_balance_closes() {
 #[test]
 fn body_is_held_exactly() {
     for law in ["Coulomb", "CoulombStiction", "Stribeck"] {
-        let rig = system(law).set("excitation.amplitude", 2.0).set("friction.Fs", 40.0).set("friction.ratio", 1.0).set("impact.gap", 0.1);
+        let rig = system(law)
+            .set("excitation.amplitude", 2.0)
+            .set("friction.Fs", 40.0)
+            .set("friction.ratio", 1.0)
+            .set("impact.gap", 0.1);
         let mut run = rig.set("position0", 0.123).start().unwrap();
         watch(&mut run, 1.0, 3e-3, |_, run| {
             assert_eq!((run.get("position"), run.get("velocity"), run.get("sticking")), (0.123, 0.0, 1.0), "{law}");
@@ -142,7 +153,8 @@ fn body_is_held_exactly() {
 fn both_forms_give_the_same_motion() {
     let (m1, k1, fb, fs) = (INTERNAL, 3000.0f64, 4.0, 6.8);
     let (length, time) = (fb / k1, (m1 / k1).sqrt());
-    let mut dimensional = system("Coulomb").set("friction.ratio", 1.0).set("excitation.amplitude", 7.0).start().unwrap();
+    let mut dimensional =
+        system("Coulomb").set("friction.ratio", 1.0).set("excitation.amplitude", 7.0).start().unwrap();
     let mut other = system("Coulomb")
         .choose("form", "Dimensionless")
         .set("friction.ratio", 1.0)

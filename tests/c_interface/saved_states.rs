@@ -19,6 +19,40 @@ fn restored_run_repeats_bit_for_bit_for_every_law() {
     }
 }
 
+/// In the middle of the default experiment's first fiftieth, under every law a model knows.
+#[test]
+fn restored_run_repeats_bit_for_bit_in_every_model() {
+    for model in pneumatic_servo::models::ALL {
+        let variables = (model.variables)();
+        let law = variables.iter().find(|variable| variable.name == "friction.law");
+        let choices = law.map_or_else(Vec::new, |_| laws());
+        for choice in choices.iter().map(Some).chain(law.is_none().then_some(None)) {
+            let instance = Instance::of(model);
+            if let (Some(law), Some((id, _))) = (law, choice) {
+                assert_eq!(instance.set_integer(&[law.reference], &[*id]), OK);
+            }
+            instance.initialize();
+            let size = 1e-3 * model.experiment.stop_time;
+            let run = |first: u32| {
+                for step in first..first + 10 {
+                    assert_eq!(instance.step(f64::from(step) * size, size), OK, "{} {choice:?}", model.name);
+                }
+                instance.fingerprint()
+            };
+            // Inputs away from their start values, so that something moves.
+            let inputs: Vec<u32> = variables.iter().filter(|v| is_input(v)).map(|v| v.reference).collect();
+            let starts: Vec<f64> = variables.iter().filter(|v| is_input(v)).filter_map(|v| v.start).collect();
+            let moved: Vec<f64> = starts.iter().map(|start| 1.1 * start + 0.3).collect();
+            assert_eq!(instance.set_real(&inputs, &moved), OK, "{}", model.name);
+            run(0);
+            let state = instance.save();
+            let first = run(10);
+            assert_eq!(instance.restore(state), OK);
+            assert!(run(10) == first, "{} {choice:?}", model.name);
+        }
+    }
+}
+
 #[test]
 fn restored_run_includes_inputs_slopes_and_tuned_parameters() {
     let continuation = |instance: &Instance| {

@@ -133,19 +133,19 @@ parameters! {
     Parameters {
         form: f64 = Variable::choice(1001, "form", &FORMS, 1)
             .text("Which parameters describe the system; in the dimensionless form all variables are numbers without the units shown");
-        internal_mass: f64 = Variable::parameter(1002, "internal.mass", units::KILOGRAM, 0.5).range(1e-6, 1e4)
+        internal_mass: f64 = Variable::parameter(1002, "internal.mass", units::KILOGRAM, 1.0).range(1e-6, 1e4)
             .text("Internal mass m_1");
-        body_mass: f64 = Variable::parameter(1003, "mass", units::KILOGRAM, 1.836).range(1e-6, 1e4)
+        body_mass: f64 = Variable::parameter(1003, "mass", units::KILOGRAM, 1.336).range(1e-6, 1e4)
             .text("Mass of the body m_2");
-        stiffness: f64 = Variable::parameter(1004, "spring.k1", units::NEWTON_PER_METRE, 3000.0).range(0.0, 1e9)
+        stiffness: f64 = Variable::parameter(1004, "spring.k1", units::NEWTON_PER_METRE, 5200.0).range(0.0, 1e9)
             .text("Stiffness of the spring between the masses");
-        cubic_stiffness: f64 = Variable::parameter(1005, "spring.k2", units::NEWTON_PER_CUBIC_METRE, 1e8).range(0.0, 1e18)
+        cubic_stiffness: f64 = Variable::parameter(1005, "spring.k2", units::NEWTON_PER_CUBIC_METRE, 1.7e9).range(0.0, 1e18)
             .text("Stiffness of the spring for the cube of its displacement");
-        damping: f64 = Variable::parameter(1006, "spring.damping", units::NEWTON_SECOND_PER_METRE, 4.0).range(0.0, 1e6)
+        damping: f64 = Variable::parameter(1006, "spring.damping", units::NEWTON_SECOND_PER_METRE, 25.0).range(0.0, 1e6)
             .text("Damping coefficient between the masses");
-        impact_stiffness: f64 = Variable::parameter(1007, "impact.stiffness", units::NEWTON_PER_METRE, 1.6e5).range(0.0, 1e12)
+        impact_stiffness: f64 = Variable::parameter(1007, "impact.stiffness", units::NEWTON_PER_METRE, 8.5e4).range(0.0, 1e12)
             .text("Stiffness k_0 of the impact spring");
-        gap: f64 = Variable::parameter(1008, "impact.gap", units::METRE, 5e-4).range(-1.0, 1.0).shown_in("mm")
+        gap: f64 = Variable::parameter(1008, "impact.gap", units::METRE, 0.0).range(-1.0, 1.0).shown_in("mm")
             .text("Displacement at which the internal mass meets the impact spring");
         amplitude: f64 = Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372).range(0.0, 1e6).tunable()
             .text("Amplitude A of the harmonic force between the masses");

@@ -1,0 +1,173 @@
+"""Every friction law on the crane festoon: what it costs, and what it does where friction matters.
+
+Leaves a table (CSV and Markdown) and a figure. Per law:
+
+- the default experiment (pull, stop, return): wall time, solver steps, events, changes of sign of the friction forces;
+- creep at rest: how far a trolley gives way within a minute under a taut rope with 8 N, below the break-away force;
+- break-away: how far a pulse of 0.1 s moves a trolley;
+- slow towing through the elastic rope: number of slips within 20 s.
+
+Usage: python studies/festoon.py [target/fmu/Festoon.fmu] [--small]
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from common import arguments, parallel, run
+
+import figures  # found through common
+from client import Client
+from experiment import LAW, SIGNALS, laws_of
+from figures import plt
+
+PULSES = (5.0, 10.0, 12.0, 20.0)
+"""Strengths in N; the break-away force of most laws is 11 N."""
+
+PULSE_TIME = 0.1
+SLOW = {"trolleys": 1, "spacing0": 0.999, "rope.damping": 0.0, "craneVelocity": 2e-3}
+TAUT = {"trolleys": 1, "spacing0": 1.0, "craneVelocity": 2e-3}
+TAUT_TIME = 2.0
+"""Time in s in which the rope is stretched by 4 mm: 8 N."""
+
+SMALL = ["None", "Stribeck", "StribeckRegularised", "LuGre"]
+
+
+@dataclass
+class Record:
+    """What a law does. Lengths in m."""
+
+    law: str
+    seconds: float
+    steps: int
+    rejected: int
+    events: int
+    signs: int
+    creep: float
+    moved: list[float]
+    slips: int
+    towing: np.ndarray
+    """Rows of time and position of the slowly towed trolley."""
+
+
+def study(law: str) -> Record:
+    seconds, counters, signs = default_experiment(law)
+    towing = towed(law)
+    return Record(law, seconds, *counters, signs, creep(law), [moved(law, pulse) for pulse in PULSES], *towing)
+
+
+def default_experiment(law: str) -> tuple[float, list[int], int]:
+    """Wall time in s, steps, rejected steps and events, and changes of sign of the friction forces."""
+    client = run({LAW: law})
+    default = client.description.defaultExperiment
+    step = float(default.stepSize)
+    forces = [f"trolley[{number}].frictionForce" for number in (1, 2, 3)]
+    begin, seconds, signs = 0.0, 0.0, []
+    for index in range(round(float(default.stopTime) / step)):
+        client.set({"craneVelocity": SIGNALS["craneVelocity"](index * step)})
+        begin = time.perf_counter()
+        client.advance((index + 1) * step)
+        seconds += time.perf_counter() - begin
+        # Forces below 1 N, of a load that swings out, do not count.
+        signs.append(np.sign(np.trunc(client.get(forces))))
+    counters = client.get([f"solver.{name}" for name in ("steps", "rejectedSteps", "events")])
+    return seconds, [int(count) for count in counters], changes(np.array(signs))
+
+
+def changes(signs: np.ndarray) -> int:
+    """How often a sign follows the other one, zeros left out."""
+    total = 0
+    for column in signs.T:
+        own = column[column != 0.0]
+        total += int(np.count_nonzero(np.diff(own)))
+    return total
+
+
+def creep(law: str) -> float:
+    client = run({LAW: law, **TAUT})
+    client.advance(TAUT_TIME)
+    client.set({"craneVelocity": 0.0})
+    [before] = client.get(["trolley[1].position"])
+    client.advance(TAUT_TIME + 60.0)
+    return client.get(["trolley[1].position"])[0] - before
+
+
+def moved(law: str, pulse: float) -> float:
+    client = run({LAW: law, "trolleys": 1, "load.mass": 0.01, "pulseForce": pulse})
+    [before] = client.get(["trolley[1].position"])
+    client.advance(PULSE_TIME)
+    client.set({"pulseForce": 0.0})
+    client.advance(1.0)
+    return client.get(["trolley[1].position"])[0] - before
+
+
+def towed(law: str) -> tuple[int, np.ndarray]:
+    """Number of slips in 20 s of slow towing: times at which the trolley passes the speed of the crane."""
+    client: Client = run({LAW: law, **SLOW})
+    rows = np.empty((2000, 3))
+    for index in range(len(rows)):
+        client.advance((index + 1) * 0.01)
+        rows[index] = [client.time, *client.get(["trolley[1].position", "trolley[1].velocity"])]
+    fast = rows[:, 2] > 1.5 * SLOW["craneVelocity"]
+    return int(np.count_nonzero(fast[1:] & ~fast[:-1])), rows[:, :2]
+
+
+def main() -> int:
+    options = arguments(__doc__ or "", "Festoon")
+    laws = SMALL if options.small else laws_of(options.fmu)
+    records = parallel(options, "laws", study, laws)
+    write(records, options.output / "Festoon")
+    draw(records, options.output / "Festoon_laws.png")
+    print(f"table and figure: {options.output}")
+    return 0
+
+
+def write(records: list[Record], file: Path) -> None:
+    header = ["law", "time (s)", "steps", "rejected", "events", "sign changes", "creep (um/min)"]
+    header += [f"moved by {pulse:g} N (mm)" for pulse in PULSES] + ["slips"]
+    rows = [
+        [r.law, f"{r.seconds:.3f}", r.steps, r.rejected, r.events, r.signs, amount(1e6 * r.creep)]
+        + [amount(1e3 * length) for length in r.moved]
+        + [r.slips]
+        for r in records
+    ]
+    with file.with_suffix(".csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerows([header, *rows])
+    lines = [header, ["---"] + ["--:"] * (len(header) - 1), *rows]
+    text = "".join("| " + " | ".join(map(str, line)) + " |\n" for line in lines)
+    file.with_suffix(".md").write_text(text, encoding="utf-8")
+    print(text, end="")
+
+
+def amount(value: float) -> str:
+    """Three digits; 0 only for exactly 0."""
+    return "0" if value == 0.0 else f"{value:.3g}"
+
+
+def draw(records: list[Record], file: Path) -> None:
+    columns = 6
+    rows = -(-len(records) // columns)
+    with plt.rc_context(figures.STYLE):
+        figure, grid = plt.subplots(
+            rows, columns, figsize=(13, 1.9 * rows), sharex=True, sharey=True, squeeze=False, layout="constrained"
+        )
+        for axis, record in zip(grid.flat, records, strict=False):
+            times, positions = record.towing.T
+            axis.plot(times, 1e3 * (positions + SLOW["spacing0"]), color=figures.BLUE)
+            axis.set_title(f"{record.law}: {record.slips} slips")
+        for axis in list(grid.flat)[len(records) :]:
+            axis.set_visible(False)
+        figure.supxlabel("time (s)")
+        figure.supylabel("position (mm)")
+        figure.suptitle("a trolley towed slowly through its elastic rope", fontweight="bold")
+        figures.save(figure, file)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
