@@ -15,11 +15,17 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="session")
-def fmu() -> Path:
-    """The packaged FMU; `cargo xtask package` makes it."""
+def fmus() -> Path:
+    """The folder of the packaged FMUs; `cargo xtask package` makes them."""
     folder = os.environ.get("FMU_FOLDER")
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    file = (Path(folder) if folder else target / "fmu") / "PneumaticServoCylinder.fmu"
+    return Path(folder) if folder else target / "fmu"
+
+
+@pytest.fixture(scope="session")
+def fmu(fmus: Path) -> Path:
+    """The FMU that most tests are about."""
+    file = fmus / "PneumaticServoCylinder.fmu"
     assert file.is_file(), f"{file} is missing: run `cargo xtask package` first"
     return file
 
