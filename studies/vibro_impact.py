@@ -38,8 +38,8 @@ DROPPED, KEPT = 100, 200
 DIAGRAMS = ((0.5, 1.56), (0.5, 1.0), (1.0, 1.0), (1.5, 1.0))
 """Amplitude and frequency of the bifurcation diagrams, dimensionless."""
 
-BASINS = ((1.0, 0.1), (1.5, 0.95), (1.5, 1.8))
-"""Amplitude and friction of the basins at the frequency 1."""
+BASINS = ((1.0, 0.1), (1.5, 0.95), (1.5, 1.06))
+"""Amplitude and friction of the basins at the frequency 1: two that are published, and one with irregular motion."""
 
 SAME = 2e-3
 """Points of the map that are closer count as one, dimensionless."""
@@ -156,7 +156,7 @@ def study_bifurcations(options: argparse.Namespace) -> None:
         for column, (amplitude, frequency) in enumerate(DIAGRAMS):
             own = results[column * len(frictions) : (column + 1) * len(frictions)]
             for friction, (rates, _) in zip(frictions, own, strict=True):
-                axes[0, column].plot(np.full(rates.shape, friction), rates, ",", color=figures.BLUE)
+                axes[0, column].plot(np.full(rates.shape, friction), rates, ".", markersize=1.5, color=figures.BLUE)
             axes[0, column].set_title(rf"$\chi$ = {amplitude}, $\omega$ = {frequency}")
             axes[1, column].axhline(0.0, color=figures.GREY, linewidth=0.6)
             axes[1, column].plot(frictions, [path for _, path in own], color=figures.VERMILION)
