@@ -177,7 +177,7 @@ fn ropes_carry_the_friction_of_what_they_tow() {
 /// waits again. A slip reaches as far as the spring of the rope drives the mass: 2*(F_s - F_c)/k, at a slow pull.
 #[test]
 fn slow_towing_is_stick_slip() {
-    let (speed, stiffness) = (1e-3, 2e3);
+    let (speed, stiffness) = (1e-3, 2e3f64);
     let rig = block().set("rope.damping", 0.0).set("spacing0", 0.999).set("craneVelocity", speed);
     let mut run = rig.start().unwrap();
     let (mut was_sticking, mut changes) = (true, Vec::new());
@@ -193,7 +193,7 @@ fn slow_towing_is_stick_slip() {
     assert!(changes.len() >= 8, "{changes:?}");
     // The closed form of the pulled mass: the drive moves on during the slip.
     let (mass, e0) = (TROLLEY + 1e-6, (11.0 - 8.3) / stiffness);
-    let w = (stiffness / mass as f64).sqrt();
+    let w = (stiffness / mass).sqrt();
     let slip_time = 2.0 / w * (std::f64::consts::PI - (e0 * w / speed).atan());
     for slip in changes.chunks_exact(2) {
         let [(start, from), (end, to)] = slip else { unreachable!() };

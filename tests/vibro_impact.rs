@@ -87,10 +87,10 @@ fn free_oscillation_has_the_frequency_of_the_reduced_mass() {
 /// A mass in free flight meets the impact spring, presses it for half a period of its own, and leaves as fast as it came.
 #[test]
 fn impact_is_half_an_oscillation_of_the_impact_spring() {
-    let (speed, gap, stiffness) = (0.2, 5e-4, 1.6e5);
+    let (speed, gap, stiffness) = (0.2, 5e-4, 1.6e5f64);
     let mut run =
         conservative().set("spring.k1", 0.0).set("spring.k2", 0.0).set("displacementRate0", speed).start().unwrap();
-    let w = (stiffness * (1.0 / INTERNAL + 1.0 / BODY) as f64).sqrt();
+    let w = (stiffness * (1.0 / INTERNAL + 1.0 / BODY)).sqrt();
     let (meets, leaves) = (gap / speed, gap / speed + PI / w);
     for (time, touches, displacement) in [
         (meets - 1e-9, 0.0, gap),
