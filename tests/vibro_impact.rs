@@ -191,3 +191,46 @@ fn friction_levels_must_fit_the_law() {
     let error = rig.start().err().expect("a refusal");
     assert_eq!((error.variable.as_str(), error.value), ("friction.ratio", 1.0));
 }
+
+/// Path of the body in 3 s with the default apparatus.
+fn progression(friction: f64, force_ratio: f64) -> f64 {
+    let rig = Rig::new("VibroImpact").set("friction.Fs", friction).set("excitation.amplitude", force_ratio * friction);
+    let mut run = rig.start().unwrap();
+    run.advance(3.0).unwrap();
+    run.get("position")
+}
+
+/// As published for 15 Hz: the force ratio alone does not tell the direction.
+#[test]
+fn direction_depends_on_friction_at_the_same_force_ratio() {
+    assert!(progression(2.3, 1.19) > 1e-3);
+    assert!(progression(13.6, 1.19) < -1e-3);
+    // At 0.79 forward at both, twice as fast or about so at high friction: 2.5 and 5 mm/s.
+    let (low, high) = (progression(2.3, 0.79) / 3.0, progression(13.6, 0.79) / 3.0);
+    assert!((low - 2.5e-3).abs() < 1e-3 && (high - 5e-3).abs() < 1e-3, "{low} and {high} m/s");
+}
+
+/// After how many cycles the relative velocity repeats to 0.1 %; 0 if it does not within 8.
+fn period(friction: f64) -> usize {
+    let mut run = Rig::new("VibroImpact")
+        .choose("form", "Dimensionless")
+        .choose("friction.law", "Coulomb")
+        .set("friction.ratio", 1.0)
+        .set("dimensionless.chi", 1.5)
+        .set("dimensionless.fr", friction)
+        .start()
+        .unwrap();
+    let points: Vec<f64> = (101..=140)
+        .map(|cycle| {
+            run.advance(TAU * f64::from(cycle)).unwrap();
+            run.get("displacementRate")
+        })
+        .collect();
+    let repeats = |period: &usize| points.windows(period + 1).all(|part| (part[*period] - part[0]).abs() < 1e-3);
+    (1..=8).find(repeats).unwrap_or(0)
+}
+
+#[test]
+fn motion_of_period_one_and_two_and_irregular_motion_occur() {
+    assert_eq!([1.8, 0.95, 1.06].map(period), [1, 2, 0]);
+}

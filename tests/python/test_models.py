@@ -46,7 +46,7 @@ def test_restored_state_continues_bit_for_bit(fmus: Path, model: str) -> None:
         names = client.names("output") + client.names("local")
         client.advance(0.2)
         saved = client.slave.getFMUState()
-        data = client.slave.serializeFMUState(saved)
+        data = client.slave.serializeFMUstate(saved)
         client.advance(0.4)
         first = client.get(names)
         client.slave.setFMUState(saved)
@@ -56,7 +56,7 @@ def test_restored_state_continues_bit_for_bit(fmus: Path, model: str) -> None:
         client.slave.freeFMUState(saved)
         with Client(fmus / f"{model}.fmu") as other:
             other.start()
-            state = other.slave.deSerializeFMUState(data)
+            state = other.slave.deSerializeFMUstate(data)
             other.slave.setFMUState(state)
             other.slave.freeFMUState(state)
             other.time = 0.2
