@@ -1,16 +1,16 @@
-//! The shared library that every FMU holds: building it, and what it may export.
+//! The shared library that every FMU holds: bytes that passed the gates of their platform.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
-use object::Object;
+use anyhow::{Context, Result, ensure};
 
-use crate::platform::Platform;
-use crate::process;
+use crate::build;
+use crate::gates::{self, Reach};
+use crate::platform::{Binary, Platform};
 use crate::workspace::Workspace;
 
-/// A built shared library.
+/// A shared library.
 pub struct Library {
     /// What it runs on.
     pub platform: Platform,
@@ -19,153 +19,95 @@ pub struct Library {
 }
 
 impl Library {
-    /// Builds the release library for this machine and checks it.
+    /// Builds the library with what is there, for machines like this one.
     ///
     /// # Errors
-    /// When Cargo fails, or the library exports anything but the functions of FMI 2.0.
-    pub fn build(workspace: &Workspace) -> Result<Self> {
-        Self::read(Platform::host()?, &compile(workspace)?)
+    /// When Cargo fails or the library does not pass the gates.
+    pub fn for_this_machine(workspace: &Workspace) -> Result<Self> {
+        let platform = Platform::host()?;
+        Self::checked(workspace, platform, Reach::ThisMachine, build::for_this_machine(workspace)?)
     }
 
-    /// Reads a library that was built before, here or elsewhere, and checks it.
+    /// Builds the library of a platform for every machine of its kind.
     ///
     /// # Errors
-    /// When it cannot be read, or exports anything but the functions of FMI 2.0.
-    pub fn read(platform: Platform, file: &Path) -> Result<Self> {
+    /// When a step fails or the library does not pass the gates.
+    pub fn for_everybody(workspace: &Workspace, platform: Platform) -> Result<Self> {
+        Self::checked(workspace, platform, Reach::Everybody, build::for_everybody(workspace, platform)?)
+    }
+
+    /// Reads a library that was built before, here or elsewhere.
+    ///
+    /// # Errors
+    /// When it cannot be read or does not pass the gates.
+    pub fn read(workspace: &Workspace, binary: &Binary) -> Result<Self> {
+        let file = &binary.file;
         let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-        check_exports(&exports(&bytes)?).with_context(|| file.display().to_string())?;
+        Self::checked(workspace, binary.platform, Reach::Everybody, bytes)
+            .with_context(|| format!("{} is refused", file.display()))
+    }
+
+    /// Writes it where [`kept`] says.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn keep(&self, workspace: &Workspace) -> Result<PathBuf> {
+        let file = kept(workspace, self.platform);
+        let folder = file.parent().unwrap_or(Path::new(""));
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        std::fs::write(&file, &self.bytes).with_context(|| format!("cannot write {}", file.display()))?;
+        Ok(file)
+    }
+
+    fn checked(workspace: &Workspace, platform: Platform, reach: Reach, bytes: Vec<u8>) -> Result<Self> {
+        let report = gates::check(platform, reach, &bytes, &workspace.private_paths())?;
+        println!("{platform}: {report}");
         Ok(Self { platform, bytes })
     }
 }
 
-/// Runs Cargo and returns the file it made.
-fn compile(workspace: &Workspace) -> Result<PathBuf> {
-    let mut command = process::cargo();
-    // The crate is a Rust library too; only a build of the shared library alone is optimized at link time.
-    command
-        .args(["rustc", "--release", "--package", "pneumatic-servo-fmu", "--lib", "--crate-type", "cdylib"])
-        .args(["--config", "profile.release.strip='symbols'", "--message-format", "json-render-diagnostics"])
-        .env("CARGO_ENCODED_RUSTFLAGS", flags(workspace))
-        .current_dir(&workspace.root);
-    let messages = process::output(&mut command)?;
-    let file = messages
-        .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-        .filter(|message| message["target"]["name"] == "pneumatic_servo")
-        .find_map(|message| message["filenames"].as_array()?.iter().find_map(|name| shared_library(name.as_str()?)));
-    file.context("cargo rustc reported no shared library")
+/// Where `cargo xtask build` leaves the library of a platform and `cargo xtask join` finds it.
+pub fn kept(workspace: &Workspace, platform: Platform) -> PathBuf {
+    let name = format!("pneumatic_servo.{}", platform.extension());
+    workspace.target.join("binaries").join(platform.folder()).join(name)
 }
 
-fn shared_library(name: &str) -> Option<PathBuf> {
-    name.ends_with(std::env::consts::DLL_SUFFIX).then(|| PathBuf::from(name))
-}
-
-/// The user's compiler flags, and no path of this machine inside the library.
-fn flags(workspace: &Workspace) -> String {
-    let mut flags: Vec<String> = match std::env::var("CARGO_ENCODED_RUSTFLAGS") {
-        Ok(encoded) => encoded.split('\x1f').filter(|flag| !flag.is_empty()).map(str::to_owned).collect(),
-        Err(_) => std::env::var("RUSTFLAGS").unwrap_or_default().split_whitespace().map(str::to_owned).collect(),
-    };
-    let home = std::env::var_os("CARGO_HOME")
-        .map(PathBuf::from)
-        .or_else(|| std::env::home_dir().map(|home| home.join(".cargo")));
-    if let Some(home) = home {
-        flags.push(format!("--remap-path-prefix={}=cargo", home.display()));
+/// The libraries that the user hands in, by platform.
+///
+/// # Errors
+/// When a platform comes twice, or a file cannot be read or does not pass the gates.
+pub fn handed_in(workspace: &Workspace, binaries: &[Binary]) -> Result<BTreeMap<Platform, Library>> {
+    let mut libraries = BTreeMap::new();
+    for binary in binaries {
+        let platform = binary.platform;
+        ensure!(!libraries.contains_key(&platform), "{platform} is handed in twice");
+        libraries.insert(platform, Library::read(workspace, binary)?);
     }
-    flags.push(format!("--remap-path-prefix={}=.", workspace.root.display()));
-    flags.join("\x1f")
+    Ok(libraries)
 }
-
-/// The names of all symbols that a shared library defines for others.
-fn exports(bytes: &[u8]) -> Result<BTreeSet<String>> {
-    let file = object::File::parse(bytes).context("not a shared library")?;
-    let mut names = BTreeSet::new();
-    for export in file.exports().context("unreadable table of exports")? {
-        let name = export.context("unreadable export")?.into_name().into_name();
-        names.insert(name.map_or_else(|| "(a number)".to_owned(), |name| String::from_utf8_lossy(&name).into_owned()));
-    }
-    Ok(names)
-}
-
-/// Every function that FMI 2.0 defines for all FMUs and for co-simulation, and nothing else, must be there.
-fn check_exports(exports: &BTreeSet<String>) -> Result<()> {
-    let wanted: BTreeSet<String> = FUNCTIONS.iter().map(|name| format!("fmi2{name}")).collect();
-    let names = |set: &mut dyn Iterator<Item = &String>| set.map(String::as_str).collect::<Vec<_>>().join(", ");
-    let missing = names(&mut wanted.difference(exports));
-    if !missing.is_empty() {
-        bail!("functions of FMI 2.0 are missing: {missing}");
-    }
-    let foreign = names(&mut exports.difference(&wanted));
-    if !foreign.is_empty() {
-        bail!("exports that are no functions of FMI 2.0: {foreign}");
-    }
-    Ok(())
-}
-
-/// The functions, without their prefix.
-const FUNCTIONS: &[&str] = &[
-    "GetTypesPlatform",
-    "GetVersion",
-    "SetDebugLogging",
-    "Instantiate",
-    "FreeInstance",
-    "SetupExperiment",
-    "EnterInitializationMode",
-    "ExitInitializationMode",
-    "Terminate",
-    "Reset",
-    "GetReal",
-    "GetInteger",
-    "GetBoolean",
-    "GetString",
-    "SetReal",
-    "SetInteger",
-    "SetBoolean",
-    "SetString",
-    "GetFMUstate",
-    "SetFMUstate",
-    "FreeFMUstate",
-    "SerializedFMUstateSize",
-    "SerializeFMUstate",
-    "DeSerializeFMUstate",
-    "GetDirectionalDerivative",
-    "SetRealInputDerivatives",
-    "GetRealOutputDerivatives",
-    "DoStep",
-    "CancelStep",
-    "GetStatus",
-    "GetRealStatus",
-    "GetIntegerStatus",
-    "GetBooleanStatus",
-    "GetStringStatus",
-];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn standard() -> BTreeSet<String> {
-        FUNCTIONS.iter().map(|name| format!("fmi2{name}")).collect()
+    fn problem(binaries: &[Binary]) -> Result<String> {
+        Ok(handed_in(&Workspace::find()?, binaries)
+            .map(|_| ())
+            .map_or_else(|error| format!("{error:#}"), |()| String::new()))
     }
 
     #[test]
-    fn the_functions_of_the_standard_pass() {
-        assert!(check_exports(&standard()).is_ok());
+    fn a_file_that_is_not_there_is_named() -> Result<()> {
+        let problem = problem(&["win64=no/such.dll".parse()?])?;
+        assert!(problem.contains("cannot read no/such.dll"), "{problem}");
+        Ok(())
     }
 
     #[test]
-    fn a_missing_function_is_named() {
-        let mut exports = standard();
-        exports.remove("fmi2DoStep");
-        let message = check_exports(&exports).unwrap_err().to_string();
-        assert_eq!(message, "functions of FMI 2.0 are missing: fmi2DoStep");
-    }
-
-    #[test]
-    fn a_foreign_symbol_is_named() {
-        let mut exports = standard();
-        exports.insert("rust_eh_personality".to_owned());
-        let message = check_exports(&exports).unwrap_err().to_string();
-        assert_eq!(message, "exports that are no functions of FMI 2.0: rust_eh_personality");
+    fn a_file_that_is_no_library_is_refused() -> Result<()> {
+        let manifest = concat!("linux64=", env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let problem = problem(&[manifest.parse()?])?;
+        assert!(problem.contains("Cargo.toml is refused"), "{problem}");
+        Ok(())
     }
 }

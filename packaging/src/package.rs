@@ -8,37 +8,87 @@ use pneumatic_servo::simulation::Model;
 use pneumatic_servo::{fmi2, models};
 
 use crate::archive::Archive;
+use crate::build;
 use crate::description::{self, Stamp};
 use crate::documentation;
-use crate::library::Library;
+use crate::library::{self, Library};
 use crate::licences;
 use crate::moment::Moment;
 use crate::parameter_sets;
+use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
 use crate::ssp;
-use crate::venv::Venv;
+use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// Builds every FMU, validates it, runs its default experiment and draws the figures.
+/// `cargo xtask package`: builds what was not handed in, joins, validates every FMU, runs its default experiment and
+/// draws the figures.
+///
+/// Without a choice of platforms the FMU is for machines like this one.
 ///
 /// # Errors
 /// When a tool is missing, or any of these steps fails or finds something.
-pub fn run(workspace: &Workspace) -> Result<()> {
-    heading("Build the shared library");
-    let library = Library::build(workspace)?;
+pub fn run(workspace: &Workspace, platforms: Option<&Platforms>, binaries: &[Binary]) -> Result<()> {
+    let mut libraries = library::handed_in(workspace, binaries)?;
+    match platforms {
+        Some(Platforms(platforms)) => {
+            let wanted = platforms.iter().copied().filter(|platform| !libraries.contains_key(platform)).collect();
+            libraries
+                .extend(build::libraries(workspace, &wanted)?.into_iter().map(|library| (library.platform, library)));
+        }
+        None if !libraries.contains_key(&Platform::host()?) => {
+            heading("Build the shared library");
+            let library = Library::for_this_machine(workspace)?;
+            libraries.insert(library.platform, library);
+        }
+        None => (),
+    }
 
     heading("Join the FMUs");
-    let fmus = join(workspace, &[library])?;
+    let libraries: Vec<_> = libraries.into_values().collect();
+    let fmus = join(workspace, &libraries)?;
+    check(workspace, &libraries, &fmus)
+}
 
+/// `cargo xtask join`: takes the libraries that were handed in, and those that `cargo xtask build` left.
+///
+/// # Errors
+/// When a library is not there or does not pass the gates, or an FMU cannot be written.
+pub fn join_built(workspace: &Workspace, platforms: Option<&Platforms>, binaries: &[Binary]) -> Result<()> {
+    let mut libraries = library::handed_in(workspace, binaries)?;
+    for &platform in platforms.iter().flat_map(|Platforms(platforms)| platforms) {
+        if libraries.contains_key(&platform) {
+            continue;
+        }
+        let file = library::kept(workspace, platform);
+        let built = Library::read(workspace, &Binary { platform, file });
+        let advice =
+            || format!("build it with `cargo xtask build --platforms {platform}` or add `--binary {platform}=PATH`");
+        libraries.insert(platform, built.with_context(advice)?);
+    }
+    join(workspace, &libraries.into_values().collect::<Vec<_>>())?;
+    Ok(())
+}
+
+/// Validates FMUs; runs and draws them if they hold a library for this machine.
+fn check(workspace: &Workspace, libraries: &[Library], fmus: &[PathBuf]) -> Result<()> {
     heading("Prepare the Python environment");
-    let venv = Venv::prepare(workspace)?;
+    let venv = Venv::prepare(workspace, Requirements::Checks)?;
     println!("{}", venv.python().display());
 
-    for fmu in &fmus {
+    let host = Platform::host()?;
+    let runs = libraries.iter().any(|library| library.platform == host);
+    for fmu in fmus {
         heading(&format!("Validate {}", file_name(fmu)));
         process::run(venv.command().arg(workspace.python().join("check.py")).arg(fmu))?;
-        heading(&format!("Run the default experiment of {}", file_name(fmu)));
-        process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
+        if runs {
+            heading(&format!("Run the default experiment of {}", file_name(fmu)));
+            process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
+        }
+    }
+    if !runs {
+        println!("not run here: the FMUs hold no library for {host}");
+        return Ok(());
     }
     let drive = workspace.fmus().join(format!("{}.ssp", ssp::NAME));
     heading(&format!("Validate and run {}", file_name(&drive)));

@@ -1,9 +1,14 @@
-//! The platforms of FMI 2.0 that a shared library can be for.
+//! The platforms of FMI 2.0 that a shared library can be for, and how the user names them.
 
-use anyhow::{Result, bail};
+use std::collections::BTreeSet;
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::{Context, Error, Result, bail, ensure};
 
 /// A platform, named by its folder in `binaries/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Platform {
     /// Linux on 64 bit.
     Linux64,
@@ -14,6 +19,9 @@ pub enum Platform {
 }
 
 impl Platform {
+    /// Every platform.
+    pub const ALL: [Self; 3] = [Self::Linux64, Self::Win64, Self::Darwin64];
+
     /// The platform this program runs on.
     ///
     /// # Errors
@@ -43,5 +51,92 @@ impl Platform {
             Self::Win64 => "dll",
             Self::Darwin64 => "dylib",
         }
+    }
+}
+
+impl fmt::Display for Platform {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.folder())
+    }
+}
+
+impl FromStr for Platform {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let platform = Self::ALL.into_iter().find(|platform| platform.folder() == text);
+        platform.with_context(|| format!("`{text}` is no platform; there are {}", names(Self::ALL)))
+    }
+}
+
+/// A choice of platforms: `linux64,win64` or `all`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Platforms(pub BTreeSet<Platform>);
+
+impl FromStr for Platforms {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if text == "all" {
+            return Ok(Self(Platform::ALL.into()));
+        }
+        let platforms = text.split(',').map(str::parse).collect::<Result<_>>();
+        Ok(Self(platforms.context("name platforms as in `linux64,win64`, or say `all`")?))
+    }
+}
+
+/// A library that was built before, here or elsewhere: `win64=PATH`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Binary {
+    /// What it runs on.
+    pub platform: Platform,
+    /// Where it is.
+    pub file: PathBuf,
+}
+
+impl FromStr for Binary {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (platform, file) = text.split_once('=').context("write it as in `win64=PATH`")?;
+        ensure!(!file.is_empty(), "the path after `{platform}=` is empty");
+        Ok(Self { platform: platform.parse()?, file: file.into() })
+    }
+}
+
+/// Platforms as a sentence lists them.
+pub fn names(platforms: impl IntoIterator<Item = Platform>) -> String {
+    platforms.into_iter().map(Platform::folder).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problem<T: FromStr<Err = Error> + fmt::Debug>(text: &str) -> String {
+        format!("{:#}", text.parse::<T>().unwrap_err())
+    }
+
+    #[test]
+    fn platforms_are_listed_with_commas() -> Result<()> {
+        assert_eq!("win64,linux64".parse::<Platforms>()?.0, BTreeSet::from([Platform::Linux64, Platform::Win64]));
+        assert_eq!("all".parse::<Platforms>()?.0, BTreeSet::from(Platform::ALL));
+        Ok(())
+    }
+
+    #[test]
+    fn an_unknown_platform_is_named() {
+        assert!(problem::<Platforms>("linux64,win32").contains("`win32` is no platform; there are linux64, win64"));
+        assert!(problem::<Platforms>("").contains("`` is no platform"));
+        assert!(problem::<Binary>("win46=a.dll").contains("`win46` is no platform"));
+    }
+
+    #[test]
+    fn a_binary_has_a_platform_and_a_path() -> Result<()> {
+        let binary: Binary = "win64=out/a=b.dll".parse()?;
+        assert_eq!(binary, Binary { platform: Platform::Win64, file: "out/a=b.dll".into() });
+        assert!(problem::<Binary>("a.dll").contains("win64=PATH"));
+        assert!(problem::<Binary>("win64=").contains("is empty"));
+        Ok(())
     }
 }

@@ -7,9 +7,10 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 
 use crate::package;
+use crate::platform_test;
 use crate::process::{self, heading};
 use crate::valgrind;
-use crate::venv::Venv;
+use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
 /// Runs everything; the first failure ends it.
@@ -18,7 +19,7 @@ use crate::workspace::Workspace;
 /// When a tool is missing or a check fails.
 pub fn run(workspace: &Workspace) -> Result<()> {
     heading("Prepare the Python environment");
-    let venv = Venv::prepare(workspace)?;
+    let venv = Venv::prepare(workspace, Requirements::Checks)?;
     let checks = Checks { workspace, bindgen: bindgen(&venv)? };
 
     heading("Format");
@@ -48,13 +49,15 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     heading("Packaging: unit tests");
     checks.cargo(&["test", "--package", "packaging"])?;
 
-    package::run(workspace)?;
+    package::run(workspace, None, &[])?;
 
     heading("Import with the crate fmi");
     checks.cargo(&["test", "--package", "importer"])?;
 
     heading("Import with FMPy");
-    checks.pytest(&venv)
+    checks.pytest(&venv)?;
+
+    platform_test::run_if_possible(workspace)
 }
 
 /// Runs checks in the repository.

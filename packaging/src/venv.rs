@@ -1,14 +1,41 @@
-//! The Python environment of the packaging: made under the target directory, with pinned packages.
+//! The Python environments of the packaging: made under the target directory, with pinned packages.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
+use crate::build::tools::Tool;
 use crate::process;
 use crate::workspace::Workspace;
 
-/// A virtual environment that holds exactly the packages of `packaging/requirements.txt`.
+/// What an environment is for.
+#[derive(Clone, Copy)]
+pub enum Requirements {
+    /// The checks, the figures and the tests: `packaging/requirements.txt`.
+    Checks,
+    /// Linking for other machines: `packaging/requirements-zig.txt`.
+    Zig,
+}
+
+impl Requirements {
+    fn file(self) -> &'static str {
+        match self {
+            Self::Checks => "packaging/requirements.txt",
+            Self::Zig => "packaging/requirements-zig.txt",
+        }
+    }
+
+    fn folder(self) -> &'static str {
+        match self {
+            Self::Checks => "venv",
+            Self::Zig => "venv-zig",
+        }
+    }
+}
+
+/// A virtual environment that holds exactly the packages it was asked for.
 pub struct Venv {
     folder: PathBuf,
 }
@@ -18,9 +45,9 @@ impl Venv {
     ///
     /// # Errors
     /// When Python or its venv module is missing (the message says what to install), or a package is.
-    pub fn prepare(workspace: &Workspace) -> Result<Self> {
-        let venv = Self { folder: workspace.target.join("venv") };
-        let file = workspace.root.join("packaging/requirements.txt");
+    pub fn prepare(workspace: &Workspace, requirements: Requirements) -> Result<Self> {
+        let venv = Self { folder: workspace.environments.join(requirements.folder()) };
+        let file = workspace.root.join(requirements.file());
         let requirements = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let stamp = venv.folder.join("requirements.txt");
         if std::fs::read_to_string(&stamp).is_ok_and(|made_from| made_from == requirements) && venv.python().exists() {
@@ -33,7 +60,7 @@ impl Venv {
 
     fn make(&self, requirements: &Path) -> Result<()> {
         println!("making {} (once per set of packages)", self.folder.display());
-        let python = find_python()?;
+        let python = find_python().map_err(|tool| anyhow::anyhow!("missing: {tool}"))?;
         if self.folder.exists() {
             let problem = || format!("cannot remove the old {}", self.folder.display());
             std::fs::remove_dir_all(&self.folder).with_context(problem)?;
@@ -45,12 +72,31 @@ impl Venv {
                 .arg(requirements),
         )?;
         process::run(Command::new(self.python()).args(["-m", "pip", "check", "--disable-pip-version-check"]))
-            .context("packaging/requirements.txt is not complete")
+            .with_context(|| format!("{} is not complete", requirements.display()))
     }
 
     /// The Python of the environment.
     pub fn python(&self) -> PathBuf {
-        self.folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
+        self.program("python")
+    }
+
+    /// A program of the environment.
+    pub fn program(&self, name: &str) -> PathBuf {
+        self.programs().join(name).with_extension(std::env::consts::EXE_EXTENSION)
+    }
+
+    /// The search path for programs, with those of the environment first.
+    ///
+    /// # Errors
+    /// When the environment lies in a folder that a search path cannot hold.
+    pub fn path(&self) -> Result<OsString> {
+        let inherited = std::env::var_os("PATH").unwrap_or_default();
+        let folders = std::iter::once(self.programs()).chain(std::env::split_paths(&inherited));
+        std::env::join_paths(folders).context("the target directory has a name that PATH cannot hold")
+    }
+
+    fn programs(&self) -> PathBuf {
+        self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" })
     }
 
     /// A command that runs a script or module in the environment.
@@ -61,13 +107,21 @@ impl Venv {
         command
     }
 
+    /// The folder of a package in the environment.
+    ///
+    /// # Errors
+    /// When the package is not there.
+    pub fn module(&self, name: &str) -> Result<PathBuf> {
+        let script = format!("import {name}, pathlib; print(pathlib.Path({name}.__file__).parent)");
+        Ok(process::output(self.command().args(["-c", &script]))?.trim().into())
+    }
+
     /// The folder of the libclang that is in the environment.
     ///
     /// # Errors
     /// When the package `libclang` is not there.
     pub fn libclang(&self) -> Result<PathBuf> {
-        let script = "import clang, pathlib; print(pathlib.Path(clang.__file__).parent / 'native')";
-        let folder = PathBuf::from(process::output(self.command().args(["-c", script]))?.trim());
+        let folder = self.module("clang")?.join("native");
         if !folder.is_dir() {
             bail!("the Python package libclang has no folder {}", folder.display());
         }
@@ -75,8 +129,13 @@ impl Venv {
     }
 }
 
+/// The Python that a virtual environment needs, if it is missing.
+pub fn missing() -> Option<Tool> {
+    find_python().err()
+}
+
 /// The name of a Python 3 that can make virtual environments.
-fn find_python() -> Result<&'static str> {
+fn find_python() -> Result<&'static str, Tool> {
     const INSTALL: &str = "on Debian or Ubuntu: apt install python3 python3-venv";
     let works = |program: &str, code: &str| {
         let mut command = Command::new(program);
@@ -84,12 +143,10 @@ fn find_python() -> Result<&'static str> {
         command.status().is_ok_and(|status| status.success())
     };
     let Some(python) = ["python3", "python"].into_iter().find(|name| works(name, REQUIRED)) else {
-        bail!("no Python 3.11 or newer was found, which the checks and figures need; install it ({INSTALL})");
+        return Err(Tool::new("Python 3.11 or newer", INSTALL));
     };
     if !works(python, "import venv, ensurepip") {
-        bail!(
-            "{python} cannot make virtual environments: its modules venv and ensurepip are missing; install them ({INSTALL})"
-        );
+        return Err(Tool::new(format!("the modules venv and ensurepip of {python}"), INSTALL));
     }
     Ok(python)
 }

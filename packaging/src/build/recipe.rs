@@ -1,0 +1,158 @@
+//! One run of Cargo that makes the shared library.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use super::toolchain::Toolchain;
+use crate::process;
+use crate::workspace::Workspace;
+
+/// What Cargo is told.
+pub struct Recipe<'a> {
+    workspace: &'a Workspace,
+    toolchain: Toolchain,
+    program: PathBuf,
+    target: Vec<OsString>,
+    folder: PathBuf,
+    strip: &'static str,
+    flags: Vec<String>,
+    environment: Vec<(String, OsString)>,
+}
+
+impl<'a> Recipe<'a> {
+    /// Builds for this machine, with the user's own compiler flags.
+    pub fn of_the_user(workspace: &'a Workspace, toolchain: Toolchain) -> Self {
+        let flags = users_flags();
+        let (program, folder) = (toolchain.cargo.clone(), workspace.target.clone());
+        Self {
+            workspace,
+            toolchain,
+            program,
+            target: Vec::new(),
+            folder,
+            strip: "symbols",
+            flags,
+            environment: Vec::new(),
+        }
+    }
+
+    /// Builds for a target; of the user's own settings nothing gets in.
+    pub fn for_target(workspace: &'a Workspace, toolchain: Toolchain, triple: &str) -> Self {
+        let target = vec!["--target".into(), triple.into()];
+        // All targets share a folder, so that procedural macros are compiled once.
+        let folder = workspace.target.join("cross");
+        Self { target, folder, flags: Vec::new(), ..Self::of_the_user(workspace, toolchain) }
+    }
+
+    /// Starts Cargo through another program.
+    pub fn through(mut self, program: PathBuf) -> Self {
+        self.program = program;
+        self
+    }
+
+    /// Adds a compiler flag.
+    pub fn flag(mut self, flag: impl Into<String>) -> Self {
+        self.flags.push(flag.into());
+        self
+    }
+
+    /// Adds a flag that the compiler hands to the linker.
+    pub fn link(self, argument: &str) -> Self {
+        self.flag(format!("-Clink-arg={argument}"))
+    }
+
+    /// Sets an environment variable.
+    pub fn variable(mut self, name: impl Into<String>, value: impl Into<OsString>) -> Self {
+        self.environment.push((name.into(), value.into()));
+        self
+    }
+
+    /// Links with another program. It is no compiler flag, because those are part of the names of symbols.
+    pub fn linker(self, triple: &str, linker: impl Into<OsString>) -> Self {
+        self.variable(format!("CARGO_TARGET_{}_LINKER", triple.to_uppercase().replace('-', "_")), linker)
+    }
+
+    /// Leaves stripping to the linker.
+    pub fn stripped_by_linker(mut self) -> Self {
+        self.strip = "none";
+        self
+    }
+
+    /// Runs Cargo and returns the library.
+    ///
+    /// # Errors
+    /// When Cargo fails or its library cannot be read.
+    pub fn run(self) -> Result<Vec<u8>> {
+        let messages = process::output(&mut self.command())?;
+        let file = messages
+            .lines()
+            .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+            .filter(|message| message["target"]["name"] == "pneumatic_servo")
+            .find_map(|message| message["filenames"].as_array()?.iter().find_map(|name| shared_library(name.as_str()?)))
+            .context("cargo rustc reported no shared library")?;
+        std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        // The crate is a Rust library too; only a build of the shared library alone is optimized at link time.
+        command
+            .args(["rustc", "--release", "--package", "pneumatic-servo-fmu", "--lib", "--crate-type", "cdylib"])
+            .args(["--config".to_owned(), format!("profile.release.strip='{}'", self.strip)])
+            .args(["--message-format", "json-render-diagnostics"])
+            .args(&self.target)
+            .env("CARGO_TARGET_DIR", &self.folder)
+            .env("CARGO_ENCODED_RUSTFLAGS", self.encoded_flags())
+            .envs(self.environment.iter().map(|(name, value)| (name, value)))
+            .current_dir(&self.workspace.root);
+        if self.toolchain.compiles_std {
+            command.args(["-Z", "build-std=std,panic_unwind", "-Z", "build-std-features="]);
+            // As one unit each, which the release profile asks for, they take more than twice the time.
+            for package in ["core", "alloc", "std"] {
+                command.args(["--config".to_owned(), format!("profile.release.package.{package}.codegen-units=16")]);
+            }
+            // Debian's compiler keeps the standard library buildable; libraries of the toolchain that started this
+            // program are not for it.
+            command
+                .env("RUSTC", &self.toolchain.rustc)
+                .env("RUSTC_BOOTSTRAP", "1")
+                .env_remove("CARGO")
+                .env_remove("LD_LIBRARY_PATH");
+        }
+        command
+    }
+
+    /// The flags, and no path of this machine inside the library.
+    fn encoded_flags(&self) -> OsString {
+        let mut flags: Vec<OsString> = self.flags.iter().map(OsString::from).collect();
+        let mut remap = |from: &Path, to: &str| {
+            let mut flag = OsString::from("--remap-path-prefix=");
+            flag.push(from);
+            flag.push("=");
+            flag.push(to);
+            flags.push(flag);
+        };
+        // The last that fits wins, and the target directory is usually inside the workspace.
+        remap(&self.toolchain.source(), &self.toolchain.source_name);
+        if let Some(home) = crate::workspace::cargo_home() {
+            remap(&home, "cargo");
+        }
+        remap(&self.workspace.root, ".");
+        remap(&self.folder, "target");
+        flags.join(OsStr::new("\x1f"))
+    }
+}
+
+fn shared_library(name: &str) -> Option<PathBuf> {
+    [".so", ".dll", ".dylib"].iter().any(|extension| name.ends_with(extension)).then(|| PathBuf::from(name))
+}
+
+fn users_flags() -> Vec<String> {
+    match std::env::var("CARGO_ENCODED_RUSTFLAGS") {
+        Ok(encoded) => encoded.split('\x1f').filter(|flag| !flag.is_empty()).map(str::to_owned).collect(),
+        Err(_) => std::env::var("RUSTFLAGS").unwrap_or_default().split_whitespace().map(str::to_owned).collect(),
+    }
+}

@@ -1,0 +1,86 @@
+//! Gate: a library exports every function of FMI 2.0 for co-simulation, and nothing else.
+
+use std::collections::BTreeSet;
+
+/// What is missing and what is too much.
+pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
+    let wanted = standard();
+    let names = |set: &mut dyn Iterator<Item = &String>| set.map(String::as_str).collect::<Vec<_>>().join(", ");
+    let missing = names(&mut wanted.difference(exports));
+    let foreign = names(&mut exports.difference(&wanted));
+    let mut problems = Vec::new();
+    if !missing.is_empty() {
+        problems.push(format!("functions of FMI 2.0 are missing: {missing}"));
+    }
+    if !foreign.is_empty() {
+        problems.push(format!("exports that are no functions of FMI 2.0: {foreign}"));
+    }
+    problems
+}
+
+/// The functions that FMI 2.0 defines for all FMUs and for co-simulation.
+pub fn standard() -> BTreeSet<String> {
+    FUNCTIONS.iter().map(|name| format!("fmi2{name}")).collect()
+}
+
+/// The functions, without their prefix.
+const FUNCTIONS: &[&str] = &[
+    "GetTypesPlatform",
+    "GetVersion",
+    "SetDebugLogging",
+    "Instantiate",
+    "FreeInstance",
+    "SetupExperiment",
+    "EnterInitializationMode",
+    "ExitInitializationMode",
+    "Terminate",
+    "Reset",
+    "GetReal",
+    "GetInteger",
+    "GetBoolean",
+    "GetString",
+    "SetReal",
+    "SetInteger",
+    "SetBoolean",
+    "SetString",
+    "GetFMUstate",
+    "SetFMUstate",
+    "FreeFMUstate",
+    "SerializedFMUstateSize",
+    "SerializeFMUstate",
+    "DeSerializeFMUstate",
+    "GetDirectionalDerivative",
+    "SetRealInputDerivatives",
+    "GetRealOutputDerivatives",
+    "DoStep",
+    "CancelStep",
+    "GetStatus",
+    "GetRealStatus",
+    "GetIntegerStatus",
+    "GetBooleanStatus",
+    "GetStringStatus",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_functions_of_the_standard_pass() {
+        assert_eq!(problems(&standard()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_missing_function_is_named() {
+        let mut exports = standard();
+        exports.remove("fmi2DoStep");
+        assert_eq!(problems(&exports), ["functions of FMI 2.0 are missing: fmi2DoStep"]);
+    }
+
+    #[test]
+    fn a_foreign_symbol_is_named() {
+        let mut exports = standard();
+        exports.insert("rust_eh_personality".to_owned());
+        assert_eq!(problems(&exports), ["exports that are no functions of FMI 2.0: rust_eh_personality"]);
+    }
+}

@@ -1,0 +1,207 @@
+//! What a shared library must satisfy before it goes into an FMU.
+
+mod elf;
+mod exports;
+mod facts;
+mod mach_o;
+mod paths;
+mod pe;
+mod system;
+
+use std::collections::BTreeSet;
+
+use anyhow::{Result, bail};
+use object::Architecture;
+
+use self::facts::Facts;
+use crate::platform::Platform;
+
+/// The newest version of glibc that linux64 may need: that of 2012, which every Linux still in use has.
+pub const NEWEST_GLIBC: Version = (2, 17);
+
+/// The oldest macOS that darwin64 is for: the first on both processors.
+pub const OLDEST_MACOS: Version = (11, 0);
+
+/// Major and minor.
+pub type Version = (u32, u32);
+
+/// Whom a library is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reach {
+    /// Every machine of the platform.
+    Everybody,
+    /// Machines like the one that built it: its processor, its version of the system or newer.
+    ThisMachine,
+}
+
+/// Checks a library and says in a few words what it is.
+///
+/// `private` are paths of this machine that must not be in it.
+///
+/// # Errors
+/// When the file cannot be read as a shared library, or with everything that is wrong with it.
+pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String]) -> Result<String> {
+    let slices = facts::read(bytes)?;
+    let mut problems = architectures(platform, reach, &slices);
+    for facts in &slices {
+        let found = rules(platform, reach, facts);
+        problems.extend(found.into_iter().map(|problem| format!("{}: {problem}", name(facts.architecture))));
+    }
+    problems.extend(paths::problems(bytes, private));
+    if !problems.is_empty() {
+        bail!("the library for {platform} does not pass:\n  {}", problems.join("\n  "));
+    }
+    Ok(report(platform, &slices, bytes.len()))
+}
+
+/// The processors must be those of the platform.
+fn architectures(platform: Platform, reach: Reach, slices: &[Facts]) -> Vec<String> {
+    let found: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
+    let wanted = match (reach, platform) {
+        (Reach::ThisMachine, _) => BTreeSet::from([std::env::consts::ARCH.to_owned()]),
+        (Reach::Everybody, Platform::Darwin64) => BTreeSet::from(["aarch64".to_owned(), "x86_64".to_owned()]),
+        (Reach::Everybody, _) => BTreeSet::from(["x86_64".to_owned()]),
+    };
+    if found == wanted { vec![] } else { vec![format!("it is for {}, not for {}", list(&found), list(&wanted))] }
+}
+
+/// What is asked of the library for one processor.
+fn rules(platform: Platform, reach: Reach, facts: &Facts) -> Vec<String> {
+    if facts.platform != platform {
+        return vec![format!("it is a library for {}", facts.platform)];
+    }
+    let mut problems = exports::problems(&facts.exports);
+    let foreign: BTreeSet<_> =
+        facts.libraries.iter().filter(|library| !system::has(platform, library)).cloned().collect();
+    if !foreign.is_empty() {
+        problems.push(format!("needs libraries that are no part of the system: {}", list(&foreign)));
+    }
+    if !facts.debris.is_empty() {
+        problems.push(format!("is not stripped: {}", list(&facts.debris)));
+    }
+    if reach == Reach::Everybody {
+        problems.extend(too_new(platform, facts.needs));
+    }
+    problems.extend(facts.signature.iter().map(|problem| format!("has no valid signature: {problem}")));
+    problems
+}
+
+fn too_new(platform: Platform, needs: Option<Version>) -> Option<String> {
+    match (platform, needs) {
+        (Platform::Linux64, Some(needs)) if needs > NEWEST_GLIBC => {
+            Some(format!("needs glibc {}, newer than {}", text(needs), text(NEWEST_GLIBC)))
+        }
+        (Platform::Darwin64, Some(needs)) if needs != OLDEST_MACOS => {
+            Some(format!("is for macOS {} and newer, not {}", text(needs), text(OLDEST_MACOS)))
+        }
+        (Platform::Darwin64, None) => Some("does not say which macOS it is for".to_owned()),
+        _ => None,
+    }
+}
+
+fn report(platform: Platform, slices: &[Facts], size: usize) -> String {
+    let architectures: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
+    let mut words = vec![format!("{} KiB", size.div_ceil(1024)), list(&architectures)];
+    if let Some(needs) = slices.iter().filter_map(|facts| facts.needs).max() {
+        let system = if platform == Platform::Darwin64 { "macOS" } else { "glibc" };
+        words.push(format!("{system} {} and newer", text(needs)));
+    }
+    let libraries: BTreeSet<_> = slices.iter().flat_map(|facts| facts.libraries.iter().cloned()).collect();
+    words.push(format!("needs {}", list(&libraries)));
+    words.join("; ")
+}
+
+fn list(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+}
+
+fn name(architecture: Architecture) -> String {
+    match architecture {
+        Architecture::X86_64 => "x86_64".to_owned(),
+        Architecture::Aarch64 => "aarch64".to_owned(),
+        other => format!("{other:?}"),
+    }
+}
+
+fn text((major, minor): Version) -> String {
+    format!("{major}.{minor}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn good(platform: Platform) -> Facts {
+        Facts {
+            platform,
+            architecture: Architecture::X86_64,
+            exports: exports::standard(),
+            libraries: BTreeSet::new(),
+            debris: BTreeSet::new(),
+            needs: match platform {
+                Platform::Linux64 => Some(NEWEST_GLIBC),
+                Platform::Win64 => None,
+                Platform::Darwin64 => Some(OLDEST_MACOS),
+            },
+            signature: None,
+        }
+    }
+
+    /// The one problem that a change of a good library makes.
+    fn problem(platform: Platform, change: impl FnOnce(&mut Facts)) -> String {
+        let mut facts = good(platform);
+        change(&mut facts);
+        let problems = rules(platform, Reach::Everybody, &facts);
+        assert_eq!(problems.len(), 1, "{problems:?}");
+        problems[0].clone()
+    }
+
+    #[test]
+    fn good_libraries_pass() {
+        for platform in Platform::ALL {
+            assert_eq!(rules(platform, Reach::Everybody, &good(platform)), Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn a_library_for_another_platform_is_refused() {
+        assert_eq!(problem(Platform::Win64, |facts| facts.platform = Platform::Linux64), "it is a library for linux64");
+    }
+
+    #[test]
+    fn libraries_that_users_may_lack_are_refused() {
+        let needs = |platform, library: &str| problem(platform, |facts| facts.libraries = [library.to_owned()].into());
+        assert!(needs(Platform::Linux64, "libssl.so.3").ends_with("no part of the system: libssl.so.3"));
+        assert!(needs(Platform::Win64, "libgcc_s_seh-1.dll").ends_with("libgcc_s_seh-1.dll"));
+        assert!(needs(Platform::Win64, "VCRUNTIME140.dll").ends_with("VCRUNTIME140.dll"));
+        assert!(needs(Platform::Darwin64, "@rpath/libc++.1.dylib").ends_with("@rpath/libc++.1.dylib"));
+    }
+
+    #[test]
+    fn a_library_for_newer_systems_is_refused() {
+        let needs = |platform, version| problem(platform, |facts| facts.needs = version);
+        assert_eq!(needs(Platform::Linux64, Some((2, 18))), "needs glibc 2.18, newer than 2.17");
+        assert_eq!(needs(Platform::Darwin64, Some((12, 0))), "is for macOS 12.0 and newer, not 11.0");
+        assert_eq!(needs(Platform::Darwin64, None), "does not say which macOS it is for");
+        let mut facts = good(Platform::Linux64);
+        facts.needs = Some((2, 35));
+        assert_eq!(rules(Platform::Linux64, Reach::ThisMachine, &facts), Vec::<String>::new());
+    }
+
+    #[test]
+    fn remains_of_symbols_and_of_signatures_are_refused() {
+        let debris = |facts: &mut Facts| facts.debris = [".symtab".to_owned()].into();
+        assert_eq!(problem(Platform::Linux64, debris), "is not stripped: .symtab");
+        let signature = |facts: &mut Facts| facts.signature = Some("there is none".to_owned());
+        assert_eq!(problem(Platform::Darwin64, signature), "has no valid signature: there is none");
+    }
+
+    #[test]
+    fn the_mac_needs_both_processors() {
+        let intel = good(Platform::Darwin64);
+        let problems = architectures(Platform::Darwin64, Reach::Everybody, &[intel]);
+        assert_eq!(problems, ["it is for x86_64, not for aarch64, x86_64"]);
+        let arm = Facts { architecture: Architecture::Aarch64, ..good(Platform::Darwin64) };
+        assert!(architectures(Platform::Darwin64, Reach::Everybody, &[arm, good(Platform::Darwin64)]).is_empty());
+    }
+}

@@ -1,0 +1,137 @@
+//! The default experiment of every model under every friction law, as text for `tests/platforms/host.c`, and what
+//! comes back.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use anyhow::{Result, bail, ensure};
+use pneumatic_servo::fmi2;
+use pneumatic_servo::models;
+use pneumatic_servo::simulation::Model;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+
+/// The parameter that is varied, where a model has it.
+const LAW: &str = "friction.law";
+
+/// The first input swings about its start value by this part of its nominal value, once a second: 5 V by 2 V at the valve.
+const AMPLITUDE: f64 = 0.4;
+
+/// The experiments of all models.
+pub fn all() -> String {
+    models::ALL.iter().map(experiment).collect()
+}
+
+fn experiment(model: &Model) -> String {
+    let variables = (model.variables)();
+    let step = model.experiment.step_size;
+    let steps = (model.experiment.stop_time / step).round() as u32;
+    let swinging = variables.iter().find(|variable| variable.role == Role::Input && is_real(variable));
+    let mut text = format!("experiment {} {steps} {:x} ", fmi2::guid(model), step.to_bits());
+    push(&mut text, swinging.iter().map(|variable| variable.reference));
+    if let Some(variable) = swinging {
+        let (mean, amplitude) = (variable.start.unwrap_or(0.0), AMPLITUDE * variable.nominal.unwrap_or(1.0));
+        for index in 0..steps {
+            let value = mean + amplitude * (TAU * f64::from(index) * step).sin();
+            push_word(&mut text, format_args!("{:x}", value.to_bits()));
+        }
+    }
+    push(
+        &mut text,
+        variables
+            .iter()
+            .filter(|variable| variable.role == Role::Output && is_real(variable))
+            .map(|variable| variable.reference),
+    );
+    let law = variables.iter().find(|variable| variable.name == LAW);
+    match law.map(|law| (law.reference, law.kind)) {
+        Some((reference, Kind::Enumeration(laws))) => {
+            for (id, name, _) in laws.items {
+                push_word(&mut text, format_args!("run {}_{name} 1 {reference} {id}\n", model.name));
+            }
+        }
+        _ => push_word(&mut text, format_args!("run {} 0\n", model.name)),
+    }
+    text
+}
+
+fn is_real(variable: &Variable) -> bool {
+    matches!(variable.kind, Kind::Real(_))
+}
+
+/// A list with its length before it.
+fn push(text: &mut String, references: impl Iterator<Item = u32>) {
+    let references: Vec<_> = references.collect();
+    push_word(text, format_args!("{}", references.len()));
+    for reference in references {
+        push_word(text, format_args!("{reference}"));
+    }
+}
+
+fn push_word(text: &mut String, word: std::fmt::Arguments<'_>) {
+    write!(text, "{word} ").expect("a string takes any text");
+}
+
+/// The results must be those of every run to its end.
+///
+/// # Errors
+/// When runs are missing.
+pub fn complete(results: &str) -> Result<()> {
+    let wanted = all().matches("run ").count();
+    let found = results.lines().filter(|line| line.starts_with("run ")).count();
+    ensure!(found == wanted && results.lines().last() == Some("done"), "{found} of {wanted} runs came to their end");
+    Ok(())
+}
+
+/// Every bit of the results of two machines must agree.
+///
+/// # Errors
+/// Names the first run and line where they differ.
+pub fn same(machine: &str, reference: &str, results: &str) -> Result<()> {
+    let (mut run, mut runs, mut numbers) = ("", 0, 0_usize);
+    let mut ours = results.lines();
+    for expected in reference.lines() {
+        if let Some(name) = expected.strip_prefix("run ") {
+            (run, runs) = (name, runs + 1);
+        }
+        numbers += expected.split(' ').count();
+        let found = ours.next().unwrap_or("nothing");
+        if found != expected {
+            bail!("{machine} departs from linux64 in {run}:\n  linux64: {expected}\n  {machine}: {found}");
+        }
+    }
+    ensure!(ours.next().is_none(), "{machine} gave more than linux64");
+    println!("{machine}: {runs} runs, {numbers} numbers, saved states included, are those of linux64 bit for bit");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RESULTS: &str = "run A\n3ff0000000000000 0\nrun B\n0 1\ndone\n";
+
+    #[test]
+    fn equal_results_pass_whatever_their_line_ends() -> Result<()> {
+        same("a machine", RESULTS, &RESULTS.replace('\n', "\r\n"))
+    }
+
+    #[test]
+    fn a_bit_that_differs_is_shown() {
+        let problem = same("a machine", RESULTS, &RESULTS.replace("0 1", "0 2")).unwrap_err().to_string();
+        assert!(problem.contains("in B:") && problem.contains("a machine: 0 2"), "{problem}");
+    }
+
+    #[test]
+    fn missing_and_surplus_lines_are_noticed() {
+        assert!(same("a machine", RESULTS, "run A\n").is_err());
+        assert!(same("a machine", "run A\n", RESULTS).is_err());
+        assert!(complete(RESULTS).is_err());
+    }
+
+    #[test]
+    fn every_model_has_its_experiment() {
+        let text = all();
+        assert_eq!(text.matches("experiment ").count(), models::ALL.len());
+        assert!(text.contains("run PneumaticServoCylinder_LuGre 1 "));
+    }
+}
