@@ -1,8 +1,8 @@
-//! A cylinder chamber: mass and energy balance of an ideal gas in a variable volume.
+//! The chambers of a cylinder: mass and energy balances of an ideal gas in two variable volumes.
 
 use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
-use super::orifice::Flow;
-use crate::scalar::Scalar;
+use super::orifice::Inflow;
+use crate::scalar::{Number, Pair, Scalar};
 use crate::variables::Enumeration;
 
 /// The choice of a thermal model; ids are never reused.
@@ -28,72 +28,73 @@ pub enum Thermal {
     Polytropic {
         /// Polytropic exponent.
         exponent: f64,
-        /// Pressure `p0` in Pa at which the gas has ambient temperature.
-        reference_pressure: f64,
+        /// Pressures `p0` in Pa at which the gas has ambient temperature.
+        reference_pressures: [f64; 2],
     },
 }
 
-/// A chamber between the piston and a cover.
+/// The chambers between the piston and the covers; their equations are the same, and evaluated side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chamber {
-    /// Piston area in m2.
-    pub area: f64,
+pub struct Chambers {
+    /// Piston areas in m2.
+    pub areas: [f64; 2],
     /// Bore in m, for the wall area.
     pub bore: f64,
-    /// Volume in m3 at length 0: dead volume, hose and tank.
-    pub dead_volume: f64,
+    /// Volumes in m3 at length 0: dead volume, hose and tank.
+    pub dead_volumes: [f64; 2],
     /// Ambient temperature in K.
     pub ambient_temperature: f64,
     /// How temperature follows.
     pub thermal: Thermal,
 }
 
-/// Rates of change of a chamber's gas.
+/// Rates of change of the gas.
 #[derive(Clone, Copy, Debug)]
-pub struct ChamberRates<S> {
+pub struct ChamberRates<N> {
     /// Rate of the pressure in Pa/s.
-    pub pressure: S,
+    pub pressure: N,
     /// Rate of the temperature in K/s.
-    pub temperature: S,
+    pub temperature: N,
     /// Net mass flow in kg/s into the chamber.
-    pub mass_flow: S,
+    pub mass_flow: N,
 }
 
-impl Chamber {
-    /// Volume in m3 at a length in m.
-    pub fn volume<S: Scalar>(&self, length: S) -> S {
-        length * self.area + self.dead_volume
+impl Chambers {
+    /// Volumes in m3 at lengths in m.
+    pub fn volume<S: Scalar>(&self, length: Pair<S>) -> Pair<S> {
+        length * self.areas + self.dead_volumes
     }
 
     /// Pressure and temperature, given the integrated ones: an algebraic temperature replaces the state.
     #[inline(always)]
-    pub fn gas<S: Scalar>(&self, pressure: S, temperature: S) -> GasState<S> {
+    pub fn gas<S: Scalar>(&self, pressure: Pair<S>, temperature: Pair<S>) -> GasState<Pair<S>> {
         match self.thermal {
             Thermal::EnergyBalance { .. } => GasState::new(pressure, temperature),
-            Thermal::Polytropic { exponent, reference_pressure } => {
+            Thermal::Polytropic { exponent, reference_pressures } => {
                 let power = (exponent - 1.0) / exponent;
                 let relative =
-                    if power == 0.0 { S::constant(1.0) } else { (pressure / reference_pressure).powf(power) };
+                    if power == 0.0 { Pair::constant(1.0) } else { (pressure / reference_pressures).powf(power) };
                 GasState::new(pressure, relative * self.ambient_temperature)
             }
         }
     }
 
-    /// Heat in W from the wall into a gas of a temperature in K, at a length in m; 0 if the temperature is algebraic.
-    pub fn heat(&self, temperature: f64, length: f64) -> f64 {
+    /// Heat in W from the wall into gases of temperatures in K, at lengths in m; 0 if the temperature is algebraic.
+    pub fn heat<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>) -> Pair<S> {
         match self.thermal {
             Thermal::EnergyBalance { heat_transfer } => self.heat_flow(temperature, length, heat_transfer),
-            Thermal::Polytropic { .. } => 0.0,
+            Thermal::Polytropic { .. } => Pair::zero(),
         }
     }
 
     #[inline(always)]
-    fn heat_flow<S: Scalar>(&self, temperature: S, length: S, heat_transfer: f64) -> S {
-        let wall = length.max(S::zero()) * (std::f64::consts::PI * self.bore) + 2.0 * self.area;
+    fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: f64) -> Pair<S> {
+        let covers = self.areas.map(|area| 2.0 * area);
+        let wall = length.max(Pair::zero()) * (std::f64::consts::PI * self.bore) + covers;
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
 
-    /// Rates of the gas for a length in m that changes at a rate in m/s, and flows into the chamber.
+    /// Rates of the gas for lengths in m that change at rates in m/s, and what flows into the chambers.
     ///
     /// ```text
     /// dm/dt = sum(mdot),   m = p*V/(R*T)
@@ -101,21 +102,16 @@ impl Chamber {
     /// A_w = 2*A + pi*bore*max(length, 0)
     /// ```
     #[inline(always)]
-    pub fn rates<S: Scalar, const F: usize>(
+    pub fn rates<S: Scalar>(
         &self,
-        gas: GasState<S>,
-        length: S,
-        length_rate: S,
-        inflows: [Flow<S>; F],
-    ) -> ChamberRates<S> {
+        gas: GasState<Pair<S>>,
+        length: Pair<S>,
+        length_rate: Pair<S>,
+        inflow: Inflow<Pair<S>>,
+    ) -> ChamberRates<Pair<S>> {
         let GasState { pressure: p, temperature: t, .. } = gas;
-        let (per_volume, volume_rate) = (S::constant(1.0) / self.volume(length), length_rate * self.area);
-        let mut mass_flow = S::zero();
-        let mut carried = S::zero(); // sum of mass flow times upstream temperature
-        for flow in inflows {
-            mass_flow += flow.mass;
-            carried += flow.mass * flow.temperature;
-        }
+        let Inflow { mass: mass_flow, carried } = inflow;
+        let (per_volume, volume_rate) = (Pair::constant(1.0) / self.volume(length), length_rate * self.areas);
         match self.thermal {
             Thermal::EnergyBalance { heat_transfer } => {
                 let heat = self.heat_flow(t, length, heat_transfer);

@@ -1,6 +1,6 @@
 //! Dry air as an ideal gas.
 
-use crate::scalar::Scalar;
+use crate::scalar::Number;
 
 /// Specific gas constant in J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.05;
@@ -16,20 +16,27 @@ pub const REFERENCE_TEMPERATURE: f64 = 293.15;
 
 /// Pressure and temperature of a gas.
 #[derive(Clone, Copy, Debug)]
-pub struct GasState<S> {
+pub struct GasState<N> {
     /// Absolute pressure in Pa.
-    pub pressure: S,
+    pub pressure: N,
     /// Temperature in K.
-    pub temperature: S,
+    pub temperature: N,
     /// Density in kg/m3 that turns sonic conductance times pressure into the choked mass flow of this gas.
-    pub sonic_density: S,
+    pub sonic_density: N,
 }
 
-impl<S: Scalar> GasState<S> {
+impl<N: Number> GasState<N> {
     /// A gas of given absolute pressure in Pa and temperature in K.
-    pub fn new(pressure: S, temperature: S) -> Self {
-        let sonic_density = (S::constant(REFERENCE_TEMPERATURE) / temperature).sqrt() * REFERENCE_DENSITY;
+    pub fn new(pressure: N, temperature: N) -> Self {
+        let sonic_density = (N::constant(REFERENCE_TEMPERATURE) / temperature).sqrt() * REFERENCE_DENSITY;
         Self { pressure, temperature, sonic_density }
+    }
+
+    /// The same in other numbers.
+    #[inline(always)]
+    pub fn map<M>(self, rule: impl Fn(N) -> M) -> GasState<M> {
+        let Self { pressure, temperature, sonic_density } = self;
+        GasState { pressure: rule(pressure), temperature: rule(temperature), sonic_density: rule(sonic_density) }
     }
 }
 
@@ -48,8 +55,8 @@ impl Reservoir {
     }
 
     /// Its gas at an absolute pressure in Pa.
-    pub fn at<S: Scalar>(&self, pressure: S) -> GasState<S> {
-        let [temperature, sonic_density] = [self.temperature, self.sonic_density].map(S::constant);
+    pub fn at<N: Number>(&self, pressure: N) -> GasState<N> {
+        let [temperature, sonic_density] = [self.temperature, self.sonic_density].map(N::constant);
         GasState { pressure, temperature, sonic_density }
     }
 }

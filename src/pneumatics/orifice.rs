@@ -1,7 +1,7 @@
 //! The orifice of ISO 6358.
 
 use super::gas::GasState;
-use crate::scalar::Scalar;
+use crate::scalar::Number;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
 pub const LAMINAR_RATIO: f64 = 0.995;
@@ -35,6 +35,34 @@ pub struct Flow<S> {
     pub temperature: S,
 }
 
+/// What flows into a volume.
+#[derive(Clone, Copy, Debug)]
+pub struct Inflow<N> {
+    /// Net mass flow in kg/s.
+    pub mass: N,
+    /// Sum of the mass flows times the temperatures they bring along, in kg K/s.
+    pub carried: N,
+}
+
+impl<N: Number> Inflow<N> {
+    /// The same in other numbers.
+    #[inline(always)]
+    pub fn map<M>(self, rule: impl Fn(N) -> M) -> Inflow<M> {
+        Inflow { mass: rule(self.mass), carried: rule(self.carried) }
+    }
+
+    /// Adds up flows.
+    #[inline(always)]
+    pub fn of<const F: usize>(flows: [Flow<N>; F]) -> Self {
+        let mut sum = Self { mass: N::zero(), carried: N::zero() };
+        for flow in flows {
+            sum.mass += flow.mass;
+            sum.carried += flow.mass * flow.temperature;
+        }
+        sum
+    }
+}
+
 impl Orifice {
     /// An orifice with critical pressure ratio `b` in `[0, 0.99]`.
     pub fn new(critical_ratio: f64) -> Self {
@@ -46,31 +74,22 @@ impl Orifice {
 
     /// Flow between two states through a sonic conductance in m3/(s Pa).
     #[inline(always)]
-    pub fn flow<S: Scalar>(&self, conductance: S, from: GasState<S>, to: GasState<S>) -> Flow<S> {
-        if from.pressure.value() >= to.pressure.value() {
-            Flow { mass: self.downstream(conductance, from, to.pressure), temperature: from.temperature }
-        } else {
-            Flow { mass: -self.downstream(conductance, to, from.pressure), temperature: to.temperature }
-        }
+    pub fn flow<N: Number>(&self, conductance: N, from: GasState<N>, to: GasState<N>) -> Flow<N> {
+        let forward = |yes: N, no: N| N::if_at_least(from.pressure, to.pressure, yes, no);
+        let upstream = from.pressure.max(to.pressure);
+        let ratio = from.pressure.min(to.pressure) / upstream;
+        let sonic = conductance * upstream * forward(from.sonic_density, to.sonic_density);
+        let mass = sonic * self.flow_function(ratio);
+        Flow { mass: forward(mass, -mass), temperature: forward(from.temperature, to.temperature) }
     }
 
+    /// `psi` at a pressure ratio in `[0, 1]`: without branches, since the laminar line lies above the ellipse wherever
+    /// the flow is not laminar.
     #[inline(always)]
-    fn downstream<S: Scalar>(&self, conductance: S, upstream: GasState<S>, pressure: S) -> S {
-        let ratio = pressure / upstream.pressure;
-        conductance * upstream.pressure * upstream.sonic_density * self.flow_function(ratio)
-    }
-
-    /// `psi` at a pressure ratio in `[0, 1]`.
-    #[inline(always)]
-    fn flow_function<S: Scalar>(&self, ratio: S) -> S {
-        if ratio.value() <= self.critical_ratio {
-            return S::constant(1.0);
-        }
-        if ratio.value() >= LAMINAR_RATIO {
-            return (-ratio + 1.0) * self.laminar_slope;
-        }
-        let beyond = (ratio - self.critical_ratio) * self.subsonic_scale;
-        (-(beyond * beyond) + 1.0).sqrt()
+    fn flow_function<N: Number>(&self, ratio: N) -> N {
+        let laminar = (-ratio + 1.0) * self.laminar_slope;
+        let beyond = (ratio - self.critical_ratio).max(N::zero()) * self.subsonic_scale;
+        laminar.min((-(beyond * beyond) + 1.0).sqrt())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::scalar::Scalar;
+use crate::scalar::{Number, Scalar};
 
 /// A proportional valve, closed in the centre, commanded by 0 to 10 V.
 ///
@@ -56,8 +56,9 @@ impl Valve {
     }
 
     /// Sonic conductance in m3/(s Pa) of an edge that opens with positive `spool`.
-    pub fn edge<S: Scalar>(&self, spool: S) -> S {
-        let travel = ((spool - self.dead_zone) * (1.0 / (1.0 - self.dead_zone))).clamp(S::zero(), S::constant(1.0));
+    pub fn edge<N: Number>(&self, spool: N) -> N {
+        let travel = (spool - self.dead_zone) * (1.0 / (1.0 - self.dead_zone));
+        let travel = travel.max(N::zero()).min(N::constant(1.0));
         (travel * (1.0 - self.leakage) + self.leakage) * self.conductance
     }
 }

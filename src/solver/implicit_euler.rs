@@ -29,7 +29,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
         let residual = std::array::from_fn(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change = Inverse::new(&jacobian, 1.0 / h)?.times(&residual);
+        let change = Inverse::new(&jacobian, 1.0 / h, H::GROUPS)?.times(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }

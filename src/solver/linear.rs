@@ -1,57 +1,127 @@
 //! The linear systems of the implicit schemes.
 
+use std::ops::Range;
+
 use nalgebra::SMatrix;
 
-/// The inverse of `shift*I - J`.
+/// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
+///
+/// ```text
+///     | A  0  0 |   the first group depends on nothing but itself,
+/// J = | B  C  D |   the second on everything,
+///     | 0  E  F |   the third not on the first
+/// ```
+pub type Groups = [usize; 2];
+
+/// The inverse of `shift*I - J`, block by block: those of `A`, of `C`, and of what is left of `F`.
 ///
 /// One inversion serves all stages of a step, and multiplying by an inverse of this size has none of the serial
 /// dependencies of a substitution. Gauss-Jordan elimination runs in the given order of the states without pivoting:
 /// as the step shrinks, `shift` grows and the matrix approaches a multiple of the identity, so a bad pivot shows as a
-/// rejected step, never as a wrong answer. Zero couplings are skipped.
+/// rejected step, never as a wrong answer.
 #[derive(Clone, Debug)]
 pub struct Inverse<const N: usize> {
+    /// In the places of `A`, `C` and `F`: their inverses, of `F` after elimination of the second group; in the place
+    /// of `D`: `C^-1*D`; in those of `B` and `E`: these.
     columns: [[f64; N]; N],
+    groups: Groups,
 }
 
 impl<const N: usize> Inverse<N> {
     /// Inverts `shift*I - jacobian`; `None` if a pivot is zero or not finite.
     #[inline(always)]
-    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64) -> Option<Self> {
+    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups) -> Option<Self> {
         let mut columns: [[f64; N]; N] = std::array::from_fn(|j| std::array::from_fn(|i| -jacobian[(i, j)]));
         for (k, column) in columns.iter_mut().enumerate() {
             column[k] += shift;
         }
-        for k in 0..N {
-            let inverse_pivot = 1.0 / columns[k][k];
-            if !inverse_pivot.is_finite() {
-                return None;
-            }
-            let multipliers = columns[k].map(|entry| entry * inverse_pivot);
-            for (j, column) in columns.iter_mut().enumerate() {
-                let entry = column[k];
-                if j != k && entry != 0.0 {
-                    for i in 0..N {
-                        column[i] -= entry * multipliers[i];
-                    }
-                    column[k] = entry * inverse_pivot;
-                }
-            }
-            columns[k] = multipliers.map(|multiplier| -multiplier);
-            columns[k][k] = inverse_pivot;
+        let [first, second, third] = ranges::<N>(groups);
+        invert(&mut columns, first)?;
+        invert(&mut columns, second.clone())?;
+        let (before, after) = columns.split_at_mut(third.start);
+        for column in after {
+            let share = product(before, second.clone(), second.clone(), column);
+            column[second.clone()].copy_from_slice(&share[second.clone()]);
+            subtract(column, product(before, third.clone(), second.clone(), column), third.clone());
         }
-        Some(Self { columns })
+        invert(&mut columns, third)?;
+        Some(Self { columns, groups })
     }
 
     /// The solution for a right-hand side.
     #[inline(always)]
-    pub fn times(&self, right: &[f64; N]) -> [f64; N] {
-        let mut solution = [0.0; N];
-        for (column, factor) in self.columns.iter().zip(right) {
-            for i in 0..N {
-                solution[i] += factor * column[i];
+    pub fn times(&self, right: &[f64; N], groups: Groups) -> [f64; N] {
+        let [first, second, third] = ranges::<N>(groups);
+        let mut solution = *right;
+        let solve = |block: &Range<usize>, solution: &mut [f64; N]| {
+            let solved = product(&self.columns, block.clone(), block.clone(), solution);
+            solution[block.clone()].copy_from_slice(&solved[block.clone()]);
+        };
+        let eliminate = |rows: &Range<usize>, columns: &Range<usize>, solution: &mut [f64; N]| {
+            subtract(solution, product(&self.columns, rows.clone(), columns.clone(), solution), rows.clone());
+        };
+        solve(&first, &mut solution);
+        eliminate(&second, &first, &mut solution);
+        solve(&second, &mut solution);
+        eliminate(&third, &second, &mut solution);
+        solve(&third, &mut solution);
+        eliminate(&second, &third, &mut solution);
+        solution
+    }
+}
+
+#[inline(always)]
+fn ranges<const N: usize>([second, third]: Groups) -> [Range<usize>; 3] {
+    [0..second, second..third, third..N]
+}
+
+/// Inverts a block on the diagonal in place.
+#[inline(always)]
+fn invert<const N: usize>(columns: &mut [[f64; N]; N], block: Range<usize>) -> Option<()> {
+    for k in block.clone() {
+        let inverse_pivot = 1.0 / columns[k][k];
+        if !inverse_pivot.is_finite() {
+            return None;
+        }
+        let multipliers = columns[k].map(|entry| entry * inverse_pivot);
+        for j in block.clone() {
+            if j != k {
+                let entry = columns[j][k];
+                for i in block.clone() {
+                    columns[j][i] -= entry * multipliers[i];
+                }
+                columns[j][k] = entry * inverse_pivot;
             }
         }
-        solution
+        for i in block.clone() {
+            columns[k][i] = -multipliers[i];
+        }
+        columns[k][k] = inverse_pivot;
+    }
+    Some(())
+}
+
+/// A block times a part of a vector; only the rows of the block are of use.
+#[inline(always)]
+fn product<const N: usize>(
+    columns: &[[f64; N]],
+    rows: Range<usize>,
+    inner: Range<usize>,
+    vector: &[f64; N],
+) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for k in inner {
+        for i in rows.clone() {
+            sum[i] += vector[k] * columns[k][i];
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+fn subtract<const N: usize>(from: &mut [f64; N], amount: [f64; N], rows: Range<usize>) {
+    for i in rows {
+        from[i] -= amount[i];
     }
 }
 
@@ -68,7 +138,7 @@ mod tests {
             1.0, 0.0, 1e3, -2.0,
         ]);
         let right = [1.0, -2.0, 3.0, 0.5];
-        let y = Inverse::new(&jacobian, 10.0).unwrap().times(&right);
+        let y = Inverse::new(&jacobian, 10.0, [0, 0]).unwrap().times(&right, [0, 0]);
         for i in 0..4 {
             let left: f64 = (0..4).map(|j| (if i == j { 10.0 } else { 0.0 } - jacobian[(i, j)]) * y[j]).sum();
             assert!((left - right[i]).abs() < 1e-12, "row {i}: {left} is not {}", right[i]);
@@ -78,6 +148,6 @@ mod tests {
     #[test]
     fn a_zero_pivot_is_reported() {
         let jacobian = SMatrix::<f64, 2, 2>::new(5.0, 1.0, 1.0, 0.0);
-        assert!(Inverse::new(&jacobian, 5.0).is_none());
+        assert!(Inverse::new(&jacobian, 5.0, [0, 0]).is_none());
     }
 }

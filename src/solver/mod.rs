@@ -13,6 +13,7 @@ mod settings;
 mod system;
 
 pub use balance::{Balance, QUANTITIES};
+pub use linear::Groups;
 pub use run::Run;
 pub use settings::{Scheme, Settings, Tuning};
 pub use system::{Held, HybridSystem, jacobian_by_duals};

@@ -4,6 +4,7 @@ use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::balance::QUANTITIES;
+use super::linear::Groups;
 use crate::friction::Indicators;
 use crate::scalar::{Dual, Scalar};
 
@@ -14,6 +15,9 @@ use crate::scalar::{Dual, Scalar};
 pub trait HybridSystem<const N: usize, const U: usize> {
     /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only.
     type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
+
+    /// Which couplings between states the Jacobian has; all of them unless a system says so.
+    const GROUPS: Groups = [0, 0];
 
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];

@@ -8,25 +8,21 @@
 //! The pressures' work goes from the gas to the carriage and stays inside. With an algebraic temperature the heat is
 //! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage.
 
-use super::{BRISTLES, ChamberState, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, Side};
+use super::{ACTUATOR, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, position};
 use crate::friction;
-use crate::pneumatics::chamber::{Chamber, Thermal};
+use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
+use crate::pneumatics::orifice::Inflow;
 use crate::solver::QUANTITIES;
 
 impl PneumaticServoCylinder {
     /// Mass in kg and energy in J.
     pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &Memory) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
-        let (mut mass, mut inner_energy) = (0.0, 0.0);
-        for side in [Side::A, Side::B] {
-            let ChamberState { pressure, temperature, position, .. } = Self::chamber_state(side, x, rate);
-            let (chamber, length) = self.chamber(side, position);
-            let gas = chamber.gas(pressure, temperature);
-            let pressure_volume = gas.pressure * chamber.volume(length);
-            mass += pressure_volume / (GAS_CONSTANT * gas.temperature);
-            inner_energy += pressure_volume / (HEAT_RATIO - 1.0);
-        }
+        let gas = self.gas(x);
+        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[position(N)]));
+        let mass = (pressure_volume / (gas.temperature * GAS_CONSTANT)).sum();
+        let inner_energy = pressure_volume.sum() / (HEAT_RATIO - 1.0);
         let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
         [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }]
     }
@@ -40,18 +36,12 @@ impl PneumaticServoCylinder {
         memory: &Memory,
     ) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
-        let (mut mass_flow, mut enthalpy_flow, mut heat) = (0.0, 0.0, 0.0);
-        for side in [Side::A, Side::B] {
-            let ChamberState { actuator, pressure, temperature, position, .. } = Self::chamber_state(side, x, rate);
-            let (chamber, length) = self.chamber(side, position);
-            let gas = chamber.gas(pressure, temperature);
-            // What leaks past the piston stays inside.
-            for flow in self.feed(side, actuator, u[2], gas) {
-                mass_flow += flow.mass;
-                enthalpy_flow += flow.mass * flow.temperature * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
-            }
-            heat += chamber.heat(gas.temperature, length);
-        }
+        let gas = self.gas(x);
+        // What leaks past the piston stays inside.
+        let inflow = Inflow::of(self.feed(x[ACTUATOR], u[2], gas));
+        let mass_flow = inflow.mass.sum();
+        let enthalpy_flow = inflow.carried.sum() * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
+        let heat = self.chambers.heat(gas.temperature, self.lengths(x[position(N)])).sum();
         let work = self.outer_force(time, x, u, memory) * rate;
         [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }]
     }
@@ -62,20 +52,13 @@ impl PneumaticServoCylinder {
         let mut rates = [0.0; friction::MAX_STATES];
         let bristles = &x[BRISTLES..BRISTLES + self.bristles];
         let friction = self.friction.force(&contact, bristles, &memory.friction, &mut rates[..self.bristles]);
-        let gas = x[PRESSURE_A] * self.chamber_a.area - x[PRESSURE_B] * self.chamber_b.area;
+        let [area_a, area_b] = self.chambers.areas;
+        let gas = x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b;
         contact.applied - friction - if self.has_gas_energy() { gas } else { 0.0 }
-    }
-
-    /// A chamber and its length in m.
-    fn chamber(&self, side: Side, position: f64) -> (&Chamber, f64) {
-        match side {
-            Side::A => (&self.chamber_a, position),
-            Side::B => (&self.chamber_b, self.p.stroke - position),
-        }
     }
 
     /// Whether the temperatures come from the energy balance.
     fn has_gas_energy(&self) -> bool {
-        matches!(self.chamber_a.thermal, Thermal::EnergyBalance { .. })
+        matches!(self.chambers.thermal, Thermal::EnergyBalance { .. })
     }
 }

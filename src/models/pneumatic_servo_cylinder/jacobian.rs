@@ -6,10 +6,10 @@
 use nalgebra::SMatrix;
 
 use super::{
-    ACTUATOR, ACTUATOR_RATE, BRISTLES, ChamberState, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, Side,
-    TEMPERATURE_A, TEMPERATURE_B, position, velocity,
+    ACTUATOR, ACTUATOR_RATE, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A,
+    TEMPERATURE_B, position, velocity,
 };
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, Pair, Scalar};
 use crate::solver::jacobian_by_duals;
 
 impl PneumaticServoCylinder {
@@ -28,9 +28,7 @@ impl PneumaticServoCylinder {
         }
         let mut derivatives = [0.0; N];
         self.linearise_actuator(x, u, memory, jacobian, &mut derivatives);
-        for side in [Side::A, Side::B] {
-            self.linearise_chamber(side, x, u, memory, jacobian, &mut derivatives);
-        }
+        self.linearise_chambers(x, u, memory, jacobian, &mut derivatives);
         match self.bristles {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
@@ -53,26 +51,33 @@ impl PneumaticServoCylinder {
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
-    fn linearise_chamber<const N: usize>(
+    fn linearise_chambers<const N: usize>(
         &self,
-        side: Side,
         x: &[f64; N],
         u: &[f64; 3],
         memory: &Memory,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
-        let (pressure, temperature) = match side {
-            Side::A => (PRESSURE_A, TEMPERATURE_A),
-            Side::B => (PRESSURE_B, TEMPERATURE_B),
+        // Each chamber in the directions of its own states, and what flows into it in the first three of them.
+        let seeded = |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<3>::variable(x[i], direction)));
+        let gas = self.chambers.gas(seeded([PRESSURE_A, PRESSURE_B], 1), seeded([TEMPERATURE_A, TEMPERATURE_B], 2));
+        let Pair([actuator, _]) = seeded([ACTUATOR, ACTUATOR], 0);
+        let inflow = self.inflow(actuator, Dual::constant(u[2]), gas);
+        let position_ = Dual::<5>::variable(x[position(N)], 3);
+        let rate = if self.friction.holds_position(&memory.friction) {
+            Dual::zero()
+        } else {
+            Dual::variable(x[velocity(N)], 4)
         };
-        let states = [ACTUATOR, pressure, temperature, position(N), velocity(N)];
-        let [actuator, p, t, x_, v] = [0, 1, 2, 3, 4].map(|i| Dual::<5>::variable(x[states[i]], i));
-        let rate = if self.friction.holds_position(&memory.friction) { Dual::zero() } else { v };
-        let state = ChamberState { actuator, pressure: p, temperature: t, position: x_, rate };
-        let rates = self.chamber_rates(side, state, Dual::constant(u[2]), self.no_flow());
-        let rows = [(pressure, rates.pressure), (temperature, rates.temperature)];
-        scatter(rows.into_iter(), &states, jacobian, derivatives);
+        let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
+        let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
+        let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];
+        for (side, (pressure, temperature)) in chambers.into_iter().enumerate() {
+            let states = [ACTUATOR, pressure, temperature, position(N), velocity(N)];
+            let rows = [(pressure, pressures[side]), (temperature, temperatures[side])];
+            scatter(rows.into_iter(), &states, jacobian, derivatives);
+        }
     }
 
     /// The rows of position, velocity and bristles, which depend on these and on the pressures: `D` states.

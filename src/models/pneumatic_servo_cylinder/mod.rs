@@ -25,14 +25,14 @@ use super::equations::Equations;
 use super::simulator::Simulator;
 use crate::friction::{self, Contact, Drive, Friction, Indicators};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
-use crate::pneumatics::chamber::{Chamber, ChamberRates, Thermal};
+use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal};
 use crate::pneumatics::gas::{GasState, Reservoir};
-use crate::pneumatics::orifice::{Flow, Orifice};
+use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
 use crate::pneumatics::regulator::Regulator;
 use crate::pneumatics::valve::Valve;
-use crate::scalar::Scalar;
+use crate::scalar::{Pair, Scalar};
 use crate::simulation::{Experiment, Model, Simulation, Start};
-use crate::solver::{HybridSystem, QUANTITIES, Settings, Tuning};
+use crate::solver::{Groups, HybridSystem, QUANTITIES, Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The model as the library offers it.
@@ -58,8 +58,8 @@ enum Actuator {
 pub struct PneumaticServoCylinder {
     p: Parameters,
     actuator: Actuator,
-    chamber_a: Chamber,
-    chamber_b: Chamber,
+    /// Chambers A and B.
+    chambers: Chambers,
     rod_area: f64,
     supply: Reservoir,
     exhaust: Reservoir,
@@ -75,26 +75,6 @@ pub struct PneumaticServoCylinder {
     carriage_weight: f64,
 }
 
-/// A chamber's side of the piston.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    /// Cap side.
-    A,
-    /// Rod side.
-    B,
-}
-
-/// The states that the gas in a chamber depends on, apart from leakage.
-#[derive(Clone, Copy, Debug)]
-struct ChamberState<S> {
-    actuator: S,
-    pressure: S,
-    temperature: S,
-    position: S,
-    /// Velocity of the carriage.
-    rate: S,
-}
-
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
@@ -108,8 +88,8 @@ pub struct Memory {
 const ACTUATOR_RATE: usize = 0;
 const ACTUATOR: usize = 1;
 const TEMPERATURE_A: usize = 2;
-const PRESSURE_A: usize = 3;
-const TEMPERATURE_B: usize = 4;
+const TEMPERATURE_B: usize = 3;
+const PRESSURE_A: usize = 4;
 const PRESSURE_B: usize = 5;
 const BRISTLES: usize = 6;
 /// Position and velocity come last.
@@ -155,14 +135,15 @@ pub fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), Parame
 impl PneumaticServoCylinder {
     fn new(p: Parameters, friction: Friction) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
-        let chamber = |area: f64, dead_volume: f64, pressure0: f64| Chamber {
-            area,
+        let pressures0 = [p.pressure0_a, p.pressure0_b];
+        let chambers = Chambers {
+            areas: [area(p.bore), area(p.bore) - area(p.rod)],
             bore: p.bore,
-            dead_volume,
+            dead_volumes: [p.dead_volume_a, p.dead_volume_b + p.tank_volume],
             ambient_temperature: p.ambient_temperature,
             thermal: match p.thermal_model as i32 {
-                2 => Thermal::Polytropic { exponent: 1.0, reference_pressure: pressure0 },
-                3 => Thermal::Polytropic { exponent: p.exponent, reference_pressure: pressure0 },
+                2 => Thermal::Polytropic { exponent: 1.0, reference_pressures: pressures0 },
+                3 => Thermal::Polytropic { exponent: p.exponent, reference_pressures: pressures0 },
                 _ => Thermal::EnergyBalance { heat_transfer: p.heat_transfer },
             },
         };
@@ -189,8 +170,7 @@ impl PneumaticServoCylinder {
         let slope = GRAVITY * libm::sin(p.incline);
         Self {
             actuator,
-            chamber_a: chamber(area(p.bore), p.dead_volume_a, p.pressure0_a),
-            chamber_b: chamber(area(p.bore) - area(p.rod), p.dead_volume_b + p.tank_volume, p.pressure0_b),
+            chambers,
             rod_area: area(p.rod),
             supply: Reservoir::new(p.supply_temperature),
             exhaust: Reservoir::new(p.ambient_temperature),
@@ -248,9 +228,8 @@ impl PneumaticServoCylinder {
     }
 
     fn pressure_force<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
-        x[PRESSURE_A] * self.chamber_a.area
-            - x[PRESSURE_B] * self.chamber_b.area
-            - self.p.ambient_pressure * self.rod_area
+        let [area_a, area_b] = self.chambers.areas;
+        x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
     /// The factor `lambda` of the friction levels.
@@ -299,76 +278,67 @@ impl PneumaticServoCylinder {
         valve.play(memory.set_point, valve.command(voltage))
     }
 
-    /// Rates of the gas in both chambers at a velocity of the carriage.
-    fn gas_rates<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 3], rate: S) -> [ChamberRates<S>; 2] {
-        let across = self.piston_leak(x);
-        let back = Flow { mass: -across.mass, ..across };
-        [
-            self.chamber_rates(Side::A, Self::chamber_state(Side::A, x, rate), u[2], back),
-            self.chamber_rates(Side::B, Self::chamber_state(Side::B, x, rate), u[2], across),
-        ]
+    /// Pressures and temperatures in both chambers.
+    #[inline(always)]
+    fn gas<S: Scalar, const N: usize>(&self, x: &[S; N]) -> GasState<Pair<S>> {
+        self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
     }
 
-    /// The states that matter to a chamber, at a velocity of the carriage.
+    /// Rates of the gas in both chambers at a position and velocity of the carriage.
     #[inline(always)]
-    fn chamber_state<S: Scalar, const N: usize>(side: Side, x: &[S; N], rate: S) -> ChamberState<S> {
-        let (pressure, temperature) = match side {
-            Side::A => (x[PRESSURE_A], x[TEMPERATURE_A]),
-            Side::B => (x[PRESSURE_B], x[TEMPERATURE_B]),
-        };
-        ChamberState { actuator: x[ACTUATOR], pressure, temperature, position: x[position(N)], rate }
-    }
-
-    /// Rates of the gas in one chamber, for a leakage into it.
-    #[inline(always)]
-    fn chamber_rates<S: Scalar>(
+    fn gas_rates<S: Scalar>(
         &self,
-        side: Side,
-        state: ChamberState<S>,
-        supply: S,
-        leak: Flow<S>,
-    ) -> ChamberRates<S> {
-        let (chamber, length, length_rate) = match side {
-            Side::A => (&self.chamber_a, state.position, state.rate),
-            Side::B => (&self.chamber_b, -state.position + self.p.stroke, -state.rate),
-        };
-        let gas = chamber.gas(state.pressure, state.temperature);
-        let [filling, venting] = self.feed(side, state.actuator, supply, gas);
-        chamber.rates(gas, length, length_rate, [filling, venting, leak])
+        gas: GasState<Pair<S>>,
+        position: S,
+        rate: S,
+        inflow: Inflow<Pair<S>>,
+    ) -> ChamberRates<Pair<S>> {
+        self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow)
     }
 
-    /// Flows from the supply and from the exhaust into a chamber.
+    /// Lengths in m of the chambers.
+    fn lengths<S: Scalar>(&self, position: S) -> Pair<S> {
+        Pair([position, -position + self.p.stroke])
+    }
+
+    /// What flows into the chambers from the supply, from the exhaust and from each other.
     #[inline(always)]
-    fn feed<S: Scalar>(&self, side: Side, actuator: S, supply: S, gas: GasState<S>) -> [Flow<S>; 2] {
-        match (&self.actuator, side) {
-            (Actuator::Valve(valve, orifice), _) => {
-                let spool = if side == Side::A { actuator } else { -actuator };
-                let exhaust = self.exhaust.at(S::constant(self.p.ambient_pressure));
-                [
-                    orifice.flow(valve.edge(spool), self.supply.at(supply), gas),
-                    orifice.flow(valve.edge(-spool), exhaust, gas),
-                ]
+    fn inflow<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let [filling, venting] = self.feed(actuator, supply, gas);
+        Inflow::of([filling, venting, self.piston_leak(gas)])
+    }
+
+    /// Flows from the supply and from the exhaust into the chambers.
+    #[inline(always)]
+    fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> [Flow<Pair<S>>; 2] {
+        match &self.actuator {
+            Actuator::Valve(valve, orifice) => {
+                let spool = Pair([actuator, -actuator]);
+                let supply = self.supply.at(Pair([supply; 2]));
+                let exhaust = self.exhaust.at(Pair([S::constant(self.p.ambient_pressure); 2]));
+                [orifice.flow(valve.edge(spool), supply, gas), orifice.flow(valve.edge(-spool), exhaust, gas)]
             }
-            (Actuator::Regulator(regulator, orifice), Side::A) => {
-                [orifice.flow(S::constant(regulator.conductance), self.supply.at(actuator), gas), self.no_flow()]
+            Actuator::Regulator(regulator, orifice) => {
+                let conductance = Pair([regulator.conductance, 0.0].map(S::constant));
+                [orifice.flow(conductance, self.supply.at(Pair([actuator; 2])), gas), self.no_flow()]
             }
-            (Actuator::Regulator(..), Side::B) => [self.no_flow(); 2],
         }
     }
 
-    fn no_flow<S: Scalar>(&self) -> Flow<S> {
-        Flow { mass: S::zero(), temperature: S::constant(self.p.ambient_temperature) }
+    fn no_flow<S: Scalar>(&self) -> Flow<Pair<S>> {
+        Flow { mass: Pair([S::zero(); 2]), temperature: Pair([S::constant(self.p.ambient_temperature); 2]) }
     }
 
-    /// Laminar leakage from chamber A to chamber B past the piston seal.
-    fn piston_leak<S: Scalar, const N: usize>(&self, x: &[S; N]) -> Flow<S> {
+    /// Laminar leakage past the piston seal into the chambers.
+    #[inline(always)]
+    fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
         if self.p.piston_leakage == 0.0 {
             return self.no_flow();
         }
-        let a = self.chamber_a.gas(x[PRESSURE_A], x[TEMPERATURE_A]);
-        let b = self.chamber_b.gas(x[PRESSURE_B], x[TEMPERATURE_B]);
-        let mass = (a.pressure * a.pressure - b.pressure * b.pressure) * self.p.piston_leakage;
-        Flow { mass, temperature: if mass.value() >= 0.0 { a.temperature } else { b.temperature } }
+        let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
+        let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
+        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
+        Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
     }
 
     /// Rates of the actuator's two states `[rate, position or pressure]`.
@@ -387,14 +357,17 @@ impl PneumaticServoCylinder {
 impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     type Memory = Memory;
 
+    const GROUPS: Groups = [TEMPERATURE_A, BRISTLES];
+
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         let bristles = BRISTLES..BRISTLES + self.bristles;
         let [rate, acceleration] = self.motion_rates(time, x, u, memory, &mut rates[bristles]);
         [rates[ACTUATOR_RATE], rates[ACTUATOR]] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
-        let [a, b] = self.gas_rates(x, u, rate);
-        (rates[PRESSURE_A], rates[TEMPERATURE_A]) = (a.pressure, a.temperature);
-        (rates[PRESSURE_B], rates[TEMPERATURE_B]) = (b.pressure, b.temperature);
+        let gas = self.gas(x);
+        let gas = self.gas_rates(gas, x[position(N)], rate, self.inflow(x[ACTUATOR], u[2], gas));
+        Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
+        Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         rates[position(N)] = rate;
         rates[velocity(N)] = acceleration;
         rates
@@ -449,8 +422,7 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     }
 
     fn is_admissible(&self, x: &[f64; N]) -> bool {
-        let length_b = self.p.stroke - x[position(N)];
-        let volumes = [self.chamber_a.volume(x[position(N)]), self.chamber_b.volume(length_b)];
+        let Pair(volumes) = self.chambers.volume(self.lengths(x[position(N)]));
         let gases = [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
         volumes.iter().chain(&gases).all(|value| *value > 0.0)
     }
@@ -491,7 +463,12 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
         let mut bristle_rates = [S::zero(); friction::MAX_STATES];
         let friction_force = self.friction.force(&contact, bristles, &memory.friction, &mut bristle_rates[..count]);
         let acceleration = if held { S::zero() } else { (contact.applied - friction_force) * self.per_mass };
-        let [a, b] = self.gas_rates(x, u, rate);
+        let gas = self.gas(x);
+        let Pair([temperature_a, temperature_b]) = gas.temperature;
+        let gas = self.gas_rates(gas, x[position(N)], rate, self.inflow(x[ACTUATOR], u[2], gas));
+        let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
+        let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;
+        let Pair([temperature_rate_a, temperature_rate_b]) = gas.temperature;
         let [actuator_acceleration, actuator_rate] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
         let is_valve = matches!(self.actuator, Actuator::Valve(..));
         let of_valve = |value: S| if is_valve { value } else { S::zero() };
@@ -505,16 +482,16 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             friction_force,
             pressure_a: x[PRESSURE_A],
             pressure_b: x[PRESSURE_B],
-            temperature_a: self.chamber_a.gas(x[PRESSURE_A], x[TEMPERATURE_A]).temperature,
-            temperature_b: self.chamber_b.gas(x[PRESSURE_B], x[TEMPERATURE_B]).temperature,
-            mass_flow_a: a.mass_flow,
-            mass_flow_b: b.mass_flow,
+            temperature_a,
+            temperature_b,
+            mass_flow_a,
+            mass_flow_b,
             spool: of_valve(x[ACTUATOR]),
             sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
-            pressure_rate_a: a.pressure,
-            temperature_rate_a: a.temperature,
-            pressure_rate_b: b.pressure,
-            temperature_rate_b: b.temperature,
+            pressure_rate_a,
+            temperature_rate_a,
+            pressure_rate_b,
+            temperature_rate_b,
             spool_velocity: of_valve(x[ACTUATOR_RATE]),
             spool_acceleration: of_valve(actuator_acceleration),
             regulator_pressure: of_regulator(x[ACTUATOR]),
