@@ -13,6 +13,7 @@ pub mod fmi2;
 pub mod friction;
 pub mod mechanics;
 pub mod models;
+pub mod pair;
 pub mod pneumatics;
 pub mod random;
 pub mod scalar;

@@ -120,12 +120,13 @@ impl Instance {
     /// Refuses computed values that are no numbers.
     pub(super) fn check_computed(&mut self) -> Result<(), Failure> {
         let computed = self.run.computed(self.layout, &self.record)?;
-        match computed.iter().position(|value| !value.is_finite()) {
-            Some(place) => Err(Failure::error(format!(
-                "{} is not a finite number but {}: the parameters and inputs leave the range of the equations",
-                self.layout.computed[place].name, computed[place]
-            ))),
-            None => Ok(()),
+        // Looking at all of them is faster than stopping at the first one that is no number.
+        if computed.iter().fold(true, |all, value| all & value.is_finite()) {
+            return Ok(());
         }
+        let place = computed.iter().position(|value| !value.is_finite()).unwrap_or_default();
+        let (name, value) = (&self.layout.computed[place].name, computed[place]);
+        let cause = "the parameters and inputs leave the range of the equations";
+        Err(Failure::error(format!("{name} is not a finite number but {value}: {cause}")))
     }
 }

@@ -63,8 +63,8 @@ impl Default for Indicators {
 }
 
 impl Indicators {
-    /// Enough for three contacts under the laws with most elements, and what a model adds.
-    const CAPACITY: usize = 64;
+    /// Few, since they are copied in every step; three contacts under laws with three each and three links need most.
+    const CAPACITY: usize = 12;
 
     /// Appends an indicator.
     pub fn push(&mut self, value: f64) {

@@ -1,7 +1,7 @@
 //! The orifice of ISO 6358.
 
 use super::gas::GasState;
-use crate::scalar::Number;
+use crate::pair::Number;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
 pub const LAMINAR_RATIO: f64 = 0.995;

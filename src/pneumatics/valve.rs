@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::scalar::{Number, Scalar};
+use crate::pair::Number;
+use crate::scalar::Scalar;
 
 /// A proportional valve, closed in the centre, commanded by 0 to 10 V.
 ///

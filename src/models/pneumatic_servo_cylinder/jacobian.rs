@@ -9,7 +9,8 @@ use super::{
     ACTUATOR, ACTUATOR_RATE, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A,
     TEMPERATURE_B, position, velocity,
 };
-use crate::scalar::{Dual, Pair, Scalar};
+use crate::pair::Pair;
+use crate::scalar::{Dual, Scalar};
 use crate::solver::jacobian_by_duals;
 
 impl PneumaticServoCylinder {
