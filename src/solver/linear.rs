@@ -13,7 +13,7 @@ use nalgebra::SMatrix;
 /// ```
 pub type Groups = [usize; 2];
 
-/// The inverse of `shift*I - J`, block by block: those of `A`, of `C`, and of what is left of `F`.
+/// The inverse of `shift*I - J`, by blocks.
 ///
 /// One inversion serves all stages of a step, and multiplying by an inverse of this size has none of the serial
 /// dependencies of a substitution. Gauss-Jordan elimination runs in the given order of the states without pivoting:
@@ -21,51 +21,42 @@ pub type Groups = [usize; 2];
 /// rejected step, never as a wrong answer.
 #[derive(Clone, Debug)]
 pub struct Inverse<const N: usize> {
-    /// In the places of `A`, `C` and `F`: their inverses, of `F` after elimination of the second group; in the place
-    /// of `D`: `C^-1*D`; in those of `B` and `E`: these.
+    /// `J - shift*I`, with inverses in the places of `A`, `C` and `F` (of `F` as it is after elimination of the second
+    /// group), and `-C^-1*D` in that of `D`.
     columns: [[f64; N]; N],
-    groups: Groups,
 }
 
 impl<const N: usize> Inverse<N> {
     /// Inverts `shift*I - jacobian`; `None` if a pivot is zero or not finite.
     #[inline(always)]
     pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups) -> Option<Self> {
-        let mut columns: [[f64; N]; N] = std::array::from_fn(|j| std::array::from_fn(|i| -jacobian[(i, j)]));
+        let mut columns: [[f64; N]; N] = std::array::from_fn(|j| std::array::from_fn(|i| jacobian[(i, j)]));
         for (k, column) in columns.iter_mut().enumerate() {
-            column[k] += shift;
+            column[k] -= shift;
         }
         let [first, second, third] = ranges::<N>(groups);
         invert(&mut columns, first)?;
         invert(&mut columns, second.clone())?;
         let (before, after) = columns.split_at_mut(third.start);
         for column in after {
-            let share = product(before, second.clone(), second.clone(), column);
-            column[second.clone()].copy_from_slice(&share[second.clone()]);
-            subtract(column, product(before, third.clone(), second.clone(), column), third.clone());
+            solve(before, second.clone(), column);
+            add(before, second.clone(), third.clone(), column);
         }
         invert(&mut columns, third)?;
-        Some(Self { columns, groups })
+        Some(Self { columns })
     }
 
-    /// The solution for a right-hand side.
+    /// The solution for a right-hand side; the groups are those of the inversion.
     #[inline(always)]
     pub fn times(&self, right: &[f64; N], groups: Groups) -> [f64; N] {
         let [first, second, third] = ranges::<N>(groups);
-        let mut solution = *right;
-        let solve = |block: &Range<usize>, solution: &mut [f64; N]| {
-            let solved = product(&self.columns, block.clone(), block.clone(), solution);
-            solution[block.clone()].copy_from_slice(&solved[block.clone()]);
-        };
-        let eliminate = |rows: &Range<usize>, columns: &Range<usize>, solution: &mut [f64; N]| {
-            subtract(solution, product(&self.columns, rows.clone(), columns.clone(), solution), rows.clone());
-        };
-        solve(&first, &mut solution);
-        eliminate(&second, &first, &mut solution);
-        solve(&second, &mut solution);
-        eliminate(&third, &second, &mut solution);
-        solve(&third, &mut solution);
-        eliminate(&second, &third, &mut solution);
+        let (columns, mut solution) = (&self.columns, *right);
+        solve(columns, first.clone(), &mut solution);
+        add(columns, first, second.clone(), &mut solution);
+        solve(columns, second.clone(), &mut solution);
+        add(columns, second.clone(), third.clone(), &mut solution);
+        solve(columns, third.clone(), &mut solution);
+        add(columns, third, second, &mut solution);
         solution
     }
 }
@@ -101,27 +92,26 @@ fn invert<const N: usize>(columns: &mut [[f64; N]; N], block: Range<usize>) -> O
     Some(())
 }
 
-/// A block times a part of a vector; only the rows of the block are of use.
+/// Multiplies a part of a vector by an inverted block on the diagonal, and changes its sign.
 #[inline(always)]
-fn product<const N: usize>(
-    columns: &[[f64; N]],
-    rows: Range<usize>,
-    inner: Range<usize>,
-    vector: &[f64; N],
-) -> [f64; N] {
-    let mut sum = [0.0; N];
-    for k in inner {
-        for i in rows.clone() {
-            sum[i] += vector[k] * columns[k][i];
+fn solve<const N: usize>(columns: &[[f64; N]], block: Range<usize>, vector: &mut [f64; N]) {
+    let right = *vector;
+    vector[block.clone()].fill(0.0);
+    for k in block.clone() {
+        for i in block.clone() {
+            vector[i] -= right[k] * columns[k][i];
         }
     }
-    sum
 }
 
+/// Adds a part of a vector, multiplied by a block, to another part.
 #[inline(always)]
-fn subtract<const N: usize>(from: &mut [f64; N], amount: [f64; N], rows: Range<usize>) {
-    for i in rows {
-        from[i] -= amount[i];
+fn add<const N: usize>(columns: &[[f64; N]], from: Range<usize>, to: Range<usize>, vector: &mut [f64; N]) {
+    for k in from {
+        let factor = vector[k];
+        for i in to.clone() {
+            vector[i] += factor * columns[k][i];
+        }
     }
 }
 
