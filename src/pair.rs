@@ -3,7 +3,7 @@
 //! Every processor of today adds, multiplies, divides and takes roots of two numbers with one instruction, and the
 //! compiler finds these as long as both numbers take the same path: a [`Number`] offers selections in place of branches.
 
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::scalar::{Dual, Scalar};
 
@@ -15,7 +15,6 @@ pub trait Number:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
-    + AddAssign
     + Add<f64, Output = Self>
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
@@ -125,12 +124,6 @@ impl<S: Scalar> Neg for Pair<S> {
     type Output = Self;
     fn neg(self) -> Self {
         Self(self.0.map(S::neg))
-    }
-}
-
-impl<S: Scalar> AddAssign for Pair<S> {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
     }
 }
 

@@ -91,7 +91,7 @@ impl Chambers {
     #[inline(always)]
     fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: f64) -> Pair<S> {
         let covers = self.areas.map(|area| 2.0 * area);
-        let wall = length.max(Pair::zero()) * (std::f64::consts::PI * self.bore) + covers;
+        let wall = Pair::zero().max(length) * (std::f64::consts::PI * self.bore) + covers;
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
 

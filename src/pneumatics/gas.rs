@@ -28,7 +28,9 @@ pub struct GasState<N> {
 impl<N: Number> GasState<N> {
     /// A gas of given absolute pressure in Pa and temperature in K.
     pub fn new(pressure: N, temperature: N) -> Self {
-        let sonic_density = (N::constant(REFERENCE_TEMPERATURE) / temperature).sqrt() * REFERENCE_DENSITY;
+        // rho0*sqrt(T0/T)
+        const NUMERATOR: f64 = REFERENCE_DENSITY * REFERENCE_DENSITY * REFERENCE_TEMPERATURE;
+        let sonic_density = (N::constant(NUMERATOR) / temperature).sqrt();
         Self { pressure, temperature, sonic_density }
     }
 

@@ -1,5 +1,7 @@
 //! The orifice of ISO 6358.
 
+use std::ops::Add;
+
 use super::gas::GasState;
 use crate::pair::Number;
 
@@ -50,16 +52,20 @@ impl<N: Number> Inflow<N> {
     pub fn map<M>(self, rule: impl Fn(N) -> M) -> Inflow<M> {
         Inflow { mass: rule(self.mass), carried: rule(self.carried) }
     }
+}
 
-    /// Adds up flows.
+impl<N: Number> From<Flow<N>> for Inflow<N> {
     #[inline(always)]
-    pub fn of<const F: usize>(flows: [Flow<N>; F]) -> Self {
-        let mut sum = Self { mass: N::zero(), carried: N::zero() };
-        for flow in flows {
-            sum.mass += flow.mass;
-            sum.carried += flow.mass * flow.temperature;
-        }
-        sum
+    fn from(flow: Flow<N>) -> Self {
+        Self { mass: flow.mass, carried: flow.mass * flow.temperature }
+    }
+}
+
+impl<N: Number> Add for Inflow<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { mass: self.mass + other.mass, carried: self.carried + other.carried }
     }
 }
 

@@ -12,7 +12,6 @@ use super::{ACTUATOR, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCy
 use crate::friction;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
-use crate::pneumatics::orifice::Inflow;
 use crate::solver::QUANTITIES;
 
 impl PneumaticServoCylinder {
@@ -38,7 +37,7 @@ impl PneumaticServoCylinder {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         // What leaks past the piston stays inside.
-        let inflow = Inflow::of(self.feed(x[ACTUATOR], u[2], gas));
+        let inflow = self.feed(x[ACTUATOR], u[2], gas);
         let mass_flow = inflow.mass.sum();
         let enthalpy_flow = inflow.carried.sum() * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
         let heat = self.chambers.heat(gas.temperature, self.lengths(x[position(N)])).sum();

@@ -305,37 +305,30 @@ impl PneumaticServoCylinder {
     /// What flows into the chambers from the supply, from the exhaust and from each other.
     #[inline(always)]
     fn inflow<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let [filling, venting] = self.feed(actuator, supply, gas);
-        Inflow::of([filling, venting, self.piston_leak(gas)])
+        let fed = self.feed(actuator, supply, gas);
+        if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
     }
 
-    /// Flows from the supply and from the exhaust into the chambers.
+    /// What flows into the chambers from the supply and from the exhaust.
     #[inline(always)]
-    fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> [Flow<Pair<S>>; 2] {
+    fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         match &self.actuator {
             Actuator::Valve(valve, orifice) => {
                 let spool = Pair([actuator, -actuator]);
                 let supply = self.supply.at(Pair([supply; 2]));
                 let exhaust = self.exhaust.at(Pair([S::constant(self.p.ambient_pressure); 2]));
-                [orifice.flow(valve.edge(spool), supply, gas), orifice.flow(valve.edge(-spool), exhaust, gas)]
+                Inflow::from(orifice.flow(valve.edge(spool), supply, gas))
+                    + Inflow::from(orifice.flow(valve.edge(-spool), exhaust, gas))
             }
             Actuator::Regulator(regulator, orifice) => {
                 let conductance = Pair([regulator.conductance, 0.0].map(S::constant));
-                [orifice.flow(conductance, self.supply.at(Pair([actuator; 2])), gas), self.no_flow()]
+                Inflow::from(orifice.flow(conductance, self.supply.at(Pair([actuator; 2])), gas))
             }
         }
     }
 
-    fn no_flow<S: Scalar>(&self) -> Flow<Pair<S>> {
-        Flow { mass: Pair([S::zero(); 2]), temperature: Pair([S::constant(self.p.ambient_temperature); 2]) }
-    }
-
     /// Laminar leakage past the piston seal into the chambers.
-    #[inline(always)]
     fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
-        if self.p.piston_leakage == 0.0 {
-            return self.no_flow();
-        }
         let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
         let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
         let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
