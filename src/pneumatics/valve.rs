@@ -15,20 +15,62 @@ use crate::scalar::Scalar;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Valve {
-    /// Sonic conductance in m3/(s Pa) of a fully open edge.
-    pub conductance: f64,
-    /// Dead zone `d` as a fraction of the spool travel.
-    pub dead_zone: f64,
-    /// Opening `leak` of a closed edge.
-    pub leakage: f64,
-    /// Natural frequency of the spool in Hz.
-    pub bandwidth: f64,
-    /// Damping ratio `zeta` of the spool.
-    pub damping: f64,
+    /// The metering edges.
+    pub edge: MeteringEdge,
+    /// The spool.
+    pub spool: Spool,
     /// Half width of the play.
     pub hysteresis: f64,
     /// +1: more than 5 V feeds chamber A; -1: chamber B.
     pub polarity: f64,
+}
+
+/// A metering edge, as a straight line of conductance over spool between both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeteringEdge {
+    dead_zone: f64,
+    /// `1/(1 - d)`.
+    per_travel: f64,
+    /// Sonic conductances in m3/(s Pa): closed, and fully open beyond that.
+    closed: f64,
+    range: f64,
+}
+
+impl MeteringEdge {
+    /// An edge with a sonic conductance in m3/(s Pa) when fully open, a dead zone `d` as a fraction of the spool travel,
+    /// and the opening `leak` when closed.
+    pub const fn new(conductance: f64, dead_zone: f64, leakage: f64) -> Self {
+        let per_travel = 1.0 / (1.0 - dead_zone);
+        Self { dead_zone, per_travel, closed: conductance * leakage, range: conductance * (1.0 - leakage) }
+    }
+
+    /// Sonic conductance in m3/(s Pa); the edge opens with positive `spool`.
+    pub fn conductance<N: Number>(&self, spool: N) -> N {
+        let travel = ((spool - self.dead_zone) * self.per_travel).max(N::zero()).min(N::constant(1.0));
+        travel * self.range + self.closed
+    }
+}
+
+/// The spool as an oscillator of second order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spool {
+    /// `wn^2` in 1/s2.
+    stiffness: f64,
+    /// `2*zeta*wn` in 1/s.
+    damping: f64,
+}
+
+impl Spool {
+    /// A spool with a natural frequency in Hz and a damping ratio `zeta`.
+    pub const fn new(bandwidth: f64, damping_ratio: f64) -> Self {
+        let natural = TAU * bandwidth;
+        Self { stiffness: natural * natural, damping: 2.0 * damping_ratio * natural }
+    }
+
+    /// Acceleration in 1/s2.
+    pub fn acceleration<S: Scalar>(&self, set_point: S, spool: S, velocity: S) -> S {
+        (set_point - spool) * self.stiffness - velocity * self.damping
+    }
 }
 
 impl Valve {
@@ -49,19 +91,6 @@ impl Valve {
     pub fn initial_play(&self, command: f64) -> f64 {
         command.clamp(-self.hysteresis, self.hysteresis)
     }
-
-    /// Acceleration of the spool in 1/s2.
-    pub fn spool_acceleration<S: Scalar>(&self, set_point: S, spool: S, velocity: S) -> S {
-        let natural = TAU * self.bandwidth;
-        (set_point - spool) * (natural * natural) - velocity * (2.0 * self.damping * natural)
-    }
-
-    /// Sonic conductance in m3/(s Pa) of an edge that opens with positive `spool`.
-    pub fn edge<N: Number>(&self, spool: N) -> N {
-        let travel = (spool - self.dead_zone) * (1.0 / (1.0 - self.dead_zone));
-        let travel = travel.max(N::zero()).min(N::constant(1.0));
-        (travel * (1.0 - self.leakage) + self.leakage) * self.conductance
-    }
 }
 
 #[cfg(test)]
@@ -69,11 +98,8 @@ mod tests {
     use super::*;
 
     const VALVE: Valve = Valve {
-        conductance: 4e-9,
-        dead_zone: 0.1,
-        leakage: 0.002,
-        bandwidth: 100.0,
-        damping: 0.7,
+        edge: MeteringEdge::new(4e-9, 0.1, 0.002),
+        spool: Spool::new(100.0, 0.7),
         hysteresis: 0.01,
         polarity: 1.0,
     };
@@ -101,8 +127,8 @@ mod tests {
 
     #[test]
     fn edge_leaks_when_closed_and_is_full_at_full_travel() {
-        assert_eq!(VALVE.edge(-1.0), 0.002 * 4e-9);
-        assert_eq!(VALVE.edge(0.1), 0.002 * 4e-9);
-        assert_eq!(VALVE.edge(1.0), 4e-9);
+        let conductance = |spool: f64| VALVE.edge.conductance(spool);
+        assert_eq!([-1.0, 0.1].map(conductance), [0.002 * 4e-9; 2]);
+        assert!((conductance(1.0) - 4e-9).abs() < 1e-24);
     }
 }

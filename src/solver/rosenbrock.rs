@@ -74,5 +74,11 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
 /// A vector plus a weighted sum of vectors.
 #[inline(always)]
 fn combine<const N: usize, const M: usize>(base: &[f64; N], vectors: [&[f64; N]; M], weights: [f64; M]) -> [f64; N] {
-    std::array::from_fn(|i| vectors.iter().zip(weights).fold(base[i], |sum, (vector, weight)| sum + weight * vector[i]))
+    let mut sum = *base;
+    for (vector, weight) in vectors.into_iter().zip(weights) {
+        for i in 0..N {
+            sum[i] += weight * vector[i];
+        }
+    }
+    sum
 }

@@ -80,7 +80,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             time,
             x,
             memory,
-            inputs: Held { since: time, values: inputs, slopes: [0.0; U] },
+            inputs: Held::new(time, inputs, [0.0; U]),
             step: if settings.is_adaptive() { FIRST_STEP } else { settings.step },
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
@@ -144,9 +144,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Sets the inputs and their slopes from now on.
     pub fn set_inputs(&mut self, values: [f64; U], slopes: [f64; U]) {
-        let inputs = Held { since: self.time, values, slopes };
+        let inputs = Held::new(self.time, values, slopes);
         // Inputs that stay as they are leave everything valid.
-        let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes;
+        let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes();
         self.is_linearised &= is_same;
         self.is_settled &= is_same;
         self.inputs = inputs;
@@ -154,7 +154,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The inputs at the current time, and their slopes.
     pub fn inputs(&self) -> ([f64; U], [f64; U]) {
-        (self.inputs.at(self.time), self.inputs.slopes)
+        (self.inputs.at(self.time), self.inputs.slopes())
     }
 
     /// Looks at the states and the memory consistent with the present inputs: what the next step starts from.
@@ -242,7 +242,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.counters.jacobians += 1;
             here.time_slopes = (self.inputs.vary() || self.system.depends_on_time()).then(|| {
                 let time = Dual::<1>::variable(self.time, 0);
-                let u = std::array::from_fn(|i| Dual { value: u[i], slope: [self.inputs.slopes[i]] });
+                let u = std::array::from_fn(|i| Dual { value: u[i], slope: [self.inputs.slopes()[i]] });
                 let rates = self.system.derivatives(time, &self.x.map(scalar_constant), &u, &self.memory);
                 rates.map(|rate| rate.slope[0])
             });
@@ -274,10 +274,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The largest error of a state relative to what is allowed.
     fn error_norm(&self, trial: &Trial<N>) -> f64 {
-        let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
+        let scales = self.system.scales();
         let mut norm = 0.0f64;
-        for (((scale, start), end), error) in magnitudes.zip(trial.error) {
-            norm = norm.max(error.abs() / scale.max(start.abs()).max(end.abs()));
+        for i in 0..N {
+            let magnitude = scales[i].max(self.x[i].abs()).max(trial.end[i].abs());
+            norm = norm.max(trial.error[i].abs() / magnitude);
         }
         norm / self.settings.tolerance
     }

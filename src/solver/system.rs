@@ -117,25 +117,34 @@ pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U
 /// Inputs that vary linearly from a point in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held<const U: usize> {
-    /// The point in time in s.
-    pub since: f64,
-    /// Values at that time.
-    pub values: [f64; U],
-    /// Slopes in 1/s from there on.
-    pub slopes: [f64; U],
+    since: f64,
+    values: [f64; U],
+    slopes: [f64; U],
+    /// Whether any slope differs from 0.
+    vary: bool,
 }
 
 impl<const U: usize> Held<U> {
+    /// Inputs with values at a time in s, and with slopes in 1/s from there on.
+    pub fn new(since: f64, values: [f64; U], slopes: [f64; U]) -> Self {
+        Self { since, values, slopes, vary: slopes.iter().any(|slope| *slope != 0.0) }
+    }
+
     /// The inputs at a time.
     pub fn at(&self, time: f64) -> [f64; U] {
-        if !self.vary() {
+        if !self.vary {
             return self.values;
         }
         std::array::from_fn(|i| self.values[i] + self.slopes[i] * (time - self.since))
     }
 
+    /// Slopes in 1/s.
+    pub fn slopes(&self) -> [f64; U] {
+        self.slopes
+    }
+
     /// Whether any slope differs from 0.
     pub fn vary(&self) -> bool {
-        self.slopes.iter().any(|slope| *slope != 0.0)
+        self.vary
     }
 }

@@ -30,7 +30,7 @@ use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal};
 use crate::pneumatics::gas::{GasState, Reservoir};
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
 use crate::pneumatics::regulator::Regulator;
-use crate::pneumatics::valve::Valve;
+use crate::pneumatics::valve::{MeteringEdge, Spool, Valve};
 use crate::scalar::Scalar;
 use crate::simulation::{Experiment, Model, Simulation, Start};
 use crate::solver::{Groups, HybridSystem, QUANTITIES, Settings, Tuning};
@@ -158,11 +158,8 @@ impl PneumaticServoCylinder {
             Actuator::Regulator(regulator, Orifice::new(p.regulator_ratio))
         } else {
             let valve = Valve {
-                conductance: p.valve_conductance,
-                dead_zone: p.dead_zone,
-                leakage: p.leakage,
-                bandwidth: p.bandwidth,
-                damping: p.damping,
+                edge: MeteringEdge::new(p.valve_conductance, p.dead_zone, p.leakage),
+                spool: Spool::new(p.bandwidth, p.damping),
                 hysteresis: p.hysteresis,
                 polarity: p.polarity,
             };
@@ -317,8 +314,8 @@ impl PneumaticServoCylinder {
                 let spool = Pair([actuator, -actuator]);
                 let supply = self.supply.at(Pair([supply; 2]));
                 let exhaust = self.exhaust.at(Pair([S::constant(self.p.ambient_pressure); 2]));
-                Inflow::from(orifice.flow(valve.edge(spool), supply, gas))
-                    + Inflow::from(orifice.flow(valve.edge(-spool), exhaust, gas))
+                Inflow::from(orifice.flow(valve.edge.conductance(spool), supply, gas))
+                    + Inflow::from(orifice.flow(valve.edge.conductance(-spool), exhaust, gas))
             }
             Actuator::Regulator(regulator, orifice) => {
                 let conductance = Pair([regulator.conductance, 0.0].map(S::constant));
@@ -339,7 +336,7 @@ impl PneumaticServoCylinder {
     fn actuator_rates<S: Scalar>(&self, [rate, state]: [S; 2], voltage: S, memory: &Memory) -> [S; 2] {
         match &self.actuator {
             Actuator::Valve(valve, _) => {
-                [valve.spool_acceleration(Self::set_point(valve, voltage, memory), state, rate), rate]
+                [valve.spool.acceleration(Self::set_point(valve, voltage, memory), state, rate), rate]
             }
             Actuator::Regulator(regulator, _) => {
                 [S::zero(), regulator.pressure_rate(regulator.command(voltage), state)]
