@@ -82,20 +82,23 @@ impl Orifice {
     #[inline(always)]
     pub fn flow<N: Number>(&self, conductance: N, from: GasState<N>, to: GasState<N>) -> Flow<N> {
         let forward = |yes: N, no: N| N::if_at_least(from.pressure, to.pressure, yes, no);
-        let upstream = from.pressure.max(to.pressure);
-        let ratio = from.pressure.min(to.pressure) / upstream;
-        let sonic = conductance * upstream * forward(from.sonic_density, to.sonic_density);
-        let mass = sonic * self.flow_function(ratio);
+        // Equal pressures, too, stay those of two different gases: their difference has a slope.
+        let (upstream, downstream) = (from.pressure.max(to.pressure), to.pressure.min(from.pressure));
+        let sonic = conductance * forward(from.sonic_density, to.sonic_density);
+        let mass = sonic * self.effective_pressure(upstream, downstream);
         Flow { mass: forward(mass, -mass), temperature: forward(from.temperature, to.temperature) }
     }
 
-    /// `psi` at a pressure ratio in `[0, 1]`: without branches, since the laminar line lies above the ellipse wherever
-    /// the flow is not laminar.
+    /// `p1*psi` for pressures `p1 >= p2`.
+    ///
+    /// Without a branch, since the laminar line lies above the ellipse wherever the flow is not laminar; without a
+    /// division, since `p1` goes under the root.
     #[inline(always)]
-    fn flow_function<N: Number>(&self, ratio: N) -> N {
-        let laminar = (-ratio + 1.0) * self.laminar_slope;
-        let beyond = (ratio - self.critical_ratio).max(N::zero()) * self.subsonic_scale;
-        laminar.min((-(beyond * beyond) + 1.0).sqrt())
+    fn effective_pressure<N: Number>(&self, p1: N, p2: N) -> N {
+        let laminar = (p1 - p2) * self.laminar_slope;
+        let beyond = (p2 - p1 * self.critical_ratio).max(N::zero()) * self.subsonic_scale;
+        // Rounding may make the difference negative where the flow is laminar.
+        laminar.min((p1 * p1 - beyond * beyond).max(N::zero()).sqrt())
     }
 }
 
@@ -137,5 +140,21 @@ mod tests {
             orifice.flow(1e-9, state(5e5, 300.0), state(6e5, 300.0)),
         );
         assert_eq!(forth.mass, -back.mass);
+    }
+
+    /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.
+    #[test]
+    fn slope_is_continuous_at_equal_pressures() {
+        use crate::scalar::Dual;
+        let orifice = Orifice::new(0.3);
+        let slope = |pressure: f64| {
+            let from = GasState::new(Dual::<1>::variable(pressure, 0), Dual::constant(300.0));
+            let to = GasState::new(Dual::constant(5e5), Dual::constant(300.0));
+            orifice.flow(Dual::constant(1e-9), from, to).mass.slope[0]
+        };
+        let expected = 1e-9 * 1.185 * (293.15f64 / 300.0).sqrt() * (1.0 - (0.695f64 / 0.7).powi(2)).sqrt() / 0.005;
+        for pressure in [5e5 * (1.0 - 1e-9), 5e5, 5e5 * (1.0 + 1e-9)] {
+            assert!((slope(pressure) / expected - 1.0).abs() < 1e-12, "{} at {pressure}", slope(pressure));
+        }
     }
 }
