@@ -140,4 +140,20 @@ mod tests {
         let jacobian = SMatrix::<f64, 2, 2>::new(5.0, 1.0, 1.0, 0.0);
         assert!(Inverse::new(&jacobian, 5.0, [0, 0]).is_none());
     }
+
+    #[test]
+    fn groups_change_nothing_but_the_cost() {
+        let jacobian = SMatrix::<f64, 5, 5>::from_row_slice(&[
+            -3.0, 0.0, 0.0, 0.0, 0.0, //
+            0.5, -7.0, 1.0, 0.3, -2.0, //
+            4.0, 2.0, -1e6, 3.0, 50.0, //
+            0.0, 0.0, 1e3, -2.0, 0.7, //
+            0.0, 6.0, -0.1, 1.0, 0.0,
+        ]);
+        let right = [1.0, -2.0, 3.0, 0.5, 0.1];
+        let solve = |groups| Inverse::new(&jacobian, 10.0, groups).unwrap().times(&right, groups);
+        for (grouped, plain) in solve([1, 3]).iter().zip(solve([0, 0])) {
+            assert!((grouped - plain).abs() < 1e-14 * plain.abs().max(1.0), "{grouped} is not {plain}");
+        }
+    }
 }

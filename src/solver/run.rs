@@ -274,11 +274,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The largest error of a state relative to what is allowed.
     fn error_norm(&self, trial: &Trial<N>) -> f64 {
-        let scales = self.system.scales();
+        let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
         let mut norm = 0.0f64;
-        for i in 0..N {
-            let magnitude = scales[i].max(self.x[i].abs()).max(trial.end[i].abs());
-            norm = norm.max(trial.error[i].abs() / magnitude);
+        for (((scale, start), end), error) in magnitudes.zip(trial.error) {
+            norm = norm.max(error.abs() / scale.max(start.abs()).max(end.abs()));
         }
         norm / self.settings.tolerance
     }

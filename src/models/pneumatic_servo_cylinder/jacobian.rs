@@ -123,3 +123,77 @@ fn scatter<const D: usize, const N: usize>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::LAWS;
+    use crate::models::pneumatic_servo_cylinder::{MODEL, build};
+    use crate::simulation::Start;
+    use crate::solver::HybridSystem;
+    use crate::variables::{Role, Variable};
+
+    const N: usize = 18;
+
+    /// The default cylinder with some parameters changed, in motion under different pressures and temperatures.
+    fn moving(changes: &[(&str, f64)], check: impl Fn(&PneumaticServoCylinder, &[f64; N], &[f64; 3], &Memory)) {
+        let starts = |of: &dyn Fn(&Variable) -> bool| -> Vec<f64> {
+            (MODEL.variables)().iter().filter(|it| of(it)).filter_map(|it| it.start).collect()
+        };
+        let names: Vec<_> = (MODEL.variables)().iter().filter(|it| it.is_parameter()).map(|it| &it.name).collect();
+        let mut parameters = starts(&Variable::is_parameter);
+        for (name, value) in changes {
+            parameters[names.iter().position(|it| *it == name).expect("a parameter")] = *value;
+        }
+        let inputs = starts(&|it| it.role == Role::Input);
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+        let (cylinder, _) = build(&start).expect("legal parameters");
+        let (mut x, memory) = cylinder.initial_state::<N>(&start);
+        for spool in [-0.4, 0.3] {
+            // A spool, or the pressure behind the regulator.
+            x[ACTUATOR] = if x[ACTUATOR] > 1e3 { 4e5 } else { spool };
+            (x[ACTUATOR_RATE], x[PRESSURE_A], x[PRESSURE_B]) = (20.0, 3.1e5, 5.2e5);
+            (x[TEMPERATURE_A], x[TEMPERATURE_B], x[position(N)], x[velocity(N)]) = (281.0, 307.0, 0.2, 0.1);
+            check(&cylinder, &x, &[6.0, 3.0, 7e5], &memory);
+        }
+    }
+
+    fn cases() -> impl Iterator<Item = Vec<(&'static str, f64)>> {
+        let laws = LAWS.items.iter().map(|(id, ..)| vec![("friction.law", f64::from(*id)), ("friction.kappaA", 1e-6)]);
+        let rigs = [
+            vec![("actuation", 2.0)],
+            vec![("thermal.model", 2.0)],
+            vec![("thermal.model", 3.0)],
+            vec![("piston.leakage", 1e-14)],
+            vec![("velocity0", 0.1)],
+        ];
+        laws.chain(rigs)
+    }
+
+    #[test]
+    fn jacobian_by_parts_is_that_of_the_whole() {
+        for case in cases() {
+            moving(&case, |cylinder, x, u, memory| {
+                let (mut parts, mut whole) = (SMatrix::zeros(), SMatrix::zeros());
+                let derivatives = cylinder.linearise(0.0, x, u, memory, &mut parts);
+                assert_eq!(derivatives, jacobian_by_duals(cylinder, 0.0, x, u, memory, &mut whole), "{case:?}");
+                for (entry, expected) in parts.iter().zip(&whole) {
+                    assert!((entry - expected).abs() <= 1e-13 * expected.abs(), "{case:?}: {entry}, not {expected}");
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn jacobian_has_the_zeros_of_its_groups() {
+        let [second, third] = <PneumaticServoCylinder as HybridSystem<N, 3>>::GROUPS;
+        for case in cases() {
+            moving(&case, |cylinder, x, u, memory| {
+                let mut jacobian = SMatrix::zeros();
+                jacobian_by_duals(cylinder, 0.0, x, u, memory, &mut jacobian);
+                assert!(jacobian.view((0, second), (second, N - second)).iter().all(|entry| *entry == 0.0), "{case:?}");
+                assert!(jacobian.view((third, 0), (N - third, second)).iter().all(|entry| *entry == 0.0), "{case:?}");
+            });
+        }
+    }
+}
