@@ -274,10 +274,12 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The largest error of a state relative to what is allowed.
     fn error_norm(&self, trial: &Trial<N>) -> f64 {
+        // One instruction, where `f64::max` needs several to tell a missing number.
+        let larger = |a: f64, b: f64| if a < b { b } else { a };
         let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
-        let mut norm = 0.0f64;
+        let mut norm = 0.0;
         for (((scale, start), end), error) in magnitudes.zip(trial.error) {
-            norm = norm.max(error.abs() / scale.max(start.abs()).max(end.abs()));
+            norm = larger(norm, error.abs() / larger(larger(scale, start.abs()), end.abs()));
         }
         norm / self.settings.tolerance
     }
