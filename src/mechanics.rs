@@ -44,6 +44,7 @@ pub struct EndStops {
 
 impl EndStops {
     /// Force in N on the carriage towards +x.
+    #[inline(always)]
     pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {
         if position.value() < 0.0 {
             self.contact.force(-position, -velocity)

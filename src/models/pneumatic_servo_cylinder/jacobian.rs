@@ -91,21 +91,20 @@ impl PneumaticServoCylinder {
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
-        let bristles = BRISTLES..BRISTLES + D - 4;
-        let mut states = [position(N), velocity(N), PRESSURE_A, PRESSURE_B, 0, 0];
-        for (slot, bristle) in states[4..].iter_mut().zip(bristles.clone()) {
-            *slot = bristle;
-        }
-        let states = &states[..D];
+        let states = [position(N), velocity(N), PRESSURE_A, PRESSURE_B, BRISTLES, BRISTLES + 1];
         let mut seeded = x.map(Dual::<D>::constant);
-        for (direction, state) in states.iter().enumerate() {
+        for (direction, state) in states[..D].iter().enumerate() {
             seeded[*state].slope[direction] = 1.0;
         }
-        let mut rates = [Dual::<D>::zero(); 2];
-        let motion =
-            self.motion_rates(Dual::constant(time), &seeded, &u.map(Dual::constant), memory, &mut rates[..D - 4]);
-        let rows = [(position(N), motion[0]), (velocity(N), motion[1])];
-        scatter(rows.into_iter().chain(bristles.zip(rates)), states, jacobian, derivatives);
+        // Apart from the other states, which then stay in registers.
+        let (bristles, mut bristle_rates) = ([seeded[BRISTLES], seeded[BRISTLES + 1]], [Dual::zero(); 2]);
+        let (time, u, count) = (Dual::constant(time), u.map(Dual::constant), D - 4);
+        let [rate, acceleration] =
+            self.motion_rates(time, &seeded, &u, memory, &bristles[..count], &mut bristle_rates[..count]);
+        let [first, second] = bristle_rates;
+        let rows = [rate, acceleration, first, second].into_iter().take(2 + count);
+        let places = [position(N), velocity(N), BRISTLES, BRISTLES + 1];
+        scatter(places.into_iter().zip(rows), &states, jacobian, derivatives);
     }
 }
 

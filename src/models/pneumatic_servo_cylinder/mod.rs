@@ -256,17 +256,18 @@ impl PneumaticServoCylinder {
     }
 
     /// Rates of position and velocity; writes those of the bristles.
+    #[inline(always)]
     fn motion_rates<S: Scalar, const N: usize>(
         &self,
         time: S,
         x: &[S; N],
         u: &[S; 3],
         memory: &Memory,
+        bristles: &[S],
         bristle_rates: &mut [S],
     ) -> [S; 2] {
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate);
-        let bristles = &x[BRISTLES..BRISTLES + bristle_rates.len()];
         let force = self.friction.force(&contact, bristles, &memory.friction, bristle_rates);
         [rate, (contact.applied - force) * self.per_mass]
     }
@@ -353,7 +354,7 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         let bristles = BRISTLES..BRISTLES + self.bristles;
-        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &mut rates[bristles]);
+        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         [rates[ACTUATOR_RATE], rates[ACTUATOR]] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
         let gas = self.gas(x);
         let gas = self.gas_rates(gas, x[position(N)], rate, self.inflow(x[ACTUATOR], u[2], gas));
