@@ -2,7 +2,7 @@
 
 mod rig;
 
-use pneumatic_servo::pneumatics::valve::Valve;
+use pneumatic_servo::pneumatics::valve::{MeteringEdge, Spool, Valve};
 use pneumatic_servo::simulation::StepError;
 use rig::{Rig, Running};
 
@@ -107,24 +107,22 @@ fn integral_part_leaves_the_limit() {
 /// The inverse in front of a valve with a dead zone opens it as far as the command opens one without.
 #[test]
 fn dead_zone_is_inverted_exactly() {
-    let ideal = Valve {
-        conductance: 4e-9,
-        dead_zone: 0.0,
-        leakage: 0.0,
-        bandwidth: 100.0,
-        damping: 0.7,
+    let valve = |dead_zone: f64| Valve {
+        edge: MeteringEdge::new(4e-9, dead_zone, 0.0),
+        spool: Spool::new(100.0, 0.7),
         hysteresis: 0.0,
         polarity: 1.0,
     };
+    let ideal = valve(0.0);
     for dead_zone in [0.0, 0.08, 0.5] {
-        let real = Valve { dead_zone, ..ideal };
+        let real = valve(dead_zone);
         let rig = bare().set("valve.deadZone", dead_zone);
         for command in [-6.0, -5.0, -2.0, -0.01, 0.01, 0.5, 3.0, 5.0, 8.0] {
             let spool = real.command(voltage_of_command(&rig, command));
             let wanted = ideal.command(5.0 + command);
             for (found, wanted) in [(spool, wanted), (-spool, -wanted)] {
                 assert!(
-                    (real.edge(found) - ideal.edge(wanted)).abs() < 1e-9 * 10.0 * ROUNDING,
+                    (real.edge.conductance(found) - ideal.edge.conductance(wanted)).abs() < 1e-9 * 10.0 * ROUNDING,
                     "{dead_zone} {command}"
                 );
             }

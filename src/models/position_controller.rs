@@ -179,7 +179,7 @@ impl PositionController {
             integral: 0.0,
             effort: 0.0,
         };
-        let inputs = Held { since: start.time, values, slopes: [0.0; Inputs::LEN] };
+        let inputs = Held::new(start.time, values, [0.0; Inputs::LEN]);
         Ok(Self { p, time: start.time, inputs, memory })
     }
 
@@ -218,7 +218,7 @@ impl Simulation for PositionController {
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
         let array = |values: &[f64]| std::array::from_fn(|i| values[i]);
-        self.inputs = Held { since: self.time, values: array(values), slopes: array(slopes) };
+        self.inputs = Held::new(self.time, array(values), array(slopes));
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
