@@ -50,16 +50,10 @@ pub struct Contact<S> {
 }
 
 /// Event indicators: each is positive (or zero) while the present mode is valid, and an event when it turns negative.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Indicators {
     values: [f64; Self::CAPACITY],
     len: usize,
-}
-
-impl Default for Indicators {
-    fn default() -> Self {
-        Self { values: [0.0; Self::CAPACITY], len: 0 }
-    }
 }
 
 impl Indicators {
