@@ -14,8 +14,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use pneumatic_servo::friction::Indicators;
-use pneumatic_servo::mechanics::EndStops;
-use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PneumaticServoCylinder, build};
+use pneumatic_servo::mechanics::{EndStops, OneSided};
+use pneumatic_servo::models::pneumatic_servo_cylinder::{
+    Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, build,
+};
 use pneumatic_servo::simulation::Start;
 use pneumatic_servo::solver::HybridSystem;
 
@@ -175,16 +177,16 @@ impl Outputs {
         let dead_force = case.parameter("ambientPressure") * rod + case.parameter("wireForce");
         let stops = EndStops {
             stroke: case.parameter("cylinder.stroke"),
-            stiffness: case.parameter("cylinder.stopStiffness"),
-            damping: case.parameter("cylinder.stopDamping"),
+            contact: OneSided {
+                stiffness: case.parameter("cylinder.stopStiffness"),
+                damping: case.parameter("cylinder.stopDamping"),
+            },
         };
         Self { area_a: bore, area_b: bore - rod, dead_force, stops, mass: case.parameter("mass.moving") }
     }
 
     /// Position and friction force.
     fn of<const N: usize>(&self, x: &[f64; N], rates: &[f64; N]) -> [f64; 2] {
-        const PRESSURE_A: usize = 3;
-        const PRESSURE_B: usize = 5;
         let [position, rate] = [x[N - 2], rates[N - 2]];
         let pressures = x[PRESSURE_A] * self.area_a - x[PRESSURE_B] * self.area_b;
         let applied = pressures - self.dead_force + self.stops.force(position, rate);

@@ -90,8 +90,10 @@ const ACTUATOR_RATE: usize = 0;
 const ACTUATOR: usize = 1;
 const TEMPERATURE_A: usize = 2;
 const TEMPERATURE_B: usize = 3;
-const PRESSURE_A: usize = 4;
-const PRESSURE_B: usize = 5;
+/// Index of the pressure in chamber A among the states.
+pub const PRESSURE_A: usize = 4;
+/// Index of the pressure in chamber B among the states.
+pub const PRESSURE_B: usize = 5;
 const BRISTLES: usize = 6;
 /// Position and velocity come last.
 const fn position(n: usize) -> usize {
