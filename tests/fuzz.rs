@@ -300,7 +300,7 @@ impl Pair {
     fn step(&mut self, point: f64, size: f64) -> c_int {
         let start = self.time();
         let end = point + size;
-        let is_here = (point - start).abs() <= 1e-12 * start.abs();
+        let is_here = point == start || point == start.next_up();
         let is_size = size > 0.0 && size.is_finite();
         let rounding = |stop: f64| (1e-9 * stop.abs().max(size)).min(0.5 * size).max(4.0 * f64::EPSILON * stop.abs());
         let stops = self.expected.stop.is_some_and(|stop| end > stop + rounding(stop));
@@ -754,8 +754,8 @@ impl Fuzzer {
             _ => now,
         };
         // The borders between rounding and error are tested elsewhere.
-        let is_clear =
-            point == now || (point - now).abs() <= 1e-15 * now.abs() || (point - now).abs() > size || point.is_nan();
+        let is_far = (point - now).abs() > size.max(1e-15 * now.abs()) || point.is_nan();
+        let is_clear = point == now || point == now.next_up() || is_far;
         if !is_clear {
             return false;
         }

@@ -286,14 +286,16 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     fn reject(&mut self, h: f64, factor: f64) -> Result<(), StepError> {
         self.counters.rejected += 1;
-        self.step = h * factor;
+        let step = h * factor;
         let diverges = matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::Rk3 | Scheme::Rk4);
         if diverges && factor < 0.5 {
             return Err(StepError::Diverged { time: self.time, step: self.settings.step });
         }
-        if self.step < smallest_step(self.time) {
+        // Where the clock is coarser than the longest step, `h` is 0: the step size to save must stay positive.
+        if step < smallest_step(self.time) {
             return Err(StepError::StepSizeTooSmall { time: self.time });
         }
+        self.step = step;
         Ok(())
     }
 
