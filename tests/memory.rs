@@ -9,7 +9,8 @@ use std::ptr;
 
 use pneumatic_servo::fmi2::exports::*;
 use pneumatic_servo::fmi2::types::Status;
-use pneumatic_servo::variables::Kind;
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::variables::Role;
 use pneumatic_servo::{fmi2, models};
 
 /// Counts allocations of a thread while it is told to, and the bytes in use.
@@ -70,10 +71,7 @@ fn guid() -> CString {
 }
 
 fn laws() -> Vec<i32> {
-    let variables = (models::ALL[0].variables)();
-    let law = variables.iter().find(|variable| variable.name == "friction.law").expect("a variable");
-    let Kind::Enumeration(laws) = law.kind else { panic!("an enumeration") };
-    laws.items.iter().map(|(id, ..)| *id).collect()
+    LAWS.items.iter().map(|(id, ..)| *id).collect()
 }
 
 #[test]
@@ -109,6 +107,47 @@ fn stepping_setting_and_getting_allocate_nothing() {
             });
             assert_eq!((failed, allocations), (0, 0), "law {id}");
             fmi2FreeInstance(component);
+        }
+    }
+}
+
+/// Every model under every law, with its inputs around their start values.
+#[test]
+fn no_model_allocates_while_stepping() {
+    for model in models::ALL {
+        let variables = (model.variables)();
+        let inputs: Vec<_> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
+        let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
+        let law = variables.iter().find(|variable| variable.name == "friction.law");
+        let step = model.experiment.step_size;
+        for id in law.map_or(vec![0], |_| laws()) {
+            let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
+            let mut values = vec![0.0; inputs.len()];
+            let mut failed = 0;
+            // SAFETY: of the component, and all arrays have the length that is passed.
+            unsafe {
+                if let Some(law) = law {
+                    assert_eq!(fmi2SetInteger(component, &law.reference, 1, &id), Status::Ok);
+                }
+                assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+                assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+                let (allocations, _) = counted(|| {
+                    for index in 0..STEPS / 3 {
+                        let time = f64::from(index) * step;
+                        for (value, input) in values.iter_mut().zip(&inputs) {
+                            let size = 0.3 * input.nominal.unwrap_or(1.0);
+                            *value = input.start.unwrap_or(0.0) + size * (20.0 * time).sin();
+                        }
+                        let statuses = [
+                            fmi2SetReal(component, references.as_ptr(), references.len(), values.as_ptr()),
+                            fmi2DoStep(component, time, step, 1),
+                        ];
+                        failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                    }
+                });
+                assert_eq!((failed, allocations), (0, 0), "{} with law {id}", model.name);
+                fmi2FreeInstance(component);
+            }
         }
     }
 }
