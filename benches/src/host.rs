@@ -9,8 +9,8 @@ use std::sync::LazyLock;
 
 use pneumatic_servo::fmi2::exports::{
     fmi2DoStep, fmi2EnterInitializationMode, fmi2ExitInitializationMode, fmi2FreeFMUstate, fmi2FreeInstance,
-    fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2Instantiate, fmi2SetFMUstate, fmi2SetInteger, fmi2SetReal,
-    fmi2SetupExperiment,
+    fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2Instantiate, fmi2SetBoolean, fmi2SetFMUstate, fmi2SetInteger,
+    fmi2SetReal, fmi2SetupExperiment,
 };
 use pneumatic_servo::fmi2::guid;
 use pneumatic_servo::fmi2::types::{CO_SIMULATION, Component, FmuState, Status};
@@ -66,7 +66,10 @@ impl Host {
         // SAFETY: the component is alive, and the pointers are to one element each.
         let status = match parameter.kind {
             Kind::Real(_) => unsafe { fmi2SetReal(self.component, &reference, 1, &value) },
-            _ => unsafe { fmi2SetInteger(self.component, &reference, 1, &(value as i32)) },
+            Kind::Boolean => unsafe { fmi2SetBoolean(self.component, &reference, 1, &(value as i32)) },
+            Kind::Integer | Kind::Enumeration(_) => unsafe {
+                fmi2SetInteger(self.component, &reference, 1, &(value as i32))
+            },
         };
         check(status, &parameter.name);
     }

@@ -260,7 +260,7 @@ parameters! {
         kappa_b: f64 = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
             .text("Growth of the friction levels with the pressure in chamber B above ambient");
         keeps_balance: f64 = Variable::option(1040, "balance.enabled", false)
-            .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a third slower");
+            .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a fifth slower");
     }
 }
 
