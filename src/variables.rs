@@ -207,6 +207,11 @@ impl Variable {
         }
     }
 
+    /// The independent variable, the first of every table.
+    pub fn time() -> Self {
+        Self::new(0, "time", Kind::Real(units::SECOND), Role::Time).text("Time")
+    }
+
     /// A real input.
     pub fn input(reference: u32, name: &str, unit: Unit, start: f64) -> Self {
         Self { start: Some(start), ..Self::new(reference, name, Kind::Real(unit), Role::Input) }

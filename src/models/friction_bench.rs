@@ -18,7 +18,7 @@ use crate::friction::{self, Contact, Friction, Indicators};
 use crate::scalar::{Scalar, sign};
 use crate::simulation::{Experiment, Model, Simulation, Start};
 use crate::solver::{HybridSystem, Settings, Tuning};
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 
 /// The model as the library offers it.
@@ -40,8 +40,7 @@ const COUNTERS_BASE: u32 = 5_100;
 const BRISTLE_BASE: u32 = 400;
 
 static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));

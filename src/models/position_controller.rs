@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::scalar::sign;
 use crate::simulation::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
 use crate::solver::{Balance, Held};
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 
 /// The model as the library offers it.
@@ -34,8 +34,7 @@ pub const MODEL: Model = Model {
 };
 
 static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.push(Variable::flag(201, "saturated").text("True while the voltage is at an end of its range"));

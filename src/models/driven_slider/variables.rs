@@ -7,7 +7,7 @@ use crate::mechanics::GRAVITY;
 use crate::models::bristles::bristle_table;
 use crate::models::simulator::counters_table;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Role, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -25,8 +25,7 @@ const DYNAMIC_COEFFICIENT: f64 = 0.32;
 
 /// Every variable of the slider.
 pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));

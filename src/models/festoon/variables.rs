@@ -8,7 +8,7 @@ use crate::friction::{Friction, MAX_STATES};
 use crate::models::bristles::bristle_table;
 use crate::models::simulator::counters_table;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Role, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -34,8 +34,7 @@ const fn bristle_base(trolley: usize) -> u32 {
 
 /// Every variable of the festoon.
 pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     for trolley in 0..MAX_TROLLEYS {

@@ -8,7 +8,7 @@ use crate::models::bristles::bristle_table;
 use crate::models::simulator::counters_table;
 use crate::pneumatics::chamber::THERMAL_MODELS;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Role, Variable, units};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 
 /// Conserved quantities: mass and energy.
@@ -25,8 +25,7 @@ const BRISTLE_BASE: u32 = 400;
 
 /// Every variable of the cylinder.
 pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));

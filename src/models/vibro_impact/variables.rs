@@ -6,7 +6,7 @@ use crate::friction::levels::{Level, SharedLevels};
 use crate::models::bristles::bristle_table;
 use crate::models::simulator::counters_table;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, Role, Variable, units};
+use crate::variables::{Enumeration, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -24,8 +24,7 @@ const COULOMB_RATIO: f64 = 0.5;
 /// Every variable of the system.
 pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     use crate::variables::ParameterSet;
-    let time = Variable::output(0, "time", units::SECOND).text("Time");
-    let mut table = vec![Variable { role: Role::Time, ..time }];
+    let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(bristle_table("friction", BRISTLE_BASE, depends::BODY));
