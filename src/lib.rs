@@ -1,22 +1,23 @@
-//! A friction-loaded pneumatic servo cylinder, compiled as an FMI 2.0 co-simulation FMU.
+//! A friction-loaded pneumatic servo cylinder: friction laws, valve, chambers, and the solver that runs them.
 //!
 //! | room | what lives there |
 //! |---|---|
-//! | [`friction`] | the friction laws and their registry |
-//! | [`pneumatics`], [`mechanics`] | gas, orifices, valve, chambers; force balance and end stops |
-//! | [`models`] | complete systems: equations, events and the variable table |
+//! | [`numbers`], [`variables`] | numbers with exact derivatives; the variable table |
+//! | [`hybrid`] | what a hybrid system is |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
-//! | [`simulation`], [`variables`] | what the FMI layer sees of a model |
-//! | [`fmi2`] | the C interface, the only place with `unsafe` |
+//! | [`friction`], [`pneumatics`], [`mechanics`] | the physics |
+//! | [`models`] | complete systems: equations, events and the variable table |
+//! | [`model`], [`co_simulation`] | a model built by name, and run |
 
-pub mod fmi2;
+#![forbid(unsafe_code)]
+
+pub mod co_simulation;
 pub mod friction;
+pub mod hybrid;
 pub mod mechanics;
+pub mod model;
 pub mod models;
-pub mod pair;
+pub mod numbers;
 pub mod pneumatics;
-pub mod random;
-pub mod scalar;
-pub mod simulation;
 pub mod solver;
 pub mod variables;

@@ -1,6 +1,6 @@
 //! Gravity, contacts that only push, end stops.
 
-use crate::scalar::Scalar;
+use crate::numbers::Scalar;
 
 /// Standard acceleration of gravity in m/s2.
 pub const GRAVITY: f64 = 9.80665;

@@ -2,8 +2,9 @@
 
 mod rig;
 
-use pneumatic_servo::friction::{Contact, Drive, Friction, Indicators, LAWS, MAX_STATES, Memory};
-use pneumatic_servo::scalar::{Dual, Scalar};
+use pneumatic_servo::friction::{Contact, Drive, Friction, LAWS, MAX_STATES, Memory};
+use pneumatic_servo::hybrid::Indicators;
+use pneumatic_servo::numbers::{Dual, Scalar};
 use rig::Rig;
 
 fn laws() -> impl Iterator<Item = &'static str> {

@@ -4,8 +4,8 @@ mod rig;
 
 use std::collections::BTreeSet;
 
+use pneumatic_servo::model::{Model, Simulation, Start};
 use pneumatic_servo::models;
-use pneumatic_servo::simulation::{Model, Simulation, Start};
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
 /// The laws of a model; one without a name for a model that has no choice.

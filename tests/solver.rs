@@ -1,9 +1,10 @@
 //! The hybrid solver on problems with closed solutions, none of which is a cylinder.
 
-use pneumatic_servo::friction::Indicators;
-use pneumatic_servo::scalar::Scalar;
-use pneumatic_servo::simulation::StepError;
-use pneumatic_servo::solver::{HybridSystem, Run, Scheme, Settings};
+use pneumatic_servo::hybrid::HybridSystem;
+use pneumatic_servo::hybrid::Indicators;
+use pneumatic_servo::model::StepError;
+use pneumatic_servo::numbers::Scalar;
+use pneumatic_servo::solver::{Run, Scheme, Settings};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };

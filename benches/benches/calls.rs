@@ -6,9 +6,9 @@ use benchmark::case::{self, Case, STEP, inputs, voltage};
 use benchmark::host::Host;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::SMatrix;
+use pneumatic_servo::hybrid::HybridSystem;
+use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::build;
-use pneumatic_servo::simulation::Start;
-use pneumatic_servo::solver::HybridSystem;
 
 const TOLERANCE: f64 = 1e-6;
 

@@ -7,15 +7,15 @@ use std::hint::black_box;
 use std::ptr;
 use std::sync::LazyLock;
 
-use pneumatic_servo::fmi2::exports::{
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo_fmu::fmi2::exports::{
     fmi2DoStep, fmi2EnterInitializationMode, fmi2ExitInitializationMode, fmi2FreeFMUstate, fmi2FreeInstance,
     fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2Instantiate, fmi2SetBoolean, fmi2SetFMUstate, fmi2SetInteger,
     fmi2SetReal, fmi2SetupExperiment,
 };
-use pneumatic_servo::fmi2::guid;
-use pneumatic_servo::fmi2::types::{CO_SIMULATION, Component, FmuState, Status};
-use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
-use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo_fmu::fmi2::guid;
+use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Component, FmuState, Status};
 
 use crate::case::{Case, variable, variables};
 

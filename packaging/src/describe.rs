@@ -1,8 +1,8 @@
 //! `cargo xtask describe`: the committed descriptions and the tables of the README.
 
 use anyhow::{Context, Result};
+use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo::simulation::Model;
 
 use crate::description::{self, Stamp};
 use crate::readme;

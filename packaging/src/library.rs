@@ -68,7 +68,7 @@ impl Library {
 
 /// Where `cargo xtask build` leaves the library of a platform and `cargo xtask join` finds it.
 pub fn kept(workspace: &Workspace, platform: Platform) -> PathBuf {
-    let name = format!("pneumatic_servo.{}", platform.extension());
+    let name = format!("pneumatic_servo_fmu.{}", platform.extension());
     workspace.target.join("binaries").join(platform.folder()).join(name)
 }
 

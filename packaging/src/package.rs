@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use pneumatic_servo::simulation::Model;
-use pneumatic_servo::{fmi2, models};
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo_fmu::fmi2;
 
 use crate::archive::Archive;
 use crate::build;

@@ -1,7 +1,7 @@
 //! The continuous states of a friction law as variables of a model.
 
 use crate::friction::MAX_STATES;
-use crate::scalar::Scalar;
+use crate::numbers::Scalar;
 use crate::variables::{Variable, units};
 
 /// The states of a contact in a group and, after them, their derivatives; value references from `base`. `motion` lists

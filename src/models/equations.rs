@@ -1,7 +1,7 @@
 //! What a model adds to a hybrid system: computed variables.
 
-use crate::scalar::Scalar;
-use crate::solver::HybridSystem;
+use crate::hybrid::HybridSystem;
+use crate::numbers::Scalar;
 
 /// A hybrid system with computed variables, which come first among those of the model's table.
 pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {

@@ -13,11 +13,13 @@ use serde::{Deserialize, Serialize};
 
 use super::bristles::{bristle_table, write_bristles};
 use super::equations::Equations;
-use super::simulator::{Simulator, counters_table};
-use crate::friction::{self, Contact, Friction, Indicators};
-use crate::scalar::{Scalar, sign};
-use crate::simulation::{Experiment, Model, Simulation, Start};
-use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::co_simulation::{Simulator, counters_table};
+use crate::friction::{self, Contact, Friction};
+use crate::hybrid::HybridSystem;
+use crate::hybrid::Indicators;
+use crate::model::{Experiment, Model, Simulation, Start};
+use crate::numbers::{Scalar, sign};
+use crate::solver::{Settings, Tuning};
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 

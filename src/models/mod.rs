@@ -2,15 +2,14 @@
 
 mod bristles;
 pub mod driven_slider;
-mod equations;
+pub(crate) mod equations;
 pub mod festoon;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
-mod simulator;
 pub mod vibro_impact;
 
-use crate::simulation::Model;
+use crate::model::Model;
 
 /// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one.
 pub static ALL: &[Model] = &[

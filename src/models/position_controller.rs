@@ -18,9 +18,10 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scalar::sign;
-use crate::simulation::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
-use crate::solver::{Balance, Held};
+use crate::hybrid::Held;
+use crate::model::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::numbers::sign;
+use crate::solver::Balance;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};
 

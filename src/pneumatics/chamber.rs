@@ -2,8 +2,8 @@
 
 use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
 use super::orifice::Inflow;
-use crate::pair::{Number, Pair};
-use crate::scalar::Scalar;
+use crate::numbers::Scalar;
+use crate::numbers::{Number, Pair};
 use crate::variables::Enumeration;
 
 /// The choice of a thermal model; ids are never reused.

@@ -1,6 +1,6 @@
 //! Dry air as an ideal gas.
 
-use crate::pair::Number;
+use crate::numbers::Number;
 
 /// Specific gas constant in J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.05;

@@ -3,7 +3,7 @@
 use std::ops::Add;
 
 use super::gas::GasState;
-use crate::pair::Number;
+use crate::numbers::Number;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
 pub const LAMINAR_RATIO: f64 = 0.995;
@@ -145,7 +145,7 @@ mod tests {
     /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.
     #[test]
     fn slope_is_continuous_at_equal_pressures() {
-        use crate::scalar::Dual;
+        use crate::numbers::Dual;
         let orifice = Orifice::new(0.3);
         let slope = |pressure: f64| {
             let from = GasState::new(Dual::<1>::variable(pressure, 0), Dual::constant(300.0));

@@ -1,6 +1,6 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use crate::scalar::Scalar;
+use crate::numbers::Scalar;
 
 /// A pressure regulator commanded by 0 to 10 V, with a first-order lag.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::pair::Number;
-use crate::scalar::Scalar;
+use crate::numbers::Number;
+use crate::numbers::Scalar;
 
 /// A proportional valve, closed in the centre, commanded by 0 to 10 V.
 ///
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn play_of_no_width_hands_on_the_command() {
         let direct = Valve { hysteresis: 0.0, ..VALVE };
-        let command = crate::scalar::Dual::<1>::variable(0.2, 0);
+        let command = crate::numbers::Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(0.2, command), command);
     }
 

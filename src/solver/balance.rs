@@ -3,10 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::event::Hermite;
-use super::system::{Held, HybridSystem};
-
-/// Conserved quantities a system can have.
-pub const QUANTITIES: usize = 2;
+use crate::hybrid::{Held, HybridSystem, QUANTITIES};
 
 /// The account of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

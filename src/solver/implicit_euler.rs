@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 
 use super::linear::Inverse;
 use super::run::Trial;
-use super::system::{Held, HybridSystem};
+use crate::hybrid::{Held, HybridSystem};
 
 const MAX_ITERATIONS: usize = 30;
 

@@ -4,14 +4,7 @@ use std::ops::Range;
 
 use nalgebra::SMatrix;
 
-/// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
-///
-/// ```text
-///     | A  0  0 |   the first group depends on nothing but itself,
-/// J = | B  C  D |   the second on everything,
-///     | 0  E  F |   the third not on the first
-/// ```
-pub type Groups = [usize; 2];
+use crate::hybrid::Groups;
 
 /// The inverse of `shift*I - J`, by blocks.
 ///

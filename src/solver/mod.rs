@@ -1,6 +1,6 @@
 //! A hybrid integrator: smooth segments with error control, events located between them.
 //!
-//! It knows the equations only through [`HybridSystem`].
+//! It knows the equations only through [`HybridSystem`](crate::hybrid::HybridSystem).
 
 mod balance;
 mod event;
@@ -10,10 +10,7 @@ mod rosenbrock;
 mod run;
 mod runge_kutta;
 mod settings;
-mod system;
 
-pub use balance::{Balance, QUANTITIES};
-pub use linear::Groups;
+pub use balance::Balance;
 pub use run::Run;
 pub use settings::{Scheme, Settings, Tuning};
-pub use system::{Held, HybridSystem, jacobian_by_duals};

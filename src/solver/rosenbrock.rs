@@ -6,7 +6,7 @@
 
 use super::linear::Inverse;
 use super::run::{Linearisation, Trial};
-use super::system::{Held, HybridSystem};
+use crate::hybrid::{Held, HybridSystem};
 
 const GAMMA: f64 = 0.25;
 

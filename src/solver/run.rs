@@ -2,14 +2,15 @@
 
 use nalgebra::SMatrix;
 
-use super::balance::{Balance, QUANTITIES};
+use super::balance::Balance;
 use super::event::{Bracket, Hermite, root};
 use super::settings::{Scheme, Settings};
-use super::system::{Held, HybridSystem};
 use super::{implicit_euler, rosenbrock, runge_kutta};
-use crate::friction::Indicators;
-use crate::scalar::Dual;
-use crate::simulation::{Counters, Snapshot, StepError};
+use crate::hybrid::Indicators;
+use crate::hybrid::QUANTITIES;
+use crate::hybrid::{Held, HybridSystem};
+use crate::model::{Counters, Snapshot, StepError};
+use crate::numbers::Dual;
 
 /// A step that may be accepted.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Explicit schemes with fixed step, as tables of Butcher.
 
 use super::run::Trial;
-use super::system::{Held, HybridSystem};
+use crate::hybrid::{Held, HybridSystem};
 
 /// An explicit Runge-Kutta method of `S` stages in which each stage uses the one before only.
 pub struct Tableau<const S: usize> {

@@ -9,7 +9,7 @@ use std::ptr;
 
 use anyhow::{Result, ensure};
 use nalgebra::SMatrix;
-use pneumatic_servo::solver::HybridSystem;
+use pneumatic_servo::hybrid::HybridSystem;
 
 use super::{Plant, Solver, Tolerances};
 use crate::case::DURATION;

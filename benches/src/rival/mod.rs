@@ -13,13 +13,13 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use pneumatic_servo::friction::Indicators;
+use pneumatic_servo::hybrid::HybridSystem;
+use pneumatic_servo::hybrid::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
+use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{
     Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, build,
 };
-use pneumatic_servo::simulation::Start;
-use pneumatic_servo::solver::HybridSystem;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;

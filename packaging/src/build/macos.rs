@@ -49,7 +49,7 @@ fn thin(workspace: &Workspace, triple: &'static str) -> Result<Vec<u8>> {
     let mut recipe = Recipe::for_target(workspace, toolchain, triple)
         .stripped_by_linker()
         .variable("MACOSX_DEPLOYMENT_TARGET", format!("{major}.{minor}"));
-    let arguments = ["-x", "-S", "-adhoc_codesign", "-install_name", "@rpath/pneumatic_servo.dylib"];
+    let arguments = ["-x", "-S", "-adhoc_codesign", "-install_name", "@rpath/pneumatic_servo_fmu.dylib"];
     if cfg!(target_os = "macos") {
         let joined = format!("-Wl,{}", arguments.join(","));
         return recipe.link(&joined).run();

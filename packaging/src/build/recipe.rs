@@ -90,7 +90,7 @@ impl<'a> Recipe<'a> {
         let file = messages
             .lines()
             .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-            .filter(|message| message["target"]["name"] == "pneumatic_servo")
+            .filter(|message| message["target"]["name"] == "pneumatic_servo_fmu")
             .find_map(|message| message["filenames"].as_array()?.iter().find_map(|name| shared_library(name.as_str()?)))
             .context("cargo rustc reported no shared library")?;
         std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))

@@ -8,8 +8,8 @@ mod variables;
 use std::io;
 
 use anyhow::{Context, Result};
-use pneumatic_servo::fmi2;
-use pneumatic_servo::simulation::Model;
+use pneumatic_servo::model::Model;
+use pneumatic_servo_fmu::fmi2;
 use quick_xml::events::{BytesDecl, Event};
 
 pub use self::types::used as enumerations;

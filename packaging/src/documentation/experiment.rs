@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
-use pneumatic_servo::simulation::{Model, Start};
+use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::variables::{DisplayUnit, Kind, Role, Variable};
 
 use super::text::{escape, unit};

@@ -8,7 +8,7 @@ mod text;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use pneumatic_servo::simulation::Model;
+use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::Role;
 
 use self::text::escape;

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use anyhow::{Result, bail, ensure};
-use pneumatic_servo::fmi2;
+use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo::simulation::Model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo_fmu::fmi2;
 
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";

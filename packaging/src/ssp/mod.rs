@@ -6,8 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo::simulation::Model;
 use pneumatic_servo::variables::{Kind, Unit, Variable};
 use quick_xml::events::{BytesDecl, Event};
 

@@ -2,10 +2,10 @@
 
 use std::sync::LazyLock;
 
-use crate::friction::levels::{Level, SharedLevels};
+use crate::co_simulation::counters_table;
+use crate::friction::parts::levels::{Level, SharedLevels};
 use crate::mechanics::GRAVITY;
 use crate::models::bristles::bristle_table;
-use crate::models::simulator::counters_table;
 use crate::solver::Tuning;
 use crate::variables::{ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};

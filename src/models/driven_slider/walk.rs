@@ -24,8 +24,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::mechanics::GRAVITY;
-use crate::random;
-use crate::scalar::{Scalar, sign};
+use crate::numbers::random;
+use crate::numbers::{Scalar, sign};
 
 /// A harmonic velocity in m/s: `amplitude*cos(w*t - phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

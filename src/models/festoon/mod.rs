@@ -22,12 +22,14 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Outputs, Parameters, TABLE, TrolleyOutputs};
 use super::bristles::write_bristles;
 use super::equations::Equations;
-use super::simulator::Simulator;
-use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::co_simulation::Simulator;
+use crate::friction::{self, Contact, Drive, Friction};
+use crate::hybrid::HybridSystem;
+use crate::hybrid::Indicators;
 use crate::mechanics::{GRAVITY, OneSided};
-use crate::scalar::Scalar;
-use crate::simulation::{Experiment, Model, Simulation, Start};
-use crate::solver::{HybridSystem, Settings, Tuning};
+use crate::model::{Experiment, Model, Simulation, Start};
+use crate::numbers::Scalar;
+use crate::solver::{Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The model as the library offers it.

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use super::MAX_TROLLEYS;
+use crate::co_simulation::counters_table;
 use crate::friction::{Friction, MAX_STATES};
 use crate::models::bristles::bristle_table;
-use crate::models::simulator::counters_table;
 use crate::solver::Tuning;
 use crate::variables::{ParameterError, ParameterSet, Variable, units};
 use crate::{outputs, parameters};

@@ -10,9 +10,9 @@
 
 use super::{ACTUATOR, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, position};
 use crate::friction;
+use crate::hybrid::QUANTITIES;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
-use crate::solver::QUANTITIES;
 
 impl PneumaticServoCylinder {
     /// Mass in kg and energy in J.

@@ -9,9 +9,9 @@ use super::{
     ACTUATOR, ACTUATOR_RATE, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A,
     TEMPERATURE_B, position, velocity,
 };
-use crate::pair::Pair;
-use crate::scalar::{Dual, Scalar};
-use crate::solver::jacobian_by_duals;
+use crate::hybrid::jacobian_by_duals;
+use crate::numbers::Pair;
+use crate::numbers::{Dual, Number};
 
 impl PneumaticServoCylinder {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
@@ -127,9 +127,9 @@ fn scatter<const D: usize, const N: usize>(
 mod tests {
     use super::*;
     use crate::friction::LAWS;
+    use crate::hybrid::HybridSystem;
+    use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::{MODEL, build};
-    use crate::simulation::Start;
-    use crate::solver::HybridSystem;
     use crate::variables::{Role, Variable};
 
     const N: usize = 18;

@@ -22,18 +22,20 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Outputs, Parameters, TABLE};
 use super::bristles::write_bristles;
 use super::equations::Equations;
-use super::simulator::Simulator;
-use crate::friction::{self, Contact, Drive, Friction, Indicators};
+use crate::co_simulation::Simulator;
+use crate::friction::{self, Contact, Drive, Friction};
+use crate::hybrid::Indicators;
+use crate::hybrid::{Groups, HybridSystem, QUANTITIES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
-use crate::pair::Pair;
+use crate::model::{Experiment, Model, Simulation, Start};
+use crate::numbers::Pair;
+use crate::numbers::Scalar;
 use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal};
 use crate::pneumatics::gas::{GasState, Reservoir};
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
 use crate::pneumatics::regulator::Regulator;
 use crate::pneumatics::valve::{MeteringEdge, Spool, Valve};
-use crate::scalar::Scalar;
-use crate::simulation::{Experiment, Model, Simulation, Start};
-use crate::solver::{Groups, HybridSystem, QUANTITIES, Settings, Tuning};
+use crate::solver::{Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The model as the library offers it.

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use crate::co_simulation::counters_table;
 use crate::friction::Friction;
 use crate::models::bristles::bristle_table;
-use crate::models::simulator::counters_table;
 use crate::pneumatics::chamber::THERMAL_MODELS;
 use crate::solver::Tuning;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};

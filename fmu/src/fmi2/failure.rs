@@ -1,0 +1,36 @@
+//! A call that did not succeed: what it returns and what it logs.
+
+use super::types::Status;
+use pneumatic_servo::variables::ParameterError;
+
+/// The outcome of a call that is not `fmi2OK`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// What the call returns.
+    pub status: Status,
+    /// What it logs.
+    pub message: String,
+}
+
+impl Failure {
+    /// The call cannot be carried out; it has changed nothing.
+    pub fn error(message: impl Into<String>) -> Self {
+        Self { status: Status::Error, message: message.into() }
+    }
+
+    /// A step could not be completed, or a status is not available.
+    pub fn discard(message: impl Into<String>) -> Self {
+        Self { status: Status::Discard, message: message.into() }
+    }
+
+    /// The instance is lost.
+    pub fn fatal(message: impl Into<String>) -> Self {
+        Self { status: Status::Fatal, message: message.into() }
+    }
+}
+
+impl From<ParameterError> for Failure {
+    fn from(error: ParameterError) -> Self {
+        Self::error(error.to_string())
+    }
+}

@@ -1,0 +1,96 @@
+//! What an instance remembers besides the states of its model.
+
+use serde::{Deserialize, Serialize};
+
+use super::calls::State;
+use super::failure::Failure;
+use super::layout::Layout;
+use pneumatic_servo::model::Start;
+use pneumatic_servo::variables::Variable;
+
+/// What the host asked for with `fmi2SetupExperiment`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Experiment {
+    /// Start time in s.
+    pub start: f64,
+    /// Stop time in s, if there is one.
+    pub stop: Option<f64>,
+    /// Tolerance, if the host has one.
+    pub tolerance: Option<f64>,
+}
+
+impl Experiment {
+    /// Checks what the host asks for.
+    pub fn new(start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<Self, Failure> {
+        if let Some(tolerance) = tolerance.filter(|tolerance| !(tolerance.is_finite() && *tolerance > 0.0)) {
+            return Err(Failure::error(format!("the tolerance must be positive and finite, not {tolerance}")));
+        }
+        if !start.is_finite() {
+            return Err(Failure::error(format!("the start time must be finite, not {start} s")));
+        }
+        if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop >= start)) {
+            let reason = format!("must be finite and not before the start time {start} s");
+            return Err(Failure::error(format!("the stop time {stop} s {reason}")));
+        }
+        Ok(Self { start, stop, tolerance })
+    }
+}
+
+/// How the last communication step ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LastStep {
+    /// Whether it could not be completed.
+    pub failed: bool,
+    /// The time in s up to which all is well.
+    pub successful_until: f64,
+}
+
+/// Everything that a reset and a restored state set, apart from the model's own states.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The state of the state machine.
+    pub state: State,
+    /// The experiment, once it is set up.
+    pub experiment: Option<Experiment>,
+    /// The parameters, in the order of the table.
+    pub parameters: Vec<f64>,
+    /// The inputs, in the order of the table.
+    pub inputs: Vec<f64>,
+    /// The slopes of the inputs in the next step.
+    pub slopes: Vec<f64>,
+    /// The end of the last step, or of the initialization.
+    pub last_step: LastStep,
+}
+
+impl Record {
+    /// The record of a new instance.
+    pub fn new(layout: &Layout) -> Self {
+        let starts = |variables: &[&Variable]| -> Vec<f64> {
+            variables.iter().map(|variable| variable.start.unwrap_or_default()).collect()
+        };
+        Self {
+            state: State::Instantiated,
+            experiment: None,
+            parameters: starts(&layout.parameters),
+            inputs: starts(&layout.inputs),
+            slopes: vec![0.0; layout.inputs.len()],
+            last_step: LastStep::default(),
+        }
+    }
+
+    /// Whether a simulation has been started for good, so that parameters are in use.
+    pub fn is_running(&self) -> bool {
+        matches!(self.state, State::StepComplete | State::StepFailed | State::Terminated)
+    }
+
+    /// What a simulation starts from.
+    pub fn start(&self) -> Start<'_> {
+        let experiment = self.experiment.unwrap_or_default();
+        Start {
+            time: experiment.start,
+            parameters: &self.parameters,
+            inputs: &self.inputs,
+            tolerance: experiment.tolerance,
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! Getting and setting values: all of a call's values or none.
+
+use super::calls::{State, describe};
+use super::failure::Failure;
+use super::instance::Instance;
+use super::layout::{Base, Place};
+use super::types::ValueReference;
+use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
+
+/// The states in which a variable may be set: parameters only until their values are in use, unless tunable.
+fn settable(role: Role) -> &'static [State] {
+    match role {
+        Role::Input | Role::Tunable => &[State::Instantiated, State::Initialization, State::StepComplete],
+        Role::Fixed => &[State::Instantiated, State::Initialization],
+        Role::Time | Role::Output | Role::Local => &[],
+    }
+}
+
+impl Instance {
+    /// `fmi2GetReal` and its kin: hands the values to `write`, after all of them have been found.
+    pub fn get(
+        &mut self,
+        base: Base,
+        references: &[ValueReference],
+        mut write: impl FnMut(usize, f64),
+    ) -> Result<(), Failure> {
+        for reference in references {
+            self.check_readable(*reference, base)?;
+        }
+        for (index, reference) in references.iter().enumerate() {
+            let place = self.layout.typed_slot(*reference, base)?.place;
+            write(index, self.value(place)?);
+        }
+        Ok(())
+    }
+
+    /// `fmi2SetReal` and its kin.
+    pub fn set(
+        &mut self,
+        base: Base,
+        references: &[ValueReference],
+        value: impl Fn(usize) -> f64,
+    ) -> Result<(), Failure> {
+        let mut sets_inputs = false;
+        let mut sets_parameters = false;
+        for (index, reference) in references.iter().enumerate() {
+            let slot = self.layout.typed_slot(*reference, base)?;
+            self.check_settable(slot.variable)?;
+            check_value(slot.variable, value(index))?;
+            sets_inputs |= matches!(slot.place, Place::Input(_));
+            sets_parameters |= matches!(slot.place, Place::Parameter(_));
+        }
+        if sets_parameters {
+            self.scratch.parameters.copy_from_slice(&self.record.parameters);
+            for (index, reference) in references.iter().enumerate() {
+                if let Place::Parameter(place) = self.layout.typed_slot(*reference, base)?.place {
+                    self.scratch.parameters[place] = value(index);
+                }
+            }
+            self.take_parameters()?;
+        }
+        if sets_inputs {
+            for (index, reference) in references.iter().enumerate() {
+                if let Place::Input(place) = self.layout.typed_slot(*reference, base)?.place {
+                    self.record.inputs[place] = value(index);
+                }
+            }
+            self.take_inputs();
+        }
+        Ok(())
+    }
+
+    fn check_readable(&mut self, reference: ValueReference, base: Base) -> Result<(), Failure> {
+        let slot = self.layout.typed_slot(reference, base)?;
+        let name = &slot.variable.name;
+        if matches!(slot.place, Place::Computed(_)) && self.record.state == State::Instantiated {
+            return Err(Failure::error(format!("{name} is computed, from fmi2EnterInitializationMode on")));
+        }
+        let value = self.value(slot.place)?;
+        if !value.is_finite() {
+            return Err(Failure::error(format!("{name} is not a finite number but {value}")));
+        }
+        if slot.base == Base::Integer && f64::from(value as i32) != value {
+            return Err(Failure::error(format!("{name} = {value} is no 32-bit integer")));
+        }
+        Ok(())
+    }
+
+    fn value(&mut self, place: Place) -> Result<f64, Failure> {
+        Ok(match place {
+            Place::Time => self.time(),
+            Place::Input(place) => self.record.inputs[place],
+            Place::Parameter(place) => self.record.parameters[place],
+            Place::Computed(place) => self.run.computed(self.layout, &self.record)?[place],
+        })
+    }
+
+    fn check_settable(&self, variable: &Variable) -> Result<(), Failure> {
+        let states = settable(variable.role);
+        if states.contains(&self.record.state) {
+            return Ok(());
+        }
+        let name = &variable.name;
+        Err(Failure::error(match variable.role {
+            Role::Time => format!("{name} is the independent variable and cannot be set"),
+            Role::Output | Role::Local => format!("{name} is computed and cannot be set"),
+            _ => format!("{name} can only be set {}", describe(states)),
+        }))
+    }
+
+    /// Takes over the parameters in the scratch; a running simulation checks them as a whole, others when they start.
+    fn take_parameters(&mut self) -> Result<(), Failure> {
+        if self.record.is_running() {
+            let simulation = self.run.changed_simulation(self.layout, &self.record)?;
+            simulation.retune(&self.scratch.parameters)?;
+        } else {
+            self.run.discard();
+        }
+        self.record.parameters.copy_from_slice(&self.scratch.parameters);
+        Ok(())
+    }
+
+    fn take_inputs(&mut self) {
+        if self.record.is_running() {
+            self.run.inputs_changed();
+        } else {
+            // Initial states may follow from inputs.
+            self.run.discard();
+        }
+    }
+}
+
+/// Checks a value on its own.
+pub(super) fn check_value(variable: &Variable, value: f64) -> Result<(), ParameterError> {
+    if variable.kind == Kind::Boolean && value != 0.0 && value != 1.0 {
+        return Err(ParameterError::new(&variable.name, value, "it must be fmi2True (1) or fmi2False (0)"));
+    }
+    variable.check(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi2::testing::{self, HIGH, INPUT, LAG, LOW, OUTPUT, POSITIVE, STATE, STEPS, SUPPLY, TRAP};
+
+    fn real(instance: &mut Instance, reference: u32) -> f64 {
+        let mut read = f64::NAN;
+        instance.get(Base::Real, &[reference], |_, value| read = value).expect("a readable variable");
+        read
+    }
+
+    fn set(instance: &mut Instance, reference: u32, value: f64) -> Result<(), Failure> {
+        instance.set(Base::Real, &[reference], |_| value)
+    }
+
+    fn initialized() -> Instance {
+        let mut instance = testing::instance();
+        instance.enter_initialization_mode().expect("initialization");
+        instance.exit_initialization_mode().expect("initialized");
+        instance
+    }
+
+    #[test]
+    fn start_values_can_be_read_before_initialization_but_computed_ones_cannot() {
+        let mut instance = testing::instance();
+        assert_eq!([INPUT, LAG, LOW, 0].map(|it| real(&mut instance, it)), [1.0, 0.5, 1.0, 0.0]);
+        let failure = instance.get(Base::Real, &[STATE], |_, _| ()).expect_err("not yet");
+        assert!(failure.message.contains("state is computed"), "{failure:?}");
+    }
+
+    #[test]
+    fn computed_values_follow_parameters_and_inputs_during_initialization() {
+        let mut instance = testing::instance();
+        instance.enter_initialization_mode().expect("initialization");
+        assert_eq!(real(&mut instance, OUTPUT), 4.0);
+        set(&mut instance, HIGH, 10.0).expect("legal");
+        set(&mut instance, INPUT, 3.0).expect("legal");
+        assert_eq!(real(&mut instance, OUTPUT), 16.0);
+    }
+
+    #[test]
+    fn computed_values_follow_inputs_between_steps_without_a_step() {
+        let mut instance = initialized();
+        set(&mut instance, INPUT, 3.0).expect("legal");
+        assert_eq!((real(&mut instance, OUTPUT), real(&mut instance, STATE)), (8.0, 0.0));
+        set(&mut instance, INPUT, 1.0).expect("legal");
+        assert_eq!((real(&mut instance, OUTPUT), real(&mut instance, STATE)), (4.0, 0.0));
+    }
+
+    #[test]
+    fn one_bad_value_keeps_all_of_a_call_from_being_set() {
+        let mut instance = testing::instance();
+        for (references, bad) in
+            [([INPUT, SUPPLY], -1.0), ([INPUT, STATE], 1.0), ([INPUT, 999], 1.0), ([INPUT, LAG], 0.0)]
+        {
+            let failed = instance.set(Base::Real, &references, |index| if index == 0 { 7.0 } else { bad });
+            assert!(failed.is_err() && real(&mut instance, INPUT) == 1.0, "{references:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_handed_out_if_one_reference_is_bad() {
+        let mut instance = initialized();
+        for references in [[INPUT, 999], [INPUT, TRAP], [INPUT, POSITIVE]] {
+            assert!(instance.get(Base::Real, &references, |_, _| panic!("written")).is_err());
+        }
+    }
+
+    #[test]
+    fn fixed_parameters_and_inputs_have_their_times() {
+        let mut instance = initialized();
+        let failure = set(&mut instance, LAG, 0.5).expect_err("fixed");
+        let expected = "lag can only be set before initialization or in initialization mode";
+        assert_eq!(failure.message, expected);
+        set(&mut instance, HIGH, 3.0).expect("tunable");
+        set(&mut instance, SUPPLY, 3.0).expect("an input");
+        instance.terminate().expect("terminated");
+        assert!(set(&mut instance, SUPPLY, 4.0).is_err() && real(&mut instance, SUPPLY) == 3.0);
+    }
+
+    #[test]
+    fn tuned_parameters_take_effect_together_or_not_at_all() {
+        let mut instance = initialized();
+        let failure = set(&mut instance, LOW, 5.0).expect_err("above high");
+        assert_eq!(failure.message, "low = 5 is refused: it must not exceed high");
+        assert_eq!((real(&mut instance, LOW), real(&mut instance, OUTPUT)), (1.0, 4.0));
+        instance.set(Base::Real, &[LOW, HIGH], |_| 5.0).expect("legal together");
+        assert_eq!((real(&mut instance, LOW), real(&mut instance, OUTPUT)), (5.0, 7.0));
+    }
+
+    #[test]
+    fn combination_of_parameters_is_refused_by_name_at_the_end_of_initialization() {
+        let mut instance = testing::instance();
+        instance.enter_initialization_mode().expect("initialization");
+        set(&mut instance, LOW, 5.0).expect("legal by itself");
+        assert!(instance.get(Base::Real, &[OUTPUT], |_, _| ()).is_err());
+        let failure = instance.exit_initialization_mode().expect_err("low > high");
+        assert_eq!(failure.message, "low = 5 is refused: it must not exceed high");
+        assert_eq!(instance.state(), State::Initialization);
+        set(&mut instance, HIGH, 6.0).expect("legal");
+        instance.exit_initialization_mode().expect("corrected");
+    }
+
+    #[test]
+    fn integers_and_enumerations_keep_their_items() {
+        let mut instance = testing::instance();
+        assert!(instance.set(Base::Integer, &[TRAP], |_| 99.0).is_err());
+        assert!(instance.set(Base::Integer, &[STEPS], |_| 1.0).is_err());
+        instance.set(Base::Integer, &[TRAP], |_| 1.0).expect("an item");
+        let mut read = 0.0;
+        instance.get(Base::Integer, &[TRAP], |_, value| read = value).expect("readable");
+        assert_eq!(read, 1.0);
+    }
+
+    #[test]
+    fn last_of_repeated_references_counts() {
+        let mut instance = testing::instance();
+        instance.set(Base::Real, &[INPUT, INPUT], |index| index as f64 + 5.0).expect("legal");
+        assert_eq!(real(&mut instance, INPUT), 6.0);
+    }
+}

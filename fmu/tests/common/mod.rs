@@ -1,0 +1,522 @@
+//! The built library as a C host sees it: loaded at run time, and declared here once more, independently of its source.
+
+#![allow(dead_code, reason = "each test uses a part of it")]
+
+use std::env;
+use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::path::PathBuf;
+use std::ptr;
+use std::sync::{LazyLock, Mutex};
+
+use libloading::Library;
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo_fmu::fmi2;
+
+/// `fmi2OK`.
+pub const OK: c_int = 0;
+/// `fmi2Discard`.
+pub const DISCARD: c_int = 2;
+/// `fmi2Error`.
+pub const ERROR: c_int = 3;
+
+/// `fmi2StatusKind`, in its order.
+pub const STATUS_KINDS: [c_int; 4] = [0, 1, 2, 3];
+
+/// `fmi2CallbackFunctions`.
+#[repr(C)]
+pub struct Callbacks {
+    /// The logger, which is variadic.
+    pub logger: *const c_void,
+    /// `calloc` or NULL.
+    pub allocate: *const c_void,
+    /// `free` or NULL.
+    pub free: *const c_void,
+    /// NULL.
+    pub step_finished: *const c_void,
+    /// Handed to the logger.
+    pub environment: *mut c_void,
+}
+
+macro_rules! functions {
+    ($($name:ident($($type:ty),*) $(-> $result:ty)?;)*) => {
+        /// All functions of FMI 2.0 for co-simulation.
+        #[allow(non_snake_case, missing_docs, reason = "the names are those of the standard")]
+        pub struct Functions { _library: Library, $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?),* }
+
+        /// Their names.
+        pub const NAMES: &[&str] = &[$(stringify!($name)),*];
+
+        impl Functions {
+            fn load() -> Self {
+                // SAFETY: loading the library runs no code of ours, and the types are those of the standard.
+                unsafe {
+                    let library = Library::new(library_path()).expect("the built library");
+                    Self { $($name: *library.get(stringify!($name).as_bytes()).expect(stringify!($name)),)* _library: library }
+                }
+            }
+        }
+    };
+}
+
+type Component = *mut c_void;
+type State = *mut c_void;
+type Text = *const c_char;
+
+functions! {
+    fmi2GetTypesPlatform() -> Text;
+    fmi2GetVersion() -> Text;
+    fmi2SetDebugLogging(Component, c_int, usize, *const Text) -> c_int;
+    fmi2Instantiate(Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Component;
+    fmi2FreeInstance(Component);
+    fmi2SetupExperiment(Component, c_int, f64, f64, c_int, f64) -> c_int;
+    fmi2EnterInitializationMode(Component) -> c_int;
+    fmi2ExitInitializationMode(Component) -> c_int;
+    fmi2Terminate(Component) -> c_int;
+    fmi2Reset(Component) -> c_int;
+    fmi2GetReal(Component, *const c_uint, usize, *mut f64) -> c_int;
+    fmi2GetInteger(Component, *const c_uint, usize, *mut c_int) -> c_int;
+    fmi2GetBoolean(Component, *const c_uint, usize, *mut c_int) -> c_int;
+    fmi2GetString(Component, *const c_uint, usize, *mut Text) -> c_int;
+    fmi2SetReal(Component, *const c_uint, usize, *const f64) -> c_int;
+    fmi2SetInteger(Component, *const c_uint, usize, *const c_int) -> c_int;
+    fmi2SetBoolean(Component, *const c_uint, usize, *const c_int) -> c_int;
+    fmi2SetString(Component, *const c_uint, usize, *const Text) -> c_int;
+    fmi2GetFMUstate(Component, *mut State) -> c_int;
+    fmi2SetFMUstate(Component, State) -> c_int;
+    fmi2FreeFMUstate(Component, *mut State) -> c_int;
+    fmi2SerializedFMUstateSize(Component, State, *mut usize) -> c_int;
+    fmi2SerializeFMUstate(Component, State, *mut u8, usize) -> c_int;
+    fmi2DeSerializeFMUstate(Component, *const u8, usize, *mut State) -> c_int;
+    fmi2GetDirectionalDerivative(Component, *const c_uint, usize, *const c_uint, usize, *const f64, *mut f64) -> c_int;
+    fmi2SetRealInputDerivatives(Component, *const c_uint, usize, *const c_int, *const f64) -> c_int;
+    fmi2GetRealOutputDerivatives(Component, *const c_uint, usize, *const c_int, *mut f64) -> c_int;
+    fmi2DoStep(Component, f64, f64, c_int) -> c_int;
+    fmi2CancelStep(Component) -> c_int;
+    fmi2GetStatus(Component, c_int, *mut c_int) -> c_int;
+    fmi2GetRealStatus(Component, c_int, *mut f64) -> c_int;
+    fmi2GetIntegerStatus(Component, c_int, *mut c_int) -> c_int;
+    fmi2GetBooleanStatus(Component, c_int, *mut c_int) -> c_int;
+    fmi2GetStringStatus(Component, c_int, *mut Text) -> c_int;
+}
+
+/// The library under test.
+pub static LIBRARY: LazyLock<Functions> = LazyLock::new(Functions::load);
+
+/// The file of the library: cargo builds it for the test, beside the test's own executable.
+pub fn library_path() -> PathBuf {
+    let name = format!("{}pneumatic_servo_fmu{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+    let executable = env::current_exe().expect("the test's own path");
+    let folders = executable.ancestors().skip(1).take(2);
+    let candidates: Vec<_> = folders.map(|folder| folder.join(&name)).collect();
+    let found = candidates.iter().find(|path| path.exists());
+    found.unwrap_or_else(|| panic!("none of {candidates:?} exists")).clone()
+}
+
+/// The model most tests are about.
+pub fn cylinder() -> &'static Model {
+    model("PneumaticServoCylinder")
+}
+
+/// The model of a name.
+pub fn model(name: &str) -> &'static Model {
+    models::ALL.iter().find(|model| model.name == name).expect("a model of this name")
+}
+
+/// The variables of the cylinder.
+pub fn variables() -> &'static [Variable] {
+    (cylinder().variables)()
+}
+
+/// The variable of the cylinder with a name.
+pub fn variable(name: &str) -> &'static Variable {
+    variables().iter().find(|variable| variable.name == name).unwrap_or_else(|| panic!("no variable {name}"))
+}
+
+/// The value reference of the cylinder's variable of a name.
+pub fn vr(name: &str) -> u32 {
+    variable(name).reference
+}
+
+/// Value references of all variables of the cylinder for which something holds.
+pub fn references(of: impl Fn(&Variable) -> bool) -> Vec<u32> {
+    variables().iter().filter(|variable| of(variable)).map(|variable| variable.reference).collect()
+}
+
+/// Whether a variable has base type Real.
+pub fn is_real(variable: &Variable) -> bool {
+    matches!(variable.kind, Kind::Real(_))
+}
+
+/// Whether a variable is an input.
+pub fn is_input(variable: &Variable) -> bool {
+    variable.role == Role::Input
+}
+
+/// The ids of the friction laws.
+pub fn laws() -> Vec<(i32, &'static str)> {
+    let Kind::Enumeration(laws) = variable("friction.law").kind else { panic!("friction.law is an enumeration") };
+    laws.items.iter().map(|(id, name, _)| (*id, *name)).collect()
+}
+
+/// What the logger was told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// The instance's name.
+    pub name: String,
+    /// The status.
+    pub status: c_int,
+    /// The category.
+    pub category: String,
+    /// The format.
+    pub format: String,
+    /// Its first argument.
+    pub text: String,
+}
+
+/// Messages, with a fixed address for the logger.
+pub type Messages = Mutex<Vec<Message>>;
+
+/// The logger. It is declared with the one argument the format has, since stable Rust cannot define variadic
+/// functions; conventions that pass variadic arguments elsewhere (Apple on ARM) are not served.
+pub extern "C" fn logger(
+    environment: *mut c_void,
+    name: Text,
+    status: c_int,
+    category: Text,
+    format: Text,
+    text: Text,
+) {
+    // SAFETY: the environment is the `Messages` given with the callbacks, or NULL; the rest are strings.
+    let (messages, [name, category, format, text]) = unsafe {
+        let string = |text: Text| CStr::from_ptr(text).to_str().expect("UTF-8").to_owned();
+        (environment.cast::<Messages>().as_ref(), [name, category, format, text].map(string))
+    };
+    if let Some(messages) = messages {
+        messages.lock().expect("no panic while logging").push(Message { name, status, category, format, text });
+    }
+}
+
+/// Callbacks that collect messages.
+pub fn callbacks(messages: &Messages) -> Callbacks {
+    Callbacks {
+        logger: logger as *const c_void,
+        allocate: ptr::null(),
+        free: ptr::null(),
+        step_finished: ptr::null(),
+        environment: ptr::from_ref(messages).cast_mut().cast(),
+    }
+}
+
+/// An instance, freed at the end.
+pub struct Instance {
+    /// The component.
+    pub component: Component,
+    messages: Box<Messages>,
+}
+
+// SAFETY: an instance may be used by one thread after another.
+unsafe impl Send for Instance {}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: the component is freed once.
+        unsafe { (LIBRARY.fmi2FreeInstance)(self.component) }
+    }
+}
+
+impl Instance {
+    /// An instance of the cylinder.
+    pub fn new() -> Self {
+        Self::of(cylinder())
+    }
+
+    /// An instance of a model.
+    pub fn of(model: &Model) -> Self {
+        Self::with_logging(model, false)
+    }
+
+    /// An instance with logging switched on or off.
+    pub fn with_logging(model: &Model, on: bool) -> Self {
+        let messages = Box::new(Messages::default());
+        let guid = CString::new(fmi2::guid(model)).expect("no zero byte");
+        // SAFETY: all strings end with zero bytes, and the messages outlive the instance.
+        let component = unsafe {
+            (LIBRARY.fmi2Instantiate)(
+                c"test".as_ptr(),
+                1,
+                guid.as_ptr(),
+                ptr::null(),
+                &callbacks(&messages),
+                0,
+                on.into(),
+            )
+        };
+        assert!(!component.is_null(), "{:?}", messages.lock());
+        Self { component, messages }
+    }
+
+    /// An initialized instance that starts at 0 s.
+    pub fn initialized() -> Self {
+        let instance = Self::new();
+        instance.initialize();
+        instance
+    }
+
+    /// An initialized instance with a friction law.
+    pub fn with_law(law: i32) -> Self {
+        let instance = Self::new();
+        assert_eq!(instance.set_integer(&[vr("friction.law")], &[law]), OK);
+        instance.initialize();
+        instance
+    }
+
+    /// Goes through initialization.
+    pub fn initialize(&self) {
+        assert_eq!(self.setup(0.0, None), OK);
+        assert_eq!(self.enter(), OK);
+        assert_eq!(self.exit(), OK, "{:?}", self.messages());
+    }
+
+    /// What has been logged since the last call of this.
+    pub fn messages(&self) -> Vec<Message> {
+        std::mem::take(&mut self.messages.lock().expect("no panic while logging"))
+    }
+
+    /// The text of the only message logged since.
+    pub fn message(&self) -> String {
+        let messages = self.messages();
+        let [message] = &messages[..] else { panic!("one message, not {messages:?}") };
+        message.text.clone()
+    }
+
+    /// `fmi2SetupExperiment` without tolerance.
+    pub fn setup(&self, start: f64, stop: Option<f64>) -> c_int {
+        // SAFETY: of the component, as everywhere below.
+        unsafe {
+            (LIBRARY.fmi2SetupExperiment)(
+                self.component,
+                0,
+                0.0,
+                start,
+                stop.is_some().into(),
+                stop.unwrap_or(f64::NAN),
+            )
+        }
+    }
+
+    /// `fmi2EnterInitializationMode`.
+    pub fn enter(&self) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2EnterInitializationMode)(self.component) }
+    }
+
+    /// `fmi2ExitInitializationMode`.
+    pub fn exit(&self) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2ExitInitializationMode)(self.component) }
+    }
+
+    /// `fmi2Terminate`.
+    pub fn terminate(&self) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2Terminate)(self.component) }
+    }
+
+    /// `fmi2Reset`.
+    pub fn reset(&self) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2Reset)(self.component) }
+    }
+
+    /// `fmi2SetReal`.
+    pub fn set_real(&self, references: &[u32], values: &[f64]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2SetReal)(self.component, references.as_ptr(), references.len(), values.as_ptr()) }
+    }
+
+    /// `fmi2SetInteger`.
+    pub fn set_integer(&self, references: &[u32], values: &[c_int]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2SetInteger)(self.component, references.as_ptr(), references.len(), values.as_ptr()) }
+    }
+
+    /// `fmi2SetBoolean`.
+    pub fn set_boolean(&self, references: &[u32], values: &[c_int]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2SetBoolean)(self.component, references.as_ptr(), references.len(), values.as_ptr()) }
+    }
+
+    /// `fmi2GetReal`.
+    pub fn get_real(&self, references: &[u32], values: &mut [f64]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2GetReal)(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) }
+    }
+
+    /// `fmi2GetInteger`.
+    pub fn get_integer(&self, references: &[u32], values: &mut [c_int]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2GetInteger)(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) }
+    }
+
+    /// `fmi2GetBoolean`.
+    pub fn get_boolean(&self, references: &[u32], values: &mut [c_int]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { (LIBRARY.fmi2GetBoolean)(self.component, references.as_ptr(), references.len(), values.as_mut_ptr()) }
+    }
+
+    /// The value of a readable real variable.
+    pub fn real(&self, name: &str) -> f64 {
+        let mut value = [f64::NAN];
+        assert_eq!(self.get_real(&[vr(name)], &mut value), OK, "{name}: {:?}", self.messages());
+        value[0]
+    }
+
+    /// `fmi2DoStep`.
+    pub fn step(&self, point: f64, size: f64) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2DoStep)(self.component, point, size, 0) }
+    }
+
+    /// `fmi2GetRealStatus` of `fmi2LastSuccessfulTime`.
+    pub fn last_successful_time(&self) -> f64 {
+        let mut time = f64::NAN;
+        // SAFETY: as above.
+        assert_eq!(unsafe { (LIBRARY.fmi2GetRealStatus)(self.component, 2, &mut time) }, OK);
+        time
+    }
+
+    /// `fmi2GetBooleanStatus` of `fmi2Terminated`.
+    pub fn wants_to_terminate(&self) -> bool {
+        let mut value = -1;
+        // SAFETY: as above.
+        assert_eq!(unsafe { (LIBRARY.fmi2GetBooleanStatus)(self.component, 3, &mut value) }, OK);
+        value == 1
+    }
+
+    /// `fmi2GetStatus` of `fmi2DoStepStatus`.
+    pub fn step_status(&self) -> c_int {
+        let mut value = -1;
+        // SAFETY: as above.
+        assert_eq!(unsafe { (LIBRARY.fmi2GetStatus)(self.component, 0, &mut value) }, OK);
+        value
+    }
+
+    /// `fmi2SetRealInputDerivatives` of order 1.
+    pub fn set_slopes(&self, references: &[u32], slopes: &[f64]) -> c_int {
+        self.set_input_derivatives(references, &vec![1; references.len()], slopes)
+    }
+
+    /// `fmi2SetRealInputDerivatives`.
+    pub fn set_input_derivatives(&self, references: &[u32], orders: &[c_int], values: &[f64]) -> c_int {
+        assert!(references.len() == orders.len() && references.len() == values.len());
+        let number = references.len();
+        let set = LIBRARY.fmi2SetRealInputDerivatives;
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { set(self.component, references.as_ptr(), number, orders.as_ptr(), values.as_ptr()) }
+    }
+
+    /// `fmi2GetRealOutputDerivatives`.
+    pub fn output_derivatives(&self, references: &[u32], orders: &[c_int], values: &mut [f64]) -> c_int {
+        assert!(references.len() == orders.len() && references.len() == values.len());
+        let number = references.len();
+        let get = LIBRARY.fmi2GetRealOutputDerivatives;
+        // SAFETY: as above, and the arrays have the same length.
+        unsafe { get(self.component, references.as_ptr(), number, orders.as_ptr(), values.as_mut_ptr()) }
+    }
+
+    /// `fmi2GetDirectionalDerivative`.
+    pub fn directional(&self, unknowns: &[u32], knowns: &[u32], seeds: &[f64], derivatives: &mut [f64]) -> c_int {
+        assert!(unknowns.len() == derivatives.len() && knowns.len() == seeds.len());
+        // SAFETY: as above, and the arrays have the right lengths.
+        unsafe {
+            (LIBRARY.fmi2GetDirectionalDerivative)(
+                self.component,
+                unknowns.as_ptr(),
+                unknowns.len(),
+                knowns.as_ptr(),
+                knowns.len(),
+                seeds.as_ptr(),
+                derivatives.as_mut_ptr(),
+            )
+        }
+    }
+
+    /// `fmi2GetFMUstate` into a new state.
+    pub fn save(&self) -> State {
+        let mut state = ptr::null_mut();
+        // SAFETY: as above.
+        assert_eq!(unsafe { (LIBRARY.fmi2GetFMUstate)(self.component, &mut state) }, OK);
+        assert!(!state.is_null());
+        state
+    }
+
+    /// `fmi2SetFMUstate`.
+    pub fn restore(&self, state: State) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2SetFMUstate)(self.component, state) }
+    }
+
+    /// `fmi2FreeFMUstate`.
+    pub fn forget(&self, state: &mut State) -> c_int {
+        // SAFETY: as above.
+        unsafe { (LIBRARY.fmi2FreeFMUstate)(self.component, state) }
+    }
+
+    /// `fmi2SerializeFMUstate` into as many bytes as it says it takes.
+    pub fn serialize(&self, state: State) -> Vec<u8> {
+        let mut size = 0;
+        // SAFETY: as above.
+        assert_eq!(unsafe { (LIBRARY.fmi2SerializedFMUstateSize)(self.component, state, &mut size) }, OK);
+        let mut bytes = vec![0xaa; size];
+        // SAFETY: as above, and there are as many bytes.
+        let status = unsafe { (LIBRARY.fmi2SerializeFMUstate)(self.component, state, bytes.as_mut_ptr(), size) };
+        assert_eq!(status, OK);
+        bytes
+    }
+
+    /// `fmi2DeSerializeFMUstate`.
+    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, State) {
+        let mut state = ptr::null_mut();
+        let deserialize = LIBRARY.fmi2DeSerializeFMUstate;
+        // SAFETY: as above, and there are as many bytes.
+        let status = unsafe { deserialize(self.component, bytes.as_ptr(), bytes.len(), &mut state) };
+        (status, state)
+    }
+
+    /// Everything the instance remembers, as bytes.
+    pub fn fingerprint(&self) -> Vec<u8> {
+        let mut state = self.save();
+        let bytes = self.serialize(state);
+        assert_eq!(self.forget(&mut state), OK);
+        bytes
+    }
+
+    /// All real variables, bit for bit.
+    pub fn bits(&self) -> Vec<u64> {
+        let references = references(is_real);
+        let mut values = vec![f64::NAN; references.len()];
+        assert_eq!(self.get_real(&references, &mut values), OK, "{:?}", self.messages());
+        values.into_iter().map(f64::to_bits).collect()
+    }
+
+    /// A run over a number of steps of 1 ms with a swinging voltage and force; all real variables after each.
+    pub fn swing(&self, steps: u32) -> Vec<Vec<u64>> {
+        let run = (0..steps).map(|_| {
+            let time = self.real("time");
+            let voltage = 5.0 + 2.0 * (60.0 * time).sin();
+            let force = 3.0 * (200.0 * time).sin();
+            assert_eq!(self.set_real(&[vr("valveVoltage"), vr("externalForce")], &[voltage, force]), OK);
+            assert_eq!(self.step(time, 1e-3), OK, "{:?}", self.messages());
+            self.bits()
+        });
+        run.collect()
+    }
+}

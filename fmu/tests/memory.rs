@@ -1,0 +1,229 @@
+//! What the C functions allocate. The functions are linked into this test, so that its allocator counts.
+
+#![allow(unsafe_code, reason = "a C interface is called, and an allocator made")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::ffi::{CString, c_int, c_void};
+use std::ptr;
+
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::Role;
+use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::fmi2::exports::*;
+use pneumatic_servo_fmu::fmi2::types::Status;
+
+/// Counts allocations of a thread while it is told to, and the bytes in use.
+struct Counting;
+
+thread_local! {
+    static COUNTS: Cell<bool> = const { Cell::new(false) };
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    static BYTES: Cell<i64> = const { Cell::new(0) };
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+// SAFETY: all is left to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if COUNTS.get() {
+            ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+            BYTES.set(BYTES.get() + layout.size() as i64);
+        }
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        if COUNTS.get() {
+            BYTES.set(BYTES.get() - layout.size() as i64);
+        }
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+/// Allocations, and growth in bytes, during some work.
+fn counted(work: impl FnOnce()) -> (u64, i64) {
+    ALLOCATIONS.set(0);
+    BYTES.set(0);
+    COUNTS.set(true);
+    work();
+    COUNTS.set(false);
+    (ALLOCATIONS.get(), BYTES.get())
+}
+
+fn reference(name: &str) -> u32 {
+    (models::ALL[0].variables)().iter().find(|variable| variable.name == name).expect("a variable").reference
+}
+
+fn instantiate(guid: &CString) -> *mut c_void {
+    // SAFETY: all strings end with zero bytes.
+    let component = unsafe { fmi2Instantiate(c"a".as_ptr(), 1, guid.as_ptr(), ptr::null(), ptr::null(), 0, 0) };
+    assert!(!component.is_null());
+    component
+}
+
+fn guid() -> CString {
+    CString::new(fmi2::guid(&models::ALL[0])).expect("no zero byte")
+}
+
+fn laws() -> Vec<i32> {
+    LAWS.items.iter().map(|(id, ..)| *id).collect()
+}
+
+#[test]
+fn stepping_setting_and_getting_allocate_nothing() {
+    let (law, inputs) = (reference("friction.law"), [reference("valveVoltage"), reference("externalForce")]);
+    let outputs = [reference("position"), reference("chamberA.pressure"), reference("frictionForce")];
+    let (sticking, counter) = (reference("sticking"), reference("solver.steps"));
+    for id in laws() {
+        let component = instantiate(&guid());
+        // SAFETY: of the component, and all arrays have the length that is passed.
+        unsafe {
+            assert_eq!(fmi2SetInteger(component, &law, 1, &id), Status::Ok);
+            assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+            assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+            let mut failed = 0;
+            let (allocations, _) = counted(|| {
+                for index in 0..STEPS {
+                    let time = f64::from(index) * 1e-3;
+                    let values = [5.0 + 3.0 * (40.0 * time).sin(), 20.0 * (70.0 * time).sin()];
+                    let (mut reals, mut integer): ([f64; 3], c_int) = ([0.0; 3], 0);
+                    let statuses = [
+                        fmi2SetReal(component, inputs.as_ptr(), 2, values.as_ptr()),
+                        fmi2SetRealInputDerivatives(component, inputs.as_ptr(), 1, &1, &10.0),
+                        fmi2GetReal(component, outputs.as_ptr(), 3, reals.as_mut_ptr()),
+                        fmi2DoStep(component, time, 1e-3, 1),
+                        fmi2GetReal(component, outputs.as_ptr(), 3, reals.as_mut_ptr()),
+                        fmi2GetBoolean(component, &sticking, 1, &mut integer),
+                        fmi2GetInteger(component, &counter, 1, &mut integer),
+                        fmi2GetRealStatus(component, 2, &mut reals[0]),
+                    ];
+                    failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                }
+            });
+            assert_eq!((failed, allocations), (0, 0), "law {id}");
+            fmi2FreeInstance(component);
+        }
+    }
+}
+
+/// Every model under every law, with its inputs around their start values.
+#[test]
+fn no_model_allocates_while_stepping() {
+    for model in models::ALL {
+        let variables = (model.variables)();
+        let inputs: Vec<_> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
+        let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
+        let law = variables.iter().find(|variable| variable.name == "friction.law");
+        let step = model.experiment.step_size;
+        for id in law.map_or(vec![0], |_| laws()) {
+            let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
+            let mut values = vec![0.0; inputs.len()];
+            let mut failed = 0;
+            // SAFETY: of the component, and all arrays have the length that is passed.
+            unsafe {
+                if let Some(law) = law {
+                    assert_eq!(fmi2SetInteger(component, &law.reference, 1, &id), Status::Ok);
+                }
+                assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+                assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+                let (allocations, _) = counted(|| {
+                    for index in 0..STEPS / 3 {
+                        let time = f64::from(index) * step;
+                        for (value, input) in values.iter_mut().zip(&inputs) {
+                            let size = 0.3 * input.nominal.unwrap_or(1.0);
+                            *value = input.start.unwrap_or(0.0) + size * (20.0 * time).sin();
+                        }
+                        let statuses = [
+                            fmi2SetReal(component, references.as_ptr(), references.len(), values.as_ptr()),
+                            fmi2DoStep(component, time, step, 1),
+                        ];
+                        failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                    }
+                });
+                assert_eq!((failed, allocations), (0, 0), "{} with law {id}", model.name);
+                fmi2FreeInstance(component);
+            }
+        }
+    }
+}
+
+/// The sampled controller, several samples in each step.
+#[test]
+fn sampling_allocates_nothing() {
+    let model = models::ALL.iter().find(|model| model.name == "PositionController").expect("the model");
+    let reference = |name| (model.variables)().iter().find(|v| v.name == name).expect("a variable").reference;
+    let (input, output) = (reference("referencePosition"), reference("valveVoltage"));
+    let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
+    // SAFETY: of the component, and all arrays have the length that is passed.
+    unsafe {
+        assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+        let (mut failed, mut voltage) = (0, 0.0);
+        let (allocations, _) = counted(|| {
+            for index in 0..STEPS {
+                let time = f64::from(index) * 5e-3;
+                let statuses = [
+                    fmi2SetReal(component, &input, 1, &(0.25 + 0.1 * time.sin())),
+                    fmi2DoStep(component, time, 5e-3, 1),
+                    fmi2GetReal(component, &output, 1, &mut voltage),
+                ];
+                failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+            }
+        });
+        assert_eq!((failed, allocations), (0, 0));
+        assert!(voltage != 5.0, "the controller acts");
+        fmi2FreeInstance(component);
+    }
+}
+
+/// Miri, which looks for undefined behaviour, is slow.
+const LIVES: u64 = if cfg!(miri) { 2 } else { 10_000 };
+const STEPS: i32 = if cfg!(miri) { 2 } else { 300 };
+
+/// One life: initialization, steps, saved states (one of them left behind), errors, reset, end.
+fn live(guid: &CString) {
+    let component = instantiate(guid);
+    let (voltage, position) = (reference("valveVoltage"), reference("position"));
+    // SAFETY: of the component, and all arrays have the length that is passed.
+    unsafe {
+        for _ in 0..2 {
+            assert_eq!(fmi2SetupExperiment(component, 0, 0.0, 0.0, 0, 0.0), Status::Ok);
+            assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
+            assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+            let (mut state, mut kept, mut copy, mut size, mut value) =
+                (ptr::null_mut(), ptr::null_mut(), ptr::null_mut(), 0, 0.0);
+            assert_eq!(fmi2SetReal(component, &voltage, 1, &7.0), Status::Ok);
+            assert_eq!(fmi2DoStep(component, 0.0, 1e-4, 0), Status::Ok);
+            assert_eq!(fmi2GetFMUstate(component, &mut state), Status::Ok);
+            assert_eq!(fmi2GetFMUstate(component, &mut kept), Status::Ok);
+            assert_eq!(fmi2SerializedFMUstateSize(component, state, &mut size), Status::Ok);
+            let mut bytes = vec![0; size];
+            assert_eq!(fmi2SerializeFMUstate(component, state, bytes.as_mut_ptr(), size), Status::Ok);
+            assert_eq!(fmi2DeSerializeFMUstate(component, bytes.as_ptr(), size, &mut copy), Status::Ok);
+            assert_eq!(fmi2SetFMUstate(component, copy), Status::Ok);
+            assert_eq!(fmi2GetReal(component, &position, 1, &mut value), Status::Ok);
+            assert_eq!(fmi2DoStep(component, 9.0, 1e-4, 0), Status::Error);
+            assert_eq!(fmi2FreeFMUstate(component, &mut state), Status::Ok);
+            assert_eq!(fmi2FreeFMUstate(component, &mut copy), Status::Ok);
+            assert_eq!(fmi2Terminate(component), Status::Ok);
+            assert_eq!(fmi2Reset(component), Status::Ok);
+        }
+        fmi2FreeInstance(component);
+    }
+}
+
+#[test]
+fn ten_thousand_lives_leave_nothing_behind() {
+    let guid = guid();
+    // What is made once per process does not count.
+    live(&guid);
+    let (allocations, growth) = counted(|| (0..LIVES).for_each(|_| live(&guid)));
+    assert_eq!(growth, 0);
+    assert!(allocations > LIVES, "{allocations}: the allocator counts");
+}

@@ -1,0 +1,135 @@
+//! Runs any model's equations with the solver, behind the interface the FMI layer sees.
+
+use crate::model::{Counters, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::models::equations::Equations;
+use crate::numbers::Dual;
+use crate::solver::{Run, Settings};
+use crate::variables::{ParameterError, Variable};
+
+/// The solver's counters as variables; every model's table ends with them. Value references from `base`.
+pub fn counters_table(base: u32) -> Vec<Variable> {
+    let texts = [
+        ("steps", "Accepted solver steps since initialization"),
+        ("rejectedSteps", "Rejected solver steps since initialization"),
+        ("jacobians", "Evaluations of the Jacobian since initialization"),
+        ("events", "Events since initialization: break-away, stop of sliding and all other switches"),
+    ];
+    let counters = texts.iter().zip(0..);
+    counters.map(|((name, text), index)| Variable::counter(index, name).text(text).within("solver", base)).collect()
+}
+
+const COUNTERS: usize = 4;
+
+/// Builds equations from all parameters of a model, and the solver settings of a run.
+pub type Build<E> = fn(&Start) -> Result<(E, Settings), ParameterError>;
+
+/// A model's equations in motion.
+pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
+    run: Run<E, N, U>,
+    build: Build<E>,
+}
+
+impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
+    /// A simulator that starts from given states and memory.
+    pub fn new(build: Build<E>, start: &Start, x: [f64; N], memory: E::Memory) -> Result<Self, ParameterError> {
+        let (equations, settings) = build(start)?;
+        Ok(Self { run: Run::new(equations, settings, start.time, x, memory, inputs(start.inputs)), build })
+    }
+
+    /// The computed variables of the model for dual numbers in one direction of time, states and inputs.
+    fn differentiate(&self, time: f64, states: [f64; N], slopes: [f64; U], computed: &mut [f64]) {
+        let (u, _) = self.run.inputs();
+        let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
+        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let mut values = vec![dual(0.0, 0.0); own.len()];
+        let time = dual(self.run.time(), time);
+        let u = std::array::from_fn(|i| dual(u[i], slopes[i]));
+        self.run.consistent(|x, memory| {
+            let x = std::array::from_fn(|i| dual(x[i], states[i]));
+            self.run.system().outputs(time, &x, &u, memory, &mut values);
+        });
+        for (slot, value) in own.iter_mut().zip(values) {
+            *slot = value.slope[0];
+        }
+        rest.fill(0.0);
+    }
+}
+
+impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
+    fn time(&self) -> f64 {
+        self.run.time()
+    }
+
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
+        self.run.set_inputs(inputs(values), inputs(slopes));
+    }
+
+    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
+        let (inputs, _) = self.run.inputs();
+        let start = Start { time: self.run.time(), parameters, inputs: &inputs, tolerance: None };
+        let (equations, _) = (self.build)(&start)?;
+        self.run.replace_system(equations);
+        Ok(())
+    }
+
+    fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.run.advance(end)
+    }
+
+    fn values(&self, computed: &mut [f64]) {
+        let (u, _) = self.run.inputs();
+        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
+        self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
+        residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
+        let Counters { steps, rejected, jacobians, events } = self.run.counters();
+        for (slot, count) in counters.iter_mut().zip([steps, rejected, jacobians, events]) {
+            // FMI integers have 32 bits; a run that exceeds them shows the largest.
+            *slot = f64::from(i32::try_from(count).unwrap_or(i32::MAX));
+        }
+    }
+
+    fn rates(&self, computed: &mut [f64]) {
+        let (u, slopes) = self.run.inputs();
+        let derivatives =
+            self.run.consistent(|x, memory| self.run.system().derivatives(self.run.time(), x, &u, memory));
+        self.differentiate(1.0, derivatives, slopes, computed);
+    }
+
+    fn directional_derivative(&self, inputs_seed: &[f64], states_seed: &[f64], computed: &mut [f64]) {
+        let mut states = [0.0; N];
+        for (place, seed) in states_seed.iter().enumerate() {
+            if let Some(index) = self.run.system().state_index(place) {
+                states[index] = *seed;
+            }
+        }
+        self.differentiate(0.0, states, inputs(inputs_seed), computed);
+    }
+
+    fn save(&self) -> Snapshot {
+        let (x, memory) = self.run.state();
+        Snapshot {
+            time: self.run.time(),
+            states: x.to_vec(),
+            memory: postcard::to_allocvec(memory).expect("a memory holds plain data"),
+            step: self.run.step(),
+            counters: self.run.counters(),
+            balance: self.run.balance(),
+        }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let states: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
+        let memory: E::Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let is_plain = states.iter().chain([&snapshot.time, &snapshot.step]).all(|value| value.is_finite());
+        if !is_plain || !snapshot.balance.is_finite() || snapshot.step <= 0.0 || !self.run.system().fits(&memory) {
+            return Err(SnapshotError);
+        }
+        self.run.restore(states, memory, snapshot);
+        Ok(())
+    }
+}
+
+fn inputs<const U: usize>(values: &[f64]) -> [f64; U] {
+    std::array::from_fn(|i| values[i])
+}

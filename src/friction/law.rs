@@ -1,0 +1,112 @@
+//! What a friction law is: what it sees of the contact, and what it answers.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The largest number of continuous states a law may have.
+pub const MAX_STATES: usize = 10;
+
+/// What sets the contact in motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// A mass moves under forces; friction can hold it.
+    Force,
+    /// The velocity is prescribed; friction is only read.
+    Motion,
+}
+
+/// The contact as a friction law sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact<S> {
+    /// Time in s.
+    pub time: S,
+    /// Position in m.
+    pub position: S,
+    /// Relative velocity in m/s.
+    pub velocity: S,
+    /// Sum of all other forces on the mass in N, positive towards positive velocity.
+    pub applied: S,
+    /// Load level (1 at rated load), which multiplies every force-valued parameter of the law.
+    pub level: S,
+    /// Whether the contact is moved by forces or by a prescribed motion.
+    pub drive: Drive,
+}
+
+/// A friction law: its parameters and its hybrid equations.
+pub trait FrictionLaw: Sized {
+    /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+
+    /// The law's parameters, named relative to its group; value references count from 0 and are never reused.
+    type Parameters: ParameterSet;
+
+    /// Builds the law.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values that are legal one by one do not fit together.
+    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+
+    /// Number of continuous states, at most [`MAX_STATES`].
+    fn states(&self) -> usize {
+        0
+    }
+
+    /// Magnitude of the continuous states, for error control.
+    fn state_scale(&self) -> f64 {
+        1.0
+    }
+
+    /// The memory a run starts with; may set the continuous states, which are zero.
+    fn start(&self, contact: &Contact<f64>, z: &mut [f64]) -> Self::Memory;
+
+    /// The friction force in N; writes the time derivatives of the continuous states.
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
+
+    /// Appends the event indicators of the present mode.
+    fn indicators(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &Self::Memory, _out: &mut Indicators) {}
+
+    /// Handles the event whose indicator turned negative; may set the velocity (to exactly 0) and the states.
+    fn switch(
+        &self,
+        _event: usize,
+        _contact: &Contact<f64>,
+        _velocity: &mut f64,
+        _z: &mut [f64],
+        _memory: &mut Self::Memory,
+    ) {
+    }
+
+    /// Lets the memory follow an accepted step; must leave the indicators as they are.
+    fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
+
+    /// Time in s at which the law takes its next sample.
+    fn next_sample(&self, _memory: &Self::Memory) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Takes a sample.
+    fn sample(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
+
+    /// Longest step in s the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the force depends on time otherwise than through contact and states.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// Whether the law holds the mass (the output `sticking`).
+    fn is_sticking(&self, _memory: &Self::Memory) -> bool {
+        false
+    }
+
+    /// Whether the position is exactly constant, so that the velocity to report is 0.
+    fn holds_position(&self, memory: &Self::Memory) -> bool {
+        self.is_sticking(memory)
+    }
+}

@@ -1,0 +1,182 @@
+//! Armstrong's seven-parameter law: dwell time and frictional memory.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::anchored::{Levels, Mode, Spring};
+use crate::friction::parts::delay::DelayLine;
+use crate::friction::parts::parameters::{coulomb_force, damping, force_level, stiffness, velocity, viscous};
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::{ParameterError, Variable, units};
+
+parameters! {
+    /// Parameters of [`Armstrong`].
+    Parameters {
+        coulomb_force: f64 = coulomb_force(8.3);
+        stribeck_velocity: f64 = velocity(2, "vs", 0.01).text("Stribeck velocity: speed at which the static excess has halved");
+        viscous: f64 = viscous(30.0);
+        static_excess: f64 = force_level(5, "FsInf", 2.7)
+            .text("Excess of static over Coulomb friction after a long time at rest");
+        dwell_time: f64 = Variable::parameter(6, "gamma", units::SECOND, 0.1)
+            .range(1e-6, 1e6)
+            .tunable()
+            .text("Time at rest in which half of the missing static excess comes back");
+        lag: f64 = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
+            .range(0.0, 10.0)
+            .shown_in("ms")
+            .text("Frictional memory: delay between a change of speed and that of friction; 0 or at least 10 us");
+        stiffness: f64 = stiffness(8, "sigma0", 1e6).text("Contact stiffness while sticking");
+        damping: f64 = damping(9, "sigma1", 1000.0).text("Contact damping while sticking");
+    }
+}
+
+/// Armstrong's seven-parameter friction.
+///
+/// ```text
+/// sticking:  F = sigma0*(x - x_s) + sigma1*v        until |F| > lambda*(F_c + F_s(t_2))              [N]
+/// sliding:   F = lambda*(F_c + F_s(t_2)/(1 + (v(t - tauL)/v_s)^2))*sgn(v) + sigma2*v   until v crosses 0   [N]
+/// F_s(t_2) = F_sa + (FsInf - F_sa)*t_2/(t_2 + gamma)                                                 [N]
+/// ```
+///
+/// `F_s` is the excess over `F_c`; `t_2` in s is the time spent sticking, the last one while sliding; `F_sa` is the
+/// Stribeck part `F_s/(1 + (v(t - tauL)/v_s)^2)` at the end of the last sliding, `FsInf` at first. The anchor `x_s`
+/// keeps `F` continuous when the mass sticks again. Before the start the velocity was that of the start.
+///
+/// # Validity
+/// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at
+/// most `tauL/4`; see [`DelayLine`] for what it resolves.
+///
+/// # Errors
+/// [`ParameterError`] for a `tauL` above 0 and below 10 us.
+///
+/// # Source
+/// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138, section 2.
+#[derive(Clone, Debug)]
+pub struct Armstrong {
+    coulomb_force: f64,
+    stribeck_velocity: f64,
+    viscous: f64,
+    static_excess: f64,
+    dwell_time: f64,
+    lag: f64,
+    spring: Spring,
+}
+
+/// The mode, what the last change of it left, and the delay line. Forces are those at load level 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    mode: Mode,
+    /// Time in s at which sticking began.
+    since: f64,
+    /// While sticking `F_sa`, while sliding `F_s(t_2)`, in N.
+    excess: f64,
+    line: DelayLine,
+}
+
+impl FrictionLaw for Armstrong {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        if p.lag > 0.0 && p.lag < 1e-5 {
+            return Err(ParameterError::new("tauL", p.lag, "it must be 0 or at least 1e-5"));
+        }
+        Ok(Self {
+            coulomb_force: p.coulomb_force,
+            stribeck_velocity: p.stribeck_velocity,
+            viscous: p.viscous,
+            static_excess: p.static_excess,
+            dwell_time: p.dwell_time,
+            lag: p.lag,
+            spring: Spring { stiffness: p.stiffness, damping: p.damping },
+        })
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        let break_away = contact.level * (self.coulomb_force + self.static_excess);
+        Memory {
+            mode: Spring::start(contact, Levels { break_away, sliding: break_away }),
+            since: contact.time,
+            excess: self.static_excess,
+            line: DelayLine::new(contact),
+        }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        match memory.mode {
+            Mode::Sticking { place, load } => self.spring.force(contact, place, load),
+            Mode::Sliding { direction } => {
+                let dry = self.stribeck_part(contact, memory) + self.coulomb_force;
+                contact.level * dry * direction + contact.velocity * self.viscous
+            }
+        }
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        out.push(self.spring.indicator(memory.mode, contact, self.levels(contact, memory)));
+    }
+
+    fn switch(&self, _event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        let before = memory.mode;
+        memory.mode = self.spring.switched(before, contact, self.levels(contact, memory));
+        match (before, memory.mode) {
+            (Mode::Sliding { .. }, _) => {
+                memory.excess = self.stribeck_part(contact, memory);
+                memory.since = contact.time;
+            }
+            (_, Mode::Sliding { .. }) => memory.excess = self.risen_excess(contact.time, memory),
+            _ => {}
+        }
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+        memory.line.follow(contact, self.lag);
+    }
+
+    fn max_step(&self) -> f64 {
+        DelayLine::max_step(self.lag)
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.lag > 0.0
+    }
+
+    fn is_sticking(&self, memory: &Memory) -> bool {
+        matches!(memory.mode, Mode::Sticking { .. })
+    }
+
+    fn holds_position(&self, _memory: &Memory) -> bool {
+        false
+    }
+}
+
+impl Armstrong {
+    /// What sliding friction exceeds the Coulomb friction by, in N at load level 1.
+    fn stribeck_part<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory) -> S {
+        let ratio = memory.line.velocity(contact, self.lag) / self.stribeck_velocity;
+        S::constant(memory.excess) / (ratio * ratio + 1.0)
+    }
+
+    /// `F_s` after sticking until a time, in N at load level 1.
+    fn risen_excess(&self, time: f64, memory: &Memory) -> f64 {
+        let dwell = time - memory.since;
+        memory.excess + (self.static_excess - memory.excess) * dwell / (dwell + self.dwell_time)
+    }
+
+    fn levels(&self, contact: &Contact<f64>, memory: &Memory) -> Levels {
+        let level_of = |excess: f64| contact.level * (self.coulomb_force + excess);
+        match memory.mode {
+            Mode::Sticking { .. } => {
+                let break_away = level_of(self.risen_excess(contact.time, memory));
+                Levels { break_away, sliding: break_away }
+            }
+            // Sticking begins with what sliding ends with.
+            Mode::Sliding { .. } => {
+                let sliding = level_of(self.stribeck_part(contact, memory));
+                Levels { break_away: sliding, sliding }
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! The bristle law: bonds that break and form at random.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::list::List;
+use crate::friction::parts::parameters::{length, stiffness, viscous};
+use crate::hybrid::Indicators;
+use crate::numbers::random;
+use crate::numbers::{Scalar, sign};
+use crate::parameters;
+use crate::variables::{ParameterError, Variable, units};
+
+/// The largest number of bristles.
+const MAX_BRISTLES: usize = 100;
+
+parameters! {
+    /// Parameters of [`Bristle`].
+    Parameters {
+        viscous: f64 = viscous(30.0);
+        count: f64 = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
+        stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
+        strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks");
+        seed: f64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
+        window: f64 = Variable::parameter(9, "window", units::SECOND, 1e-4)
+            .range(0.0, 1e-2)
+            .tunable()
+            .shown_in("ms")
+            .text("Time over which the force is averaged where bonds break faster; 0 locates every break");
+    }
+}
+
+/// Bristle friction: `N` bonds that break when stretched by `deltaS` and form anew at a random place.
+///
+/// ```text
+/// F   = sum sigma0*(x - b_i) + sigma2*v                                          [N]
+/// b_i = x(0) at first, and b_i + sgn(x - b_i)*deltaS*U when |x - b_i| = deltaS   [m], U uniform in (0, 1]
+/// ```
+///
+/// Mean sliding force `2/3*N*sigma0*deltaS`; the first break-away takes `N*sigma0*deltaS`, since all bonds are then
+/// stretched alike. Each bristle draws from a generator of its own, so that where bonds break and form depends on the
+/// path alone, and the same `seed` gives the same sequence.
+///
+/// # Validity
+/// None of the parameters is a force: the load level has no effect. In sliding a bond breaks every `deltaS/(2*N)`;
+/// where that is more than four times in `window` seconds, the bonds break and form as before but the force is the mean
+/// over the path covered in that time. With `window = 0` each break is located, at about two million breaks per metre.
+///
+/// # Source
+/// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
+#[derive(Clone, Debug)]
+pub struct Bristle {
+    viscous: f64,
+    count: usize,
+    stiffness: f64,
+    strength: f64,
+    seed: u64,
+    window: f64,
+}
+
+/// A bond and the generator of the places where it forms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Bond {
+    /// Position in m where the bristle is without load.
+    anchor: f64,
+    generator: u64,
+}
+
+/// A path on which the force is averaged; the bonds of the memory are those at its start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Window {
+    start: f64,
+    end: f64,
+    /// Speed in m/s below which single bonds matter again.
+    least_speed: f64,
+    /// Force in N.
+    mean: f64,
+}
+
+/// All bonds, and the window in fast sliding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    bonds: List<Bond, MAX_BRISTLES>,
+    window: Option<Window>,
+}
+
+impl FrictionLaw for Bristle {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        Ok(Self {
+            viscous: p.viscous,
+            count: p.count as usize,
+            stiffness: p.stiffness,
+            strength: p.strength,
+            seed: p.seed as u64,
+            window: p.window,
+        })
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        let mut seeds = self.seed;
+        let bonds = (0..self.count).map(|_| Bond { anchor: contact.position, generator: random::next(&mut seeds) });
+        Memory { bonds: List::new(bonds), window: None }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        let dry = match memory.window {
+            Some(window) => S::constant(window.mean),
+            None => {
+                let deflections = memory.bonds.iter().map(|bond| contact.position - bond.anchor);
+                deflections.fold(S::zero(), |sum, deflection| sum + deflection) * self.stiffness
+            }
+        };
+        dry + contact.velocity * self.viscous
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        let Some(Window { start, end, least_speed, .. }) = memory.window else {
+            let deflections = memory.bonds.iter().map(|bond| (contact.position - bond.anchor).abs());
+            out.push(self.limit() - deflections.fold(0.0, f64::max));
+            return;
+        };
+        let direction = sign(end - start);
+        out.push(direction * (end - contact.position));
+        out.push(direction * contact.velocity - least_speed);
+    }
+
+    fn switch(&self, _event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        let x = contact.position;
+        if let Some(window) = memory.window {
+            for bond in memory.bonds.iter_mut() {
+                self.travel(bond, window.start, x);
+            }
+        }
+        for bond in memory.bonds.iter_mut() {
+            self.renew(bond, x);
+        }
+        memory.window = self.window_ahead(contact, &memory.bonds);
+    }
+}
+
+impl Bristle {
+    /// Deflection at which a bond counts as broken: the strength but for rounding.
+    fn limit(&self) -> f64 {
+        self.strength * (1.0 - 1e-12)
+    }
+
+    /// Breaks a bond that is stretched to its limit, until it holds.
+    fn renew(&self, bond: &mut Bond, x: f64) {
+        let stretch = x - bond.anchor;
+        if stretch.abs() > 2.0 * self.strength {
+            bond.anchor = x - self.strength.copysign(stretch);
+        }
+        while (x - bond.anchor).abs() >= self.limit() {
+            bond.anchor += (self.strength * random::uniform(&mut bond.generator)).copysign(x - bond.anchor);
+        }
+    }
+
+    /// Moves a bond's bristle along a path; returns its mean deflection on the way.
+    fn travel(&self, bond: &mut Bond, start: f64, end: f64) -> f64 {
+        /// Bonds forget the past within a few deflections; of a longer path the rest is followed.
+        const LONGEST: f64 = 100.0;
+        let direction = sign(end - start);
+        let path = (end - start).abs().min(LONGEST * self.strength);
+        if path == 0.0 {
+            return end - bond.anchor;
+        }
+        let mut deflection = direction * (start - bond.anchor);
+        let (mut left, mut area) = (path, 0.0);
+        while deflection + left >= self.limit() {
+            let stretch = self.strength - deflection;
+            area += stretch * (deflection + 0.5 * stretch);
+            left -= stretch;
+            deflection = self.strength * (1.0 - random::uniform(&mut bond.generator));
+        }
+        area += left * (deflection + 0.5 * left);
+        bond.anchor = end - direction * (deflection + left);
+        direction * area / path
+    }
+
+    /// The window that begins here, if the bonds break fast.
+    fn window_ahead(&self, contact: &Contact<f64>, bonds: &[Bond]) -> Option<Window> {
+        const FEWEST_BREAKS: f64 = 4.0;
+        let path = contact.velocity * self.window;
+        if path.abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * self.strength {
+            return None;
+        }
+        let (start, end) = (contact.position, contact.position + path);
+        let sum: f64 = bonds.iter().copied().map(|mut bond| self.travel(&mut bond, start, end)).sum();
+        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: self.stiffness * sum })
+    }
+}

@@ -1,0 +1,43 @@
+//! Coulomb friction with a break-away force above the kinetic force.
+
+use crate::friction::parts::parameters::{check_levels, coulomb_force, static_force, viscous};
+use crate::friction::parts::stick_slip::SetValued;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::ParameterError;
+
+parameters! {
+    /// Coulomb friction with stiction, set-valued at rest.
+    ///
+    /// ```text
+    /// stuck:    v = 0, F = F_applied               while |F_applied| <= lambda*F_s
+    /// sliding:  F = lambda*F_c*sgn(v) + sigma2*v   [N]
+    /// ```
+    ///
+    /// The force jumps from `F_s` to `F_c` when sliding starts.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    CoulombStiction {
+        static_force: f64 = static_force(11.0);
+        coulomb_force: f64 = coulomb_force(8.3);
+        viscous: f64 = viscous(30.0);
+    }
+}
+
+impl SetValued for CoulombStiction {
+    type Parameters = Self;
+
+    fn new(parameters: Self) -> Result<Self, ParameterError> {
+        check_levels(parameters.static_force, "Fc", parameters.coulomb_force)?;
+        Ok(parameters)
+    }
+
+    fn break_away(&self, level: f64) -> f64 {
+        level * self.static_force
+    }
+
+    fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
+        level * (direction * self.coulomb_force) + velocity * self.viscous
+    }
+}

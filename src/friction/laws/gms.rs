@@ -1,0 +1,128 @@
+//! The generalised Maxwell-slip law.
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
+use crate::friction::parts::fading::{divisor, fading_rate};
+use crate::friction::parts::parameters::{
+    coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous,
+};
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::{ParameterError, Variable, units};
+
+parameters! {
+    /// Parameters of [`Gms`].
+    Parameters {
+        static_force: f64 = static_force(11.0);
+        coulomb_force: f64 = coulomb_force(8.3);
+        stribeck_velocity: f64 = stribeck_velocity(0.01);
+        exponent: f64 = exponent();
+        viscous: f64 = viscous(30.0);
+        count: f64 = elements::count(4);
+        attraction: f64 = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
+            .range(1e-3, 1e9)
+            .tunable()
+            .text("Rate at which the force of slipping elements approaches the Stribeck curve");
+        stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
+            .array([4e5, 3e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
+        share: [f64; MAX_ELEMENTS] = Variable::parameter(20, "alpha", units::ONE, 0.0)
+            .range(0.0, 10.0)
+            .tunable()
+            .text("Share of an element in the Stribeck curve; shares usually add up to 1")
+            .array([0.25, 0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+}
+
+/// Generalised Maxwell-slip friction: up to ten elements, one state each, the element's force `F_i` in N.
+///
+/// ```text
+/// stick:  dF_i/dt = k_i*v                               until |F_i| = alpha_i*s(v) under growing load   [N/s]
+/// slip:   dF_i/dt = C*(alpha_i*sgn(v) - F_i/s(v))       until v = 0                                     [N/s]
+/// F = sum F_i + sigma2*v                                [N], s the Stribeck curve
+/// ```
+///
+/// Presliding hysteresis with non-local memory, frictional lag, and rate-dependent break-away. At constant `v != 0`,
+/// `F -> sum(alpha_i)*s(v)*sgn(v) + sigma2*v`.
+///
+/// # Validity
+/// Slipping forces lag behind `s` by about `s/C` seconds. An element whose limit falls below its force while the motion
+/// unloads it stays a spring. Where `s` falls to 0, within the last micronewton, the forces go to 0.
+///
+/// # Errors
+/// [`ParameterError`] for `F_c > F_s`, or if the shares of all elements in use are 0.
+///
+/// # Source
+/// Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11):1883-1887.
+#[derive(Clone, Debug)]
+pub struct Gms {
+    curve: StribeckCurve,
+    viscous: f64,
+    count: usize,
+    attraction: f64,
+    stiffness: [f64; MAX_ELEMENTS],
+    share: [f64; MAX_ELEMENTS],
+}
+
+impl FrictionLaw for Gms {
+    type Memory = Modes;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
+        let count = p.count as usize;
+        if p.share[..count].iter().all(|share| *share == 0.0) {
+            return Err(ParameterError::new("alpha[1]", p.share[0], "one element in use must have a share above 0"));
+        }
+        Ok(Self { curve, viscous: p.viscous, count, attraction: p.attraction, stiffness: p.stiffness, share: p.share })
+    }
+
+    fn states(&self) -> usize {
+        self.count
+    }
+
+    fn state_scale(&self) -> f64 {
+        self.curve.static_force.max(1.0)
+    }
+
+    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Modes {
+        Modes::default()
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], modes: &Modes, rates: &mut [S]) -> S {
+        let v = contact.velocity;
+        let level = self.curve.level(v.abs(), contact.level);
+        let mut sum = v * self.viscous;
+        for (element, (force, rate)) in z.iter().zip(rates).enumerate() {
+            let limit = level * self.share[element];
+            let own = match modes.slip(element) {
+                Some(direction) => (limit * direction - *force) * self.attraction / divisor(level),
+                None => v * self.stiffness[element] * (limit / divisor(limit)),
+            };
+            *rate = own + fading_rate(*force, limit);
+            sum += *force;
+        }
+        sum
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, z: &[f64], modes: &Modes, out: &mut Indicators) {
+        modes.indicators(contact.velocity, self.loads(contact, z), out);
+    }
+
+    fn switch(&self, event: usize, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], modes: &mut Modes) {
+        if event == REVERSAL {
+            modes.stick();
+        } else {
+            modes.slip_next(contact.velocity, self.loads(contact, z));
+        }
+    }
+}
+
+impl Gms {
+    fn loads<'a>(&'a self, contact: &Contact<f64>, z: &'a [f64]) -> impl Iterator<Item = Load> + Clone + 'a {
+        let level = self.curve.level(contact.velocity.abs(), contact.level);
+        let elements = z.iter().zip(&self.share).take(self.count);
+        elements.map(move |(force, share)| Load { force: *force, limit: level * share })
+    }
+}

@@ -1,0 +1,181 @@
+//! Karnopp's zero-velocity band.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::parameters::{coulomb_force, exponent, static_force, stribeck_velocity, velocity, viscous};
+use crate::friction::parts::stick_slip::Mode as StickSlip;
+use crate::hybrid::Indicators;
+use crate::numbers::{Scalar, sign};
+use crate::parameters;
+use crate::variables::ParameterError;
+
+parameters! {
+    /// Parameters of [`Karnopp`].
+    Parameters {
+        static_force: f64 = static_force(11.0);
+        coulomb_force: f64 = coulomb_force(8.3);
+        stribeck_velocity: f64 = stribeck_velocity(0.01);
+        exponent: f64 = exponent();
+        viscous: f64 = viscous(30.0);
+        band: f64 = velocity(5, "DV", 1e-4).text("Half width of the band of velocities that count as rest");
+    }
+}
+
+/// Karnopp friction: the velocity is a state `w` that is reported as 0 inside a band.
+///
+/// ```text
+/// |w| < DV:  v = 0, dx/dt = 0, F = clamp(F_applied, -lambda*F_s, lambda*F_s)
+/// otherwise: v = w, F = s(v)*sgn(v) + sigma2*v   [N], s the Stribeck curve
+/// ```
+///
+/// Where the force just outside the band exceeds `lambda*F_s`, an applied force between the two would drive `w`
+/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov).
+///
+/// # Validity
+/// An applied force that falls as soon as the mass moves (through a damper, or a spring stiffer than the motion is
+/// fast) drives `w` back into the band at once. Each return within 0.1 ms of leaving the band raises what the edge holds,
+/// from a millionth of the friction force on, so that leaving and returning do not follow each other without end.
+///
+/// # Errors
+/// [`ParameterError`] for `F_c > F_s`.
+///
+/// # Source
+/// Karnopp (1985), ASME J. Dynamic Systems, Measurement, and Control 107(1):100-103.
+#[derive(Clone, Debug)]
+pub struct Karnopp {
+    curve: StribeckCurve,
+    viscous: f64,
+    band: f64,
+}
+
+/// Where `w` is and what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// In the band, `w` constant: friction balances the applied force.
+    Held,
+    /// In the band, `w` moving in a direction under the force beyond `F_s`.
+    Crossing(f64),
+    /// Outside the band, in a direction.
+    Sliding(f64),
+}
+
+/// The mode, and what keeps it from changing without end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    mode: Mode,
+    /// Time in s at which `w` left the band last.
+    left: f64,
+    /// Force in N that the edge holds beyond the law.
+    margin: f64,
+}
+
+/// Slides shorter than this, in s, count as returning at once.
+const AT_ONCE: f64 = 1e-4;
+
+impl FrictionLaw for Karnopp {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
+        Ok(Self { curve, viscous: p.viscous, band: p.band })
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        Memory { mode: self.mode_at(contact), left: f64::NEG_INFINITY, margin: 0.0 }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        match memory.mode {
+            Mode::Held => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
+            Mode::Crossing(direction) => contact.level * (direction * self.curve.static_force),
+            Mode::Sliding(direction) => self.sliding(contact.velocity, direction, contact.level),
+        }
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        let w = contact.velocity;
+        match (memory.mode, contact.drive) {
+            (Mode::Held, Drive::Force) => out.push(self.reserve(contact, w, memory.margin)),
+            (Mode::Held, Drive::Motion) => out.push(self.band - w.abs()),
+            (Mode::Crossing(direction), _) => {
+                out.push(self.band - direction * w);
+                out.push(direction * contact.applied - contact.level * self.curve.static_force);
+            }
+            (Mode::Sliding(direction), _) => out.push(direction * w - self.band),
+        }
+    }
+
+    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        if contact.drive == Drive::Motion {
+            memory.mode = self.mode_at(contact);
+            return;
+        }
+        memory.mode = match memory.mode {
+            Mode::Sliding(direction) => {
+                *velocity = direction * self.band;
+                memory.margin = self.margin_after(contact, memory);
+                self.in_band(contact, *velocity, memory.margin)
+            }
+            Mode::Crossing(direction) if event == 0 => {
+                *velocity = direction * self.band;
+                self.in_band(contact, *velocity, 0.0)
+            }
+            Mode::Crossing(_) => Mode::Held,
+            Mode::Held => self.in_band(contact, *velocity, memory.margin),
+        };
+        if matches!(memory.mode, Mode::Sliding(_)) {
+            memory.left = contact.time;
+        }
+    }
+
+    fn is_sticking(&self, memory: &Memory) -> bool {
+        !matches!(memory.mode, Mode::Sliding(_))
+    }
+}
+
+impl Karnopp {
+    fn sliding<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
+        self.curve.level(velocity.abs(), level) * direction + velocity * self.viscous
+    }
+
+    fn mode_at(&self, contact: &Contact<f64>) -> Mode {
+        if contact.velocity.abs() >= self.band {
+            Mode::Sliding(sign(contact.velocity))
+        } else {
+            self.in_band(contact, contact.velocity, 0.0)
+        }
+    }
+
+    /// The mode at a `w` inside the band or on its edge.
+    fn in_band(&self, contact: &Contact<f64>, w: f64, margin: f64) -> Mode {
+        if contact.drive == Drive::Motion || self.reserve(contact, w, margin) >= 0.0 {
+            return Mode::Held;
+        }
+        let direction = sign(contact.applied);
+        if direction * w >= self.band { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
+    }
+
+    /// By how much the holding force, on the edge with a margin, exceeds the applied force.
+    fn reserve(&self, contact: &Contact<f64>, w: f64, margin: f64) -> f64 {
+        let static_force = contact.level * self.curve.static_force;
+        let direction = sign(contact.applied);
+        let outside = self.sliding(self.band, 1.0, contact.level);
+        let limit = if direction * w >= self.band { static_force.max(outside) + margin } else { static_force };
+        limit - contact.applied.abs()
+    }
+
+    /// The margin of the edge when `w` comes back to it: grows after short slides, and is nothing after long ones.
+    fn margin_after(&self, contact: &Contact<f64>, memory: &Memory) -> f64 {
+        let slid = contact.time - memory.left;
+        if slid < AT_ONCE {
+            (2.0 * memory.margin).max(1e-6 * self.sliding(self.band, 1.0, contact.level))
+        } else if slid < 10.0 * AT_ONCE {
+            0.9 * memory.margin
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Maxwell slip: parallel spring-slider elements with constant limits.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
+use crate::friction::parts::parameters::{force_level, stiffness, viscous};
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::ParameterError;
+
+parameters! {
+    /// Parameters of [`MaxwellSlip`].
+    Parameters {
+        viscous: f64 = viscous(30.0);
+        count: f64 = elements::count(4);
+        stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
+            .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
+        limit: [f64; MAX_ELEMENTS] = force_level(20, "W", 0.0).text("Largest force of an element")
+            .array([2.075, 2.075, 2.075, 2.075, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+}
+
+/// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
+///
+/// ```text
+/// stick:  F_i = k_i*(x - a_i)        until |F_i| = lambda*W_i under growing load          [N]
+/// slip:   F_i = lambda*W_i*sgn(v)    until v = 0, where a_i = x - F_i/k_i                 [N]
+/// F = sum F_i + sigma2*v                                                                  [N]
+/// ```
+///
+/// No continuous state: the anchors `a_i` (in m) are a memory, and forces follow the position exactly however often a
+/// cycle is repeated. Sliding force `sum W_i`; no stiction peak.
+///
+/// # Validity
+/// Positions of about 1 m resolve the forces to `1e-16 m * k_i`. An element whose limit falls below its force slides
+/// along the limit; the anchor is then moved after each solver step.
+///
+/// # Source
+/// Iwan (1966), ASME J. Applied Mechanics 33(4):893-900.
+#[derive(Clone, Debug)]
+pub struct MaxwellSlip {
+    viscous: f64,
+    count: usize,
+    stiffness: [f64; MAX_ELEMENTS],
+    limit: [f64; MAX_ELEMENTS],
+}
+
+/// Modes of the elements, and where their springs are anchored while they stick, in m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    modes: Modes,
+    anchors: [f64; MAX_ELEMENTS],
+}
+
+impl FrictionLaw for MaxwellSlip {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        Ok(Self { viscous: p.viscous, count: p.count as usize, stiffness: p.stiffness, limit: p.limit })
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        Memory { modes: Modes::default(), anchors: [contact.position; MAX_ELEMENTS] }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        let elements = (0..self.count).map(|element| self.element_force(element, contact, memory));
+        elements.fold(contact.velocity * self.viscous, |sum, force| sum + force)
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        memory.modes.indicators(contact.velocity, self.loads(contact, memory), out);
+    }
+
+    fn switch(&self, event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        if event == REVERSAL {
+            for element in 0..self.count {
+                if memory.modes.slip(element).is_some() {
+                    let force = self.element_force(element, contact, memory);
+                    memory.anchors[element] = contact.position - force / self.stiffness[element];
+                }
+            }
+            memory.modes.stick();
+        } else {
+            let mut modes = memory.modes.clone();
+            modes.slip_next(contact.velocity, self.loads(contact, memory));
+            memory.modes = modes;
+        }
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+        for element in 0..self.count {
+            if memory.modes.slip(element).is_some() {
+                continue;
+            }
+            let force = self.spring_force(element, contact, memory);
+            let limit = contact.level * self.limit[element];
+            if limit == 0.0 || (force.abs() > limit && force * contact.velocity <= 0.0) {
+                memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element];
+            }
+        }
+    }
+}
+
+impl MaxwellSlip {
+    fn element_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
+        let limit = contact.level * self.limit[element];
+        match memory.modes.slip(element) {
+            _ if limit.value() == 0.0 => S::zero(),
+            Some(direction) => limit * direction,
+            None => self.spring_force(element, contact, memory).clamp(-limit, limit),
+        }
+    }
+
+    fn spring_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
+        (contact.position - memory.anchors[element]) * self.stiffness[element]
+    }
+
+    /// The load of an element that sticks; one without any strength has no events.
+    fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
+        match contact.level * self.limit[element] {
+            0.0 => Load { force: 0.0, limit: 1.0 },
+            limit => Load { force: self.spring_force(element, contact, memory), limit },
+        }
+    }
+
+    fn loads<'a>(&'a self, contact: &'a Contact<f64>, memory: &'a Memory) -> impl Iterator<Item = Load> + Clone + 'a {
+        (0..self.count).map(|element| self.load(element, contact, memory))
+    }
+}

@@ -1,0 +1,173 @@
+//! The Polito law: different curves for increasing and decreasing speed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::parameters::{
+    check_levels, damping, exponent, force_level, static_force, stribeck_velocity,
+};
+use crate::friction::parts::stick_slip::Mode;
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::ParameterError;
+
+parameters! {
+    /// Parameters of [`Polito`].
+    Parameters {
+        static_force: f64 = static_force(10.8);
+        accelerating_coulomb: f64 = force_level(1, "Fc1", 7.8).text("Coulomb friction at increasing speed");
+        stribeck_velocity: f64 = stribeck_velocity(0.01);
+        exponent: f64 = exponent();
+        decelerating_coulomb: f64 = force_level(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
+        accelerating_viscous: f64 = damping(6, "c1", 33.0).text("Viscous friction coefficient at increasing speed");
+        decelerating_viscous: f64 = damping(7, "c2", 25.0).text("Viscous friction coefficient at decreasing speed");
+    }
+}
+
+/// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
+///
+/// ```text
+/// stuck:          v = 0, F = F_applied   while |F_applied| <= lambda*F_s
+/// accelerating:   F = F1(v) = lambda*(F_c1 + (F_s - F_c1)*exp(-(v/v_s)^delta)) + c1*v   [N]
+/// decelerating:   F = F2(v) = lambda*F_c2 + c2*v                                        [N]
+/// ```
+///
+/// Which branch holds depends on the acceleration, which depends on the branch. Where `F2 <= F1` exactly one choice
+/// is consistent: accelerating for `F_applied > F1`, decelerating for `F_applied < F2`, and in between the speed is
+/// constant and friction balances the applied force. Where `F1 < F2` both branches can be consistent; the one in
+/// force is kept until it is not. Sliding starts on the accelerating branch.
+///
+/// # Errors
+/// [`ParameterError`] for `F_c1 > F_s` or `F_c2 > F_s`.
+#[derive(Clone, Debug)]
+pub struct Polito {
+    accelerating: StribeckCurve,
+    accelerating_viscous: f64,
+    decelerating_coulomb: f64,
+    decelerating_viscous: f64,
+}
+
+/// The branch in force while sliding.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Branch {
+    /// Speed increases.
+    Accelerating,
+    /// Speed is constant: friction balances the applied force.
+    Steady,
+    /// Speed decreases.
+    Decelerating,
+}
+
+/// Stuck or sliding, and the branch (kept while stuck, without meaning).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    mode: Mode,
+    branch: Branch,
+}
+
+impl FrictionLaw for Polito {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        check_levels(p.static_force, "Fc1", p.accelerating_coulomb)?;
+        check_levels(p.static_force, "Fc2", p.decelerating_coulomb)?;
+        let accelerating = StribeckCurve {
+            static_force: p.static_force,
+            coulomb_force: p.accelerating_coulomb,
+            stribeck_velocity: p.stribeck_velocity,
+            exponent: p.exponent,
+        };
+        Ok(Self {
+            accelerating,
+            accelerating_viscous: p.accelerating_viscous,
+            decelerating_coulomb: p.decelerating_coulomb,
+            decelerating_viscous: p.decelerating_viscous,
+        })
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+        Memory {
+            mode: Mode::at(contact, contact.velocity, self.break_away(contact.level)),
+            branch: Branch::Accelerating,
+        }
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        match (memory.mode, memory.branch) {
+            (Mode::Stuck, _) => Mode::holding_force(contact, self.break_away(contact.level.value())),
+            (Mode::Sliding(direction), Branch::Accelerating) => self.rising(contact, direction) * direction,
+            (Mode::Sliding(_), Branch::Steady) => contact.applied,
+            (Mode::Sliding(direction), Branch::Decelerating) => self.falling(contact, direction) * direction,
+        }
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        memory.mode.indicators(contact, self.break_away(contact.level), out);
+        if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
+            let push = direction * contact.applied;
+            match memory.branch {
+                Branch::Accelerating => out.push(push - self.rising(contact, direction)),
+                Branch::Decelerating => out.push(self.falling(contact, direction) - push),
+                Branch::Steady => {
+                    out.push(self.rising(contact, direction) - push);
+                    out.push(push - self.falling(contact, direction));
+                }
+            }
+        }
+    }
+
+    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        if event == 0 {
+            memory.mode = memory.mode.switched(contact, velocity, self.break_away(contact.level));
+            memory.branch = Branch::Accelerating;
+        } else if let Mode::Sliding(direction) = memory.mode {
+            memory.branch = self.consistent(contact, direction, memory.branch, event);
+        }
+    }
+
+    /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+        memory.mode.follow(contact, self.break_away(contact.level));
+        if contact.drive == Drive::Motion {
+            let accelerates = contact.velocity * contact.applied >= 0.0;
+            memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
+        }
+    }
+
+    fn is_sticking(&self, memory: &Memory) -> bool {
+        memory.mode == Mode::Stuck
+    }
+}
+
+impl Polito {
+    fn break_away(&self, level: f64) -> f64 {
+        level * self.accelerating.static_force
+    }
+
+    /// `F1` at the speed in the direction of sliding.
+    fn rising<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> S {
+        let speed = contact.velocity * direction;
+        self.accelerating.level(speed.abs(), contact.level) + speed * self.accelerating_viscous
+    }
+
+    /// `F2` at the speed in the direction of sliding.
+    fn falling<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> S {
+        contact.level * self.decelerating_coulomb + contact.velocity * (direction * self.decelerating_viscous)
+    }
+
+    /// The branch to go to when the indicator of the present one turned negative.
+    fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: usize) -> Branch {
+        let unique = self.falling(contact, direction) <= self.rising(contact, direction);
+        match (present, event) {
+            (Branch::Accelerating, _) if unique => Branch::Steady,
+            (Branch::Accelerating, _) => Branch::Decelerating,
+            (Branch::Decelerating, _) if unique => Branch::Steady,
+            (Branch::Decelerating, _) => Branch::Accelerating,
+            (Branch::Steady, 1) => Branch::Accelerating,
+            (Branch::Steady, _) => Branch::Decelerating,
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The reset integrator.
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::bounded::Mode;
+use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::parameters;
+use crate::variables::{ParameterError, Variable, units};
+
+parameters! {
+    /// Reset-integrator friction: one state, the strain `z` in m of a bond that yields at `z0`.
+    ///
+    /// ```text
+    /// dz/dt = 0   at z = z0 while v > 0, and at z = -z0 while v < 0
+    ///       = v   otherwise                                              [m/s]
+    /// F     = (1 + a(z))*sigma0*z + sigma1*dz/dt + sigma2*v              [N]
+    /// a(z)  = a for |z| < z0, otherwise 0
+    /// ```
+    ///
+    /// The bond holds up to `(1 + a)*sigma0*z0` and carries `sigma0*z0` while sliding. Without drift; when the motion
+    /// turns back the force jumps to that of the bond.
+    ///
+    /// # Validity
+    /// None of the parameters is a force: the load level has no effect. `|z| <= z0` is invariant.
+    ///
+    /// # Source
+    /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
+    ResetIntegrator {
+        viscous: f64 = viscous(30.0);
+        stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Stiffness of the bond while sliding");
+        yield_strain: f64 = length(6, "z0", 8.3e-6).text("Strain at which the bond yields");
+        stiction_gain: f64 = Variable::parameter(7, "a", units::ONE, 0.325)
+            .range(0.0, 100.0)
+            .tunable()
+            .text("Excess of the break-away force over the sliding force, relative to the latter");
+        damping: f64 = damping(8, "sigma1", 1000.0).text("Damping while the bond strains");
+    }
+}
+
+impl FrictionLaw for ResetIntegrator {
+    type Memory = Mode;
+    type Parameters = Self;
+
+    fn new(parameters: Self) -> Result<Self, ParameterError> {
+        Ok(parameters)
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_scale(&self) -> f64 {
+        self.yield_strain
+    }
+
+    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
+        Mode::Following
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], mode: &Mode, rates: &mut [S]) -> S {
+        rates[0] = mode.rate(contact.velocity);
+        let gain = if *mode == Mode::Following { 1.0 + self.stiction_gain } else { 1.0 };
+        let strain = mode.deflection(z[0], self.yield_strain);
+        strain * (gain * self.stiffness) + rates[0] * self.damping + contact.velocity * self.viscous
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
+        out.push(mode.indicator(contact.velocity, z[0], self.yield_strain));
+    }
+
+    fn switch(&self, _event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+        *mode = mode.switched(&mut z[0], self.yield_strain);
+    }
+}

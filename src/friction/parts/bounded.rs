@@ -1,0 +1,57 @@
+//! A deflection that follows the motion up to limits, where it waits until the motion turns back.
+
+use serde::{Deserialize, Serialize};
+
+use crate::numbers::{Scalar, sign};
+
+/// Deflections closer to the limit than this fraction of it count as having reached it.
+const AT_LIMIT: f64 = 1e-12;
+
+/// The mode of a bounded deflection.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Within the limits: the deflection follows the motion.
+    Following,
+    /// At the limit in a direction, +1 or -1, while the motion points there.
+    Limited(f64),
+}
+
+impl Mode {
+    /// The deflection in m, of which `z` is the state.
+    pub fn deflection<S: Scalar>(self, z: S, limit: f64) -> S {
+        match self {
+            Self::Following => z,
+            Self::Limited(direction) => S::constant(direction * limit),
+        }
+    }
+
+    /// Its rate in m/s.
+    pub fn rate<S: Scalar>(self, velocity: S) -> S {
+        match self {
+            Self::Following => velocity,
+            Self::Limited(_) => S::zero(),
+        }
+    }
+
+    /// The event indicator: the reserve until the limit, which does not matter while the motion turns away from it; or
+    /// the speed towards it.
+    pub fn indicator(self, velocity: f64, z: f64, limit: f64) -> f64 {
+        match self {
+            Self::Following => (limit * (1.0 - AT_LIMIT) - z.abs()).max(-sign(z) * velocity),
+            Self::Limited(direction) => direction * velocity,
+        }
+    }
+
+    /// The mode after an event of the present one.
+    pub fn switched(self, z: &mut f64, limit: f64) -> Self {
+        let direction = match self {
+            Self::Following => sign(*z),
+            Self::Limited(direction) => direction,
+        };
+        *z = direction * limit;
+        match self {
+            Self::Following => Self::Limited(direction),
+            Self::Limited(_) => Self::Following,
+        }
+    }
+}

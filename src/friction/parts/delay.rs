@@ -1,0 +1,145 @@
+//! The velocity a moment ago.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::Contact;
+use crate::friction::parts::list::List;
+use crate::numbers::Scalar;
+
+/// No three points are within this fraction of the delay.
+const RESOLUTION: usize = 64;
+/// Points within the delay, one before it, and one at its end.
+const CAPACITY: usize = 2 * RESOLUTION + 4;
+/// Longest step of the solver as a fraction of the delay.
+const LONGEST_STEP: f64 = 0.25;
+
+/// A point of the motion. The velocity may jump there if it is prescribed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Point {
+    time: f64,
+    position: f64,
+    /// Velocity on arrival.
+    before: f64,
+    /// Velocity on departure.
+    after: f64,
+}
+
+impl Point {
+    fn new(contact: &Contact<f64>) -> Self {
+        let &Contact { time, position, velocity, .. } = contact;
+        Self { time, position, before: velocity, after: velocity }
+    }
+}
+
+/// A delay line of the velocity, which remembers points of the motion.
+///
+/// Between two points the velocity is the parabola that has their velocities and covers the path between their
+/// positions: an error of third order in their distance, and none from kinks of the velocity at the points. Points are
+/// the ends of accepted steps, except that of three within a 64th of the delay the middle one is forgotten: what is
+/// faster than that is smoothed, its path kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DelayLine {
+    points: List<Point, CAPACITY>,
+}
+
+impl DelayLine {
+    /// A line on which the velocity has always been the present one.
+    pub fn new(contact: &Contact<f64>) -> Self {
+        Self { points: List::new([Point::new(contact)]) }
+    }
+
+    /// Longest step in s that the solver may take: the delayed time must not be beyond the last point.
+    pub fn max_step(delay: f64) -> f64 {
+        if delay > 0.0 { LONGEST_STEP * delay } else { f64::INFINITY }
+    }
+
+    /// The velocity in m/s a delay before the contact's time.
+    pub fn velocity<S: Scalar>(&self, contact: &Contact<S>, delay: f64) -> S {
+        if delay <= 0.0 {
+            return contact.velocity;
+        }
+        let time = contact.time - delay;
+        let Some(next) = self.points.iter().position(|point| point.time > time.value()) else {
+            return S::constant(self.points.last().map_or(0.0, |point| point.after));
+        };
+        if next == 0 {
+            return S::constant(self.points[0].before);
+        }
+        let (from, to) = (self.points[next - 1], self.points[next]);
+        let length = to.time - from.time;
+        let mean = (to.position - from.position) / length;
+        let share = (time - from.time) / length;
+        let rest = -share + 1.0;
+        rest * from.after + share * to.before + share * rest * (6.0 * mean - 3.0 * (from.after + to.before))
+    }
+
+    /// Takes in the present point.
+    pub fn follow(&mut self, contact: &Contact<f64>, delay: f64) {
+        let point = Point::new(contact);
+        let count = self.points.len();
+        match &mut *self.points {
+            [.., last] if last.time >= point.time => last.after = point.after,
+            [.., before, last] if count == CAPACITY || point.time - before.time < delay / RESOLUTION as f64 => {
+                *last = point
+            }
+            _ => self.points.push(point),
+        }
+        let oldest = self.points.iter().skip(1).take_while(|next| next.time <= contact.time - delay).count();
+        self.points.remove_first(oldest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::law::Drive;
+
+    const DELAY: f64 = 5e-3;
+
+    fn contact(time: f64, position: f64, velocity: f64) -> Contact<f64> {
+        Contact { time, position, velocity, applied: 0.0, level: 1.0, drive: Drive::Force }
+    }
+
+    /// Largest deviation from the delayed motion `x = 1 - cos(w*t)` for steps of a size.
+    fn worst(w: f64, step: f64) -> f64 {
+        let motion = |time: f64| contact(time, 1.0 - (w * time).cos(), w * (w * time).sin());
+        let mut line = DelayLine::new(&motion(0.0));
+        let mut worst = 0.0f64;
+        for index in 1..2000 {
+            let time = f64::from(index) * step;
+            line.follow(&motion(time), DELAY);
+            for share in [0.0, 0.3, 0.7] {
+                let now = motion(time + share * step);
+                let expected = motion((now.time - DELAY).max(0.0)).velocity;
+                worst = worst.max((line.velocity(&now, DELAY) - expected).abs());
+            }
+        }
+        worst
+    }
+
+    /// The error of a parabola with the right mean is at most 0.0081 times the third derivative and step cubed.
+    #[test]
+    fn smooth_motion_comes_back_with_an_error_of_third_order() {
+        let w: f64 = 100.0;
+        for step in [1e-3, 2e-4, 1e-4] {
+            assert!(worst(w, step) < 0.0081 * w.powi(4) * step.powi(3) + 1e-9, "{}", worst(w, step));
+        }
+    }
+
+    #[test]
+    fn steps_of_any_size_fit_and_the_line_stays_short() {
+        let widest = 2.0 * DELAY / RESOLUTION as f64;
+        assert!(worst(100.0, 1e-6) < 0.0081 * 1e8 * widest.powi(3) + 1e-9);
+    }
+
+    /// The velocity of a prescribed motion may jump; the path tells nothing wrong before or after.
+    #[test]
+    fn jump_comes_back_as_a_jump() {
+        let mut line = DelayLine::new(&contact(0.0, 0.0, 1.0));
+        line.follow(&contact(1e-3, 1e-3, 1.0), DELAY);
+        line.follow(&contact(1e-3, 1e-3, -1.0), DELAY);
+        line.follow(&contact(2e-3, 0.0, -1.0), DELAY);
+        assert_eq!(line.velocity(&contact(DELAY + 0.9e-3, 0.0, 0.0), DELAY), 1.0);
+        assert_eq!(line.velocity(&contact(DELAY + 1.1e-3, 0.0, 0.0), DELAY), -1.0);
+    }
+}

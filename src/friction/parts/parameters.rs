@@ -1,0 +1,73 @@
+//! Parameters that many laws share.
+
+use crate::variables::{ParameterError, Variable, units};
+
+/// Refuses a Coulomb friction above the static friction `Fs`.
+///
+/// # Errors
+/// [`ParameterError`] that names the Coulomb friction.
+pub fn check_levels(static_force: f64, name: &str, coulomb_force: f64) -> Result<(), ParameterError> {
+    if coulomb_force > static_force {
+        let reason = format!("it must not exceed the static friction Fs = {static_force}");
+        return Err(ParameterError::new(name, coulomb_force, &reason));
+    }
+    Ok(())
+}
+
+const MAX_FORCE: f64 = 1e6;
+
+/// Static friction `Fs`, value reference 0.
+pub fn static_force(default: f64) -> Variable {
+    Variable::parameter(0, "Fs", units::NEWTON, default)
+        .range(0.0, MAX_FORCE)
+        .tunable()
+        .text("Static friction: force at which sliding starts")
+}
+
+/// Coulomb friction `Fc`, value reference 1.
+pub fn coulomb_force(default: f64) -> Variable {
+    force_level(1, "Fc", default).text("Coulomb friction: force of fast sliding without the viscous part")
+}
+
+/// Stribeck velocity `vs`, value reference 2.
+pub fn stribeck_velocity(default: f64) -> Variable {
+    velocity(2, "vs", default).text("Stribeck velocity: speed at which the static excess has decayed to 1/e")
+}
+
+/// Stribeck exponent `delta`, value reference 3.
+pub fn exponent() -> Variable {
+    Variable::parameter(3, "delta", units::ONE, 2.0)
+        .range(0.1, 10.0)
+        .tunable()
+        .text("Stribeck exponent: 2 bell-shaped, 1 exponential, below 1 infinitely steep at zero velocity")
+}
+
+/// Viscous friction `sigma2`, value reference 4.
+pub fn viscous(default: f64) -> Variable {
+    damping(4, "sigma2", default).text("Viscous friction coefficient")
+}
+
+/// Another force level.
+pub fn force_level(reference: u32, name: &str, default: f64) -> Variable {
+    Variable::parameter(reference, name, units::NEWTON, default).range(0.0, MAX_FORCE).tunable()
+}
+
+/// Another characteristic velocity.
+pub fn velocity(reference: u32, name: &str, default: f64) -> Variable {
+    Variable::parameter(reference, name, units::METRE_PER_SECOND, default).range(1e-9, 1e6).shown_in("mm/s").tunable()
+}
+
+/// Another damping coefficient.
+pub fn damping(reference: u32, name: &str, default: f64) -> Variable {
+    Variable::parameter(reference, name, units::NEWTON_SECOND_PER_METRE, default).range(0.0, 1e7).tunable()
+}
+
+/// A contact stiffness.
+pub fn stiffness(reference: u32, name: &str, default: f64) -> Variable {
+    Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10).tunable()
+}
+
+/// A microscopic length.
+pub fn length(reference: u32, name: &str, default: f64) -> Variable {
+    Variable::parameter(reference, name, units::METRE, default).range(1e-9, 1.0).tunable()
+}

@@ -1,0 +1,123 @@
+//! True stiction: the two modes of a set-valued law.
+//!
+//! While stuck the velocity is exactly 0 and friction equals the applied force, until that exceeds the break-away
+//! force. Sliding ends exactly when the velocity crosses 0; there the mass sticks again if the applied force allows.
+
+use serde::{Deserialize, Serialize};
+
+use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::hybrid::Indicators;
+use crate::numbers::{Scalar, sign};
+use crate::variables::{ParameterError, ParameterSet};
+
+/// The mode of a set-valued law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// At rest, held by friction.
+    Stuck,
+    /// Sliding in a direction, +1 or -1.
+    Sliding(f64),
+}
+
+impl Mode {
+    /// The mode at a velocity: at rest, the applied force decides.
+    pub fn at(contact: &Contact<f64>, velocity: f64, break_away: f64) -> Self {
+        if velocity != 0.0 {
+            Self::Sliding(sign(velocity))
+        } else if contact.drive == Drive::Force && contact.applied.abs() > break_away {
+            Self::Sliding(sign(contact.applied))
+        } else {
+            Self::Stuck
+        }
+    }
+
+    /// Force while stuck: the applied force, within the break-away force.
+    pub fn holding_force<S: Scalar>(contact: &Contact<S>, break_away: f64) -> S {
+        match contact.drive {
+            // Events guarantee the bound, and an exact balance makes the acceleration exactly 0.
+            Drive::Force => contact.applied,
+            Drive::Motion => contact.applied.clamp(S::constant(-break_away), S::constant(break_away)),
+        }
+    }
+
+    /// Appends the indicator of the present mode: the reserve until break-away, or the speed.
+    ///
+    /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it [follows](Self::follow).
+    pub fn indicators(self, contact: &Contact<f64>, break_away: f64, out: &mut Indicators) {
+        out.push(match (self, contact.drive) {
+            (_, Drive::Motion) => 1.0,
+            (Self::Stuck, Drive::Force) => break_away - contact.applied.abs(),
+            (Self::Sliding(direction), Drive::Force) => direction * contact.velocity,
+        });
+    }
+
+    /// Takes the mode of a prescribed motion from its velocity.
+    pub fn follow(&mut self, contact: &Contact<f64>, break_away: f64) {
+        if contact.drive == Drive::Motion {
+            *self = Self::at(contact, contact.velocity, break_away);
+        }
+    }
+
+    /// The mode after an event of the present one; sets the velocity to exactly 0.
+    pub fn switched(self, contact: &Contact<f64>, velocity: &mut f64, break_away: f64) -> Self {
+        *velocity = 0.0;
+        match self {
+            Self::Stuck => Self::Sliding(sign(contact.applied)),
+            Self::Sliding(_) => Self::at(contact, *velocity, break_away),
+        }
+    }
+}
+
+/// A law that is a break-away force and a kinetic curve; it becomes a [`FrictionLaw`] by the two modes above.
+pub trait SetValued: Sized {
+    /// The law's parameters.
+    type Parameters: ParameterSet;
+
+    /// Builds the law.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values that are legal one by one do not fit together.
+    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+
+    /// Largest force in N that holds the mass at a load level.
+    fn break_away(&self, level: f64) -> f64;
+
+    /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it.
+    fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S;
+}
+
+impl<L: SetValued> FrictionLaw for L {
+    type Memory = Mode;
+    type Parameters = L::Parameters;
+
+    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError> {
+        SetValued::new(parameters)
+    }
+
+    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
+        Mode::at(contact, contact.velocity, self.break_away(contact.level))
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
+        match *mode {
+            Mode::Stuck => Mode::holding_force(contact, self.break_away(contact.level.value())),
+            Mode::Sliding(direction) => self.kinetic(contact.velocity, direction, contact.level),
+        }
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
+        mode.indicators(contact, self.break_away(contact.level), out);
+    }
+
+    fn switch(&self, _event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+        *mode = mode.switched(contact, velocity, self.break_away(contact.level));
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) {
+        mode.follow(contact, self.break_away(contact.level));
+    }
+
+    fn is_sticking(&self, mode: &Mode) -> bool {
+        *mode == Mode::Stuck
+    }
+}

@@ -1,0 +1,180 @@
+//! The registry: one line for each law, from which the enumeration, the parameter table and the dispatch are made.
+
+use serde::{Deserialize, Serialize};
+
+use super::law::{Contact, FrictionLaw};
+use super::laws::*;
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable};
+
+/// Makes the enumeration of laws, the parameter table and the dispatch from one line per law.
+macro_rules! registry {
+    ($($id:literal $law:ident $group:literal $module:ident::$type:ident $summary:literal;)*) => {
+        /// The choice of a friction law; ids are never reused.
+        pub static LAWS: Enumeration = Enumeration {
+            name: "FrictionLaw",
+            description: "Friction law of the contact",
+            items: &[$(($id, stringify!($law), $summary)),*],
+        };
+
+        /// A friction law chosen at run time.
+        #[derive(Clone, Debug)]
+        #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        pub enum Friction {
+            $($law($module::$type)),*
+        }
+
+        /// The memory of a friction law chosen at run time.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        #[allow(clippy::large_enum_variant, reason = "made once per run and never moved while stepping")]
+        pub enum Memory {
+            $($law(<$module::$type as FrictionLaw>::Memory)),*
+        }
+
+        /// Runs an expression with the law and its memory, whatever law it is.
+        macro_rules! dispatch {
+            ($self_:expr, $memory:expr, |$l:ident, $m:ident| $body:expr) => {
+                match ($self_, $memory) {
+                    $((Friction::$law($l), Memory::$law($m)) => $body,)*
+                    _ => unreachable!("the memory of a contact is made by its own law"),
+                }
+            };
+        }
+
+        impl Friction {
+            /// Variables of the choice and of every law, in groups below `group`; value references from `base`.
+            pub fn table(group: &str, base: u32, default: i32) -> Vec<Variable> {
+                let law = Variable::choice(0, "law", &LAWS, default).text("Friction law of the contact");
+                let mut table = vec![law.within(group, base)];
+                $(table.extend(
+                    <<$module::$type as FrictionLaw>::Parameters as ParameterSet>::table()
+                        .into_iter()
+                        .map(|variable| variable.within(&format!("{group}.{}", $group), base + 100 * $id)),
+                );)*
+                table
+            }
+
+            /// Builds the chosen law from values in the order of the table.
+            ///
+            /// # Errors
+            /// [`ParameterError`] when the values of the chosen law do not fit together.
+            pub fn new(values: &[f64], group: &str) -> Result<Self, ParameterError> {
+                let mut next = 1;
+                $(
+                    let end = next + <<$module::$type as FrictionLaw>::Parameters as ParameterSet>::LEN;
+                    if values[0] == f64::from($id) {
+                        let parameters = ParameterSet::read(&values[next..end]);
+                        return <$module::$type as FrictionLaw>::new(parameters)
+                            .map(Friction::$law)
+                            .map_err(|error| error.within($group).within(group));
+                    }
+                    next = end;
+                )*
+                let _ = next;
+                Err(ParameterError::new("law", values[0], "it must be one of the items of FrictionLaw").within(group))
+            }
+
+            /// Whether a memory belongs to this law.
+            pub fn owns(&self, memory: &Memory) -> bool {
+                matches!((self, memory), $((Friction::$law(_), Memory::$law(_)))|*)
+            }
+
+            /// Number of continuous states.
+            pub fn states(&self) -> usize {
+                match self { $(Friction::$law(law) => law.states()),* }
+            }
+
+            /// Magnitude of the continuous states.
+            pub fn state_scale(&self) -> f64 {
+                match self { $(Friction::$law(law) => law.state_scale()),* }
+            }
+
+            /// Longest step in s the solver may take.
+            pub fn max_step(&self) -> f64 {
+                match self { $(Friction::$law(law) => law.max_step()),* }
+            }
+
+            /// Whether the force depends on time otherwise than through contact and states.
+            pub fn depends_on_time(&self) -> bool {
+                match self { $(Friction::$law(law) => law.depends_on_time()),* }
+            }
+
+            /// The memory a run starts with; may set the continuous states.
+            pub fn start(&self, contact: &Contact<f64>, z: &mut [f64]) -> Memory {
+                match self { $(Friction::$law(law) => Memory::$law(law.start(contact, z))),* }
+            }
+        }
+    };
+}
+
+registry! {
+    1 None "none" none::NoFriction "No friction";
+    2 Coulomb "coulomb" coulomb::Coulomb "Constant kinetic friction, true stiction at the same level";
+    3 CoulombStiction "coulombStiction" coulomb_stiction::CoulombStiction "Coulomb friction with a higher break-away force";
+    4 SmoothCoulomb "smoothCoulomb" smooth_coulomb::SmoothCoulomb "Coulomb friction smoothed by a hyperbolic tangent (creeps)";
+    5 VelocityBased "velocityBased" velocity_based::VelocityBased "Magic-formula curve through zero with Stribeck peak (creeps)";
+    6 StribeckRegularised "stribeckRegularised" stribeck_regularised::StribeckRegularised "Stribeck curve with a linear part through zero (creeps)";
+    7 Stribeck "stribeck" stribeck_law::Stribeck "Stribeck curve with true stiction";
+    8 Karnopp "karnopp" karnopp::Karnopp "Stribeck curve with a zero-velocity band that holds the mass";
+    9 Polito "polito" polito::Polito "Different Stribeck curves while accelerating and decelerating, true stiction";
+    10 Dahl "dahl" dahl::Dahl "Bristle with rate-independent presliding, no stiction peak";
+    11 Bristle "bristle" bristle::Bristle "Bonds that break and form at random";
+    12 ResetIntegrator "resetIntegrator" reset_integrator::ResetIntegrator "Bond that yields at a limit, with stiction peak, without drift";
+    13 Armstrong "armstrong" armstrong::Armstrong "Spring while sticking, Stribeck friction with dwell time and delay while sliding";
+    14 LuGre "lugre" lugre::LuGre "Bristle with presliding, Stribeck effect and frictional lag";
+    15 Leuven "leuven" leuven::Leuven "Hysteresis with nested loops and non-local memory, blended into a Stribeck curve";
+    16 GMS "gms" gms::Gms "Maxwell-slip elements with Stribeck effect, frictional lag and non-local memory";
+    17 MaxwellSlip "maxwellSlip" maxwell_slip::MaxwellSlip "Spring-slider elements: rate-independent hysteresis without drift";
+    18 DNLRX "dnlrx" dnlrx::Dnlrx "Sampled Maxwell-slip springs through impulse responses";
+    19 BlimanSorine "blimanSorine" bliman_sorine::BlimanSorine "Difference of two Dahl elements: stiction peak as a function of the path";
+    20 ElastoPlastic "elastoPlastic" elasto_plastic::ElastoPlastic "Bristle with a purely elastic range: presliding without drift, Stribeck effect";
+    21 StepRegularised "stepRegularised" step_regularised::StepRegularised "Static peak and kinetic level as cubic steps of velocity (creeps)";
+    22 SineRegularised "sineRegularised" sine_regularised::SineRegularised "Static peak and kinetic level as half sine waves of velocity (creeps)";
+    23 StickSlipSpring "stickSlipSpring" stick_slip_spring::StickSlipSpring "Spring-damper while sticking, Coulomb friction while sliding";
+    24 StickSlipCreep "stickSlipCreep" stick_slip_creep::StickSlipCreep "Bounded stiction displacement at low speed, Coulomb friction at high speed";
+}
+
+impl Friction {
+    /// The friction force in N; writes the time derivatives of the continuous states.
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
+        dispatch!(self, memory, |law, memory| law.force(contact, z, memory, rates))
+    }
+
+    /// Appends the event indicators of the present mode.
+    pub fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
+        dispatch!(self, memory, |law, memory| law.indicators(contact, z, memory, out));
+    }
+
+    /// Handles the event whose indicator turned negative.
+    pub fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Memory) {
+        dispatch!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory));
+    }
+
+    /// Lets the memory follow an accepted step; few laws do, and only for them the contact is worked out.
+    #[inline(always)]
+    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, z: &[f64], memory: &mut Memory) {
+        dispatch!(self, memory, |law, memory| law.follow(&contact(), z, memory));
+    }
+
+    /// Time in s of the next sample.
+    pub fn next_sample(&self, memory: &Memory) -> f64 {
+        dispatch!(self, memory, |law, memory| law.next_sample(memory))
+    }
+
+    /// Takes a sample.
+    pub fn sample(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
+        dispatch!(self, memory, |law, memory| law.sample(contact, z, memory));
+    }
+
+    /// Whether the law holds the mass.
+    pub fn is_sticking(&self, memory: &Memory) -> bool {
+        dispatch!(self, memory, |law, memory| law.is_sticking(memory))
+    }
+
+    /// Whether the position is exactly constant.
+    pub fn holds_position(&self, memory: &Memory) -> bool {
+        dispatch!(self, memory, |law, memory| law.holds_position(memory))
+    }
+}

@@ -1,0 +1,9 @@
+//! What a hybrid system is: smooth equations within a mode, indicators that end it, switches, samples.
+//!
+//! Nothing here knows friction, and nothing a solver.
+
+mod indicators;
+mod system;
+
+pub use indicators::Indicators;
+pub use system::{Groups, Held, HybridSystem, QUANTITIES, jacobian_by_duals};

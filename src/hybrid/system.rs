@@ -1,0 +1,160 @@
+//! What the solver needs to know of a model.
+
+use nalgebra::SMatrix;
+use serde::{Serialize, de::DeserializeOwned};
+
+use super::Indicators;
+use crate::numbers::{Dual, Number, Scalar};
+
+/// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
+///
+/// ```text
+///     | A  0  0 |   the first group depends on nothing but itself,
+/// J = | B  C  D |   the second on everything,
+///     | 0  E  F |   the third not on the first
+/// ```
+pub type Groups = [usize; 2];
+
+/// Conserved quantities a system can have.
+pub const QUANTITIES: usize = 2;
+
+/// A hybrid system with `N` continuous states and `U` inputs.
+///
+/// Between events the states follow [`derivatives`](Self::derivatives) with a constant memory; a mode is valid while
+/// all its [`indicators`](Self::indicators) are positive or zero.
+pub trait HybridSystem<const N: usize, const U: usize> {
+    /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only.
+    type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
+
+    /// Which couplings between states the Jacobian has; all of them unless a system says so.
+    const GROUPS: Groups = [0, 0];
+
+    /// Time derivatives of the states. They must be smooth functions of the states within a mode.
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
+
+    /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always
+    /// zero: the matrix given is zero at first and written by this system only.
+    fn jacobian(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; U],
+        memory: &Self::Memory,
+        jacobian: &mut SMatrix<f64, N, N>,
+    ) -> [f64; N] {
+        jacobian_by_duals(self, time, x, u, memory, jacobian)
+    }
+
+    /// Appends the event indicators of the present mode.
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory, out: &mut Indicators);
+
+    /// Handles the event whose indicator turned negative.
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; U], memory: &mut Self::Memory);
+
+    /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
+    fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Time in s of the next sample of a sampled part.
+    fn next_sample(&self, _memory: &Self::Memory) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Takes the sample.
+    fn sample(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Longest step in s the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the equations have a meaning at these states (positive pressures, for example).
+    fn is_admissible(&self, _x: &[f64; N]) -> bool {
+        true
+    }
+
+    /// Magnitudes of the states: the solver keeps the error per step of state `i` below
+    /// `relative tolerance * max(scale, |x|)`.
+    fn scales(&self) -> [f64; N];
+
+    /// What the system holds of each conserved quantity; quantities it does not have stay 0.
+    fn content(&self, _x: &[f64; N], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
+
+    /// What it receives of each per second.
+    fn inflow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
+
+    /// Whether a memory can belong to this system.
+    fn fits(&self, memory: &Self::Memory) -> bool;
+
+    /// Whether the equations depend on time other than through the inputs.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+}
+
+/// The Jacobian, exact to rounding, by evaluating the equations with dual numbers a few directions at a time.
+///
+/// The number of directions is the same for all systems, so that the equations are compiled for it once.
+pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
+    system: &H,
+    time: f64,
+    x: &[f64; N],
+    u: &[f64; U],
+    memory: &H::Memory,
+    jacobian: &mut SMatrix<f64, N, N>,
+) -> [f64; N] {
+    const DIRECTIONS: usize = 6;
+    let (time, u) = (Dual::constant(time), u.map(Dual::constant));
+    let mut derivatives = [0.0; N];
+    for first in (0..N).step_by(DIRECTIONS) {
+        let mut seeded = x.map(Dual::<DIRECTIONS>::constant);
+        for (direction, state) in seeded[first..].iter_mut().take(DIRECTIONS).enumerate() {
+            state.slope[direction] = 1.0;
+        }
+        for (row, rate) in system.derivatives(time, &seeded, &u, memory).iter().enumerate() {
+            derivatives[row] = rate.value;
+            for (column, slope) in (first..N).zip(rate.slope) {
+                jacobian[(row, column)] = slope;
+            }
+        }
+    }
+    derivatives
+}
+
+/// Inputs that vary linearly from a point in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held<const U: usize> {
+    since: f64,
+    values: [f64; U],
+    slopes: [f64; U],
+    /// Whether any slope differs from 0.
+    vary: bool,
+}
+
+impl<const U: usize> Held<U> {
+    /// Inputs with values at a time in s, and with slopes in 1/s from there on.
+    pub fn new(since: f64, values: [f64; U], slopes: [f64; U]) -> Self {
+        Self { since, values, slopes, vary: slopes.iter().any(|slope| *slope != 0.0) }
+    }
+
+    /// The inputs at a time.
+    pub fn at(&self, time: f64) -> [f64; U] {
+        if !self.vary {
+            return self.values;
+        }
+        std::array::from_fn(|i| self.values[i] + self.slopes[i] * (time - self.since))
+    }
+
+    /// Slopes in 1/s.
+    pub fn slopes(&self) -> [f64; U] {
+        self.slopes
+    }
+
+    /// Whether any slope differs from 0.
+    pub fn vary(&self) -> bool {
+        self.vary
+    }
+}

@@ -1,0 +1,176 @@
+//! Numbers with derivatives: forward-mode automatic differentiation.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use super::Scalar;
+
+/// A number with its derivatives in `D` directions (forward-mode automatic differentiation).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const D: usize> {
+    /// The value.
+    pub value: f64,
+    /// The derivative of the value in each direction.
+    pub slope: [f64; D],
+}
+
+impl<const D: usize> Dual<D> {
+    /// A number that varies with rate 1 in one direction.
+    pub fn variable(value: f64, direction: usize) -> Self {
+        let mut slope = [0.0; D];
+        slope[direction] = 1.0;
+        Self { value, slope }
+    }
+
+    /// The same number among those with further directions, in which it does not vary.
+    pub fn widened<const W: usize>(self) -> Dual<W> {
+        Dual { value: self.value, slope: std::array::from_fn(|i| if i < D { self.slope[i] } else { 0.0 }) }
+    }
+
+    fn map(self, value: f64, rule: impl Fn(f64) -> f64) -> Self {
+        Self { value, slope: self.slope.map(rule) }
+    }
+
+    fn zip(self, other: Self, value: f64, rule: impl Fn(f64, f64) -> f64) -> Self {
+        let mut slope = self.slope;
+        for (a, b) in slope.iter_mut().zip(other.slope) {
+            *a = rule(*a, b);
+        }
+        Self { value, slope }
+    }
+}
+
+impl<const D: usize> Scalar for Dual<D> {
+    fn of(value: f64) -> Self {
+        Self { value, slope: [0.0; D] }
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn chain(self, value: f64, derivative: f64) -> Self {
+        self.map(value, |a| derivative * a)
+    }
+}
+
+impl<const D: usize> Add for Dual<D> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        self.zip(other, self.value + other.value, |a, b| a + b)
+    }
+}
+
+impl<const D: usize> Sub for Dual<D> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, self.value - other.value, |a, b| a - b)
+    }
+}
+
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
+impl<const D: usize> Mul for Dual<D> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, self.value * other.value, |a, b| a * other.value + self.value * b)
+    }
+}
+
+#[allow(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts and multiplies")]
+impl<const D: usize> Div for Dual<D> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let inverse = 1.0 / other.value;
+        let value = self.value * inverse;
+        // The value is divided, not multiplied by the inverse, so that it has the bits of the plain `f64` equation.
+        self.zip(other, self.value / other.value, |a, b| (a - value * b) * inverse)
+    }
+}
+
+impl<const D: usize> Neg for Dual<D> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        self.map(-self.value, |a| -a)
+    }
+}
+
+impl<const D: usize> AddAssign for Dual<D> {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const D: usize> SubAssign for Dual<D> {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<const D: usize> Add<f64> for Dual<D> {
+    type Output = Self;
+    fn add(self, other: f64) -> Self {
+        Self { value: self.value + other, ..self }
+    }
+}
+
+impl<const D: usize> Sub<f64> for Dual<D> {
+    type Output = Self;
+    fn sub(self, other: f64) -> Self {
+        Self { value: self.value - other, ..self }
+    }
+}
+
+impl<const D: usize> Mul<f64> for Dual<D> {
+    type Output = Self;
+    fn mul(self, other: f64) -> Self {
+        self.map(self.value * other, |a| a * other)
+    }
+}
+
+impl<const D: usize> Div<f64> for Dual<D> {
+    type Output = Self;
+    fn div(self, other: f64) -> Self {
+        self.map(self.value / other, |a| a / other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numbers::Number;
+
+    /// Derivatives of textbook functions, written out by hand.
+    #[test]
+    fn derivatives_are_those_of_calculus() {
+        let x = Dual::<1>::variable(0.7, 0);
+        let cases = [
+            (x.exp(), 0.7f64.exp()),
+            (x.sqrt(), 0.5 / 0.7f64.sqrt()),
+            (x.sin(), 0.7f64.cos()),
+            (x.cos(), -0.7f64.sin()),
+            (x.tanh(), 1.0 / 0.7f64.cosh().powi(2)),
+            (x.atan(), 1.0 / 1.49),
+            (x.powf(2.5), 2.5 * 0.7f64.powf(1.5)),
+            (x * x / (x + 1.0), (0.49 + 1.4) / 2.89),
+            ((-x).abs(), 1.0),
+        ];
+        for (index, (dual, expected)) in cases.into_iter().enumerate() {
+            assert!((dual.slope[0] - expected).abs() < 1e-14, "case {index}: {dual:?}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn value_of_a_dual_has_the_bits_of_the_plain_number() {
+        fn equation<S: Scalar>(x: S) -> S {
+            (x.powf(0.5) + x.exp() / (x * 3.0 - 0.1)).tanh() / x
+        }
+        for step in 1..100 {
+            let x = f64::from(step) * 0.037;
+            assert_eq!(equation(x).to_bits(), equation(Dual::<3>::variable(x, 1)).value.to_bits());
+        }
+    }
+
+    #[test]
+    fn roots_and_powers_keep_finite_slopes_at_zero() {
+        let zero = Dual::<1>::variable(0.0, 0);
+        assert!(zero.sqrt().slope[0].is_finite());
+        assert!(zero.powf(0.5).slope[0].is_finite());
+    }
+}

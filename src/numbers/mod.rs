@@ -1,0 +1,20 @@
+//! Numbers the equations are written for.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `number` | what all of them can do, without branches |
+//! | `scalar` | single numbers, with transcendental functions and branches by their value |
+//! | `dual` | single numbers with exact derivatives |
+//! | `pair` | two numbers side by side |
+//! | `random` | random numbers that are the same everywhere |
+
+mod dual;
+mod number;
+mod pair;
+pub mod random;
+mod scalar;
+
+pub use dual::Dual;
+pub use number::Number;
+pub use pair::Pair;
+pub use scalar::{Scalar, sign};

@@ -1,0 +1,34 @@
+//! What all numbers of the equations can do, single ones and two side by side.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number or two of them side by side, for equations without branches.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// A number whose derivatives are zero.
+    fn constant(value: f64) -> Self;
+    /// Zero.
+    fn zero() -> Self;
+    /// Square root; its derivative at 0, which is infinite, is taken as 0.
+    fn sqrt(self) -> Self;
+    /// `self` to a constant power, for `self >= 0`.
+    ///
+    /// At 0 the derivative for an exponent below 1 is infinite; 0 is handed on instead, so that Jacobians stay finite.
+    fn powf(self, exponent: f64) -> Self;
+    /// The larger of two numbers.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of two numbers.
+    fn min(self, other: Self) -> Self;
+    /// `yes` where `left >= right`, and `no` elsewhere.
+    fn if_at_least(left: Self, right: Self, yes: Self, no: Self) -> Self;
+}

@@ -1,0 +1,111 @@
+//! Single numbers: plain `f64`, or [`Dual`](super::Dual) numbers that carry exact derivatives.
+//!
+//! Every transcendental function goes through the `libm` crate, so that the same inputs give the same bits on
+//! every platform; square roots are correctly rounded by the hardware everywhere.
+
+use std::ops::{AddAssign, SubAssign};
+
+use super::Number;
+
+/// A real number the equations can be evaluated with.
+///
+/// Comparisons (`abs`, `max`, `clamp`, ...) look at the value only and hand on the derivative of the branch taken.
+pub trait Scalar: Number + AddAssign + SubAssign {
+    /// The value without its derivatives.
+    fn value(self) -> f64;
+    /// The number with a value and no derivatives.
+    fn of(value: f64) -> Self;
+    /// Applies a function of one variable given its value and its derivative at `self`.
+    fn chain(self, value: f64, derivative: f64) -> Self;
+
+    /// `e` to the power `self`.
+    fn exp(self) -> Self {
+        let value = libm::exp(self.value());
+        self.chain(value, value)
+    }
+    /// Sine.
+    fn sin(self) -> Self {
+        self.chain(libm::sin(self.value()), libm::cos(self.value()))
+    }
+    /// Cosine.
+    fn cos(self) -> Self {
+        self.chain(libm::cos(self.value()), -libm::sin(self.value()))
+    }
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self {
+        let value = libm::tanh(self.value());
+        self.chain(value, 1.0 - value * value)
+    }
+    /// Arc tangent.
+    fn atan(self) -> Self {
+        let x = self.value();
+        self.chain(libm::atan(x), 1.0 / (1.0 + x * x))
+    }
+    /// Magnitude; the derivative at 0 is that of the positive side.
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+    /// The number nearest to `self` in `[low, high]`.
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+}
+
+impl<S: Scalar> Number for S {
+    fn constant(value: f64) -> Self {
+        Self::of(value)
+    }
+    fn zero() -> Self {
+        Self::of(0.0)
+    }
+    fn sqrt(self) -> Self {
+        let value = self.value().sqrt();
+        self.chain(value, if value > 0.0 { 0.5 / value } else { 0.0 })
+    }
+    fn powf(self, exponent: f64) -> Self {
+        let x = self.value();
+        if exponent == 1.0 {
+            return self;
+        }
+        if exponent == 2.0 {
+            return self * self;
+        }
+        if x <= 0.0 {
+            return self.chain(libm::pow(x, exponent), 0.0);
+        }
+        let value = libm::pow(x, exponent);
+        self.chain(value, exponent * value / x)
+    }
+    fn max(self, other: Self) -> Self {
+        if self.value() < other.value() { other } else { self }
+    }
+    fn min(self, other: Self) -> Self {
+        if self.value() > other.value() { other } else { self }
+    }
+    fn if_at_least(left: Self, right: Self, yes: Self, no: Self) -> Self {
+        if left.value() >= right.value() { yes } else { no }
+    }
+}
+
+impl Scalar for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn chain(self, value: f64, _derivative: f64) -> Self {
+        value
+    }
+}
+
+/// The sign of a number: -1, 0 or 1 (`f64::signum` knows no 0).
+pub fn sign(value: f64) -> f64 {
+    if value > 0.0 {
+        1.0
+    } else if value < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
