@@ -1,4 +1,22 @@
-//! A friction-loaded pneumatic servo cylinder: friction laws, valve, chambers, and the solver that runs them.
+//! A friction-loaded pneumatic servo cylinder: 24 friction laws, valve, chambers, carriage, and the solver that runs
+//! them.
+//!
+//! ```
+//! use pneumatic_servo::model::Setup;
+//! use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+//!
+//! let mut plant = Setup::of(&MODEL).set("friction.law", "Stribeck")?.set("valve.C", 5e-9)?.start(0.0)?;
+//! for k in 0..1000 {
+//!     let voltage = if plant.get("position")? < 0.3 { 6.0 } else { 5.0 };
+//!     plant.set("valveVoltage", voltage)?;
+//!     plant.advance_to(f64::from(k + 1) * 1e-3)?;
+//! }
+//! assert!(plant.get("position")? > 0.3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A model is built by name: [`Setup`](model::Setup) takes parameters, a [`Plant`](co_simulation::Plant) is stepped,
+//! read, saved and restored. All quantities are in SI units. The same inputs give the same bits on every platform.
 //!
 //! | room | what lives there |
 //! |---|---|

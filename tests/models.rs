@@ -4,7 +4,8 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use pneumatic_servo::model::{Model, Simulation, Start};
+use pneumatic_servo::co_simulation::Simulation;
+use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 

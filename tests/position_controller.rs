@@ -2,8 +2,8 @@
 
 mod rig;
 
-use pneumatic_servo::model::StepError;
 use pneumatic_servo::pneumatics::valve::{MeteringEdge, Spool, Valve};
+use pneumatic_servo::solver::StepError;
 use rig::{Rig, Running};
 
 const PERIOD: f64 = 1e-3;

@@ -2,8 +2,8 @@
 
 use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::hybrid::Indicators;
-use pneumatic_servo::model::StepError;
 use pneumatic_servo::numbers::Scalar;
+use pneumatic_servo::solver::StepError;
 use pneumatic_servo::solver::{Run, Scheme, Settings};
 
 const ADAPTIVE: Settings =

@@ -13,7 +13,8 @@ use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, is_real};
-use pneumatic_servo::model::{Model, Simulation, Snapshot, Start};
+use pneumatic_servo::co_simulation::{Simulation, Snapshot};
+use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 

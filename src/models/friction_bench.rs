@@ -13,14 +13,15 @@ use serde::{Deserialize, Serialize};
 
 use super::bristles::{bristle_table, write_bristles};
 use super::equations::Equations;
+use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
 use crate::friction::{self, Contact, Friction};
 use crate::hybrid::HybridSystem;
 use crate::hybrid::Indicators;
-use crate::model::{Experiment, Model, Simulation, Start};
+use crate::model::{Experiment, Model, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// The model as the library offers it.
@@ -41,7 +42,7 @@ const COUNTERS_BASE: u32 = 5_100;
 /// Value reference of the first bristle state; its derivatives follow.
 const BRISTLE_BASE: u32 = 400;
 
-static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
@@ -50,7 +51,7 @@ static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
     table.extend(Tuning::grouped(SOLVER_BASE));
-    table
+    Table::new(table)
 });
 
 parameters! {

@@ -20,3 +20,8 @@ pub static ALL: &[Model] = &[
     vibro_impact::MODEL,
     festoon::MODEL,
 ];
+
+/// The model of a name.
+pub fn find(name: &str) -> Option<&'static Model> {
+    ALL.iter().find(|model| model.name == name)
+}

@@ -18,11 +18,12 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
+use crate::co_simulation::{Simulation, Snapshot, SnapshotError};
 use crate::hybrid::Held;
-use crate::model::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::model::{Experiment, Model, Start};
 use crate::numbers::sign;
-use crate::solver::Balance;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
+use crate::solver::StepError;
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// The model as the library offers it.
@@ -34,14 +35,14 @@ pub const MODEL: Model = Model {
     experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
 };
 
-static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.push(Variable::flag(201, "saturated").text("True while the voltage is at an end of its range"));
     table.push(Variable::counter(202, "samples").text("Samples since initialization"));
     table.extend(Parameters::table());
-    table
+    Table::new(table)
 });
 
 parameters! {
@@ -272,9 +273,6 @@ impl Simulation for PositionController {
             time: self.time,
             states: Vec::new(),
             memory: postcard::to_allocvec(&self.memory).expect("a memory holds plain data"),
-            step: self.p.sample_time,
-            counters: Counters::default(),
-            balance: Balance::default(),
         }
     }
 

@@ -3,6 +3,8 @@
 //! It knows the equations only through [`HybridSystem`](crate::hybrid::HybridSystem).
 
 mod balance;
+mod counters;
+mod error;
 mod event;
 mod implicit_euler;
 mod linear;
@@ -12,5 +14,7 @@ mod runge_kutta;
 mod settings;
 
 pub use balance::Balance;
-pub use run::Run;
+pub use counters::Counters;
+pub use error::StepError;
+pub use run::{Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};

@@ -1,15 +1,17 @@
 //! The hybrid driver: takes steps, watches the indicators, lets the system switch.
 
 use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::balance::Balance;
+use super::counters::Counters;
+use super::error::StepError;
 use super::event::{Bracket, Hermite, root};
 use super::settings::{Scheme, Settings};
 use super::{implicit_euler, rosenbrock, runge_kutta};
 use crate::hybrid::Indicators;
 use crate::hybrid::QUANTITIES;
 use crate::hybrid::{Held, HybridSystem};
-use crate::model::{Counters, Snapshot, StepError};
 use crate::numbers::Dual;
 
 /// A step that may be accepted.
@@ -30,6 +32,29 @@ pub struct Linearisation<const N: usize> {
     pub jacobian: SMatrix<f64, N, N>,
     /// Their partial derivatives with respect to time, where they depend on it.
     pub time_slopes: Option<[f64; N]>,
+}
+
+/// How far a run has come, apart from states and memory of its system.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Time in s.
+    time: f64,
+    /// Step size to try next, in s.
+    step: f64,
+    counters: Counters,
+    balance: Balance,
+}
+
+impl Progress {
+    /// Current time in s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Whether a run can have come this far.
+    pub fn is_sound(&self) -> bool {
+        self.time.is_finite() && self.step.is_finite() && self.step > 0.0 && self.balance.is_finite()
+    }
 }
 
 /// A running hybrid system.
@@ -113,14 +138,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.counters
     }
 
-    /// Step size to try next, in s.
-    pub fn step(&self) -> f64 {
-        self.step
-    }
-
-    /// The account of conserved quantities.
-    pub fn balance(&self) -> Balance {
-        self.balance
+    /// How far the run has come.
+    pub fn progress(&self) -> Progress {
+        let &Self { time, step, counters, balance, .. } = self;
+        Progress { time, step, counters, balance }
     }
 
     /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
@@ -136,10 +157,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         (&self.x, &self.memory)
     }
 
-    /// Goes to a saved state, whose states and memory are given in their own types.
-    pub fn restore(&mut self, x: [f64; N], memory: H::Memory, snapshot: &Snapshot) {
-        (self.time, self.x, self.memory) = (snapshot.time, x, memory);
-        (self.step, self.counters, self.balance) = (snapshot.step, snapshot.counters, snapshot.balance);
+    /// Goes back to states, memory and progress of a run of the same system.
+    pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
+        (self.x, self.memory) = (x, memory);
+        Progress { time: self.time, step: self.step, counters: self.counters, balance: self.balance } = progress;
         (self.is_linearised, self.is_settled) = (false, false);
     }
 

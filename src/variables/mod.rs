@@ -1,7 +1,11 @@
 //! The variable table: every variable of a model is stated here once, and the XML, the get and set functions,
 //! the documentation and the tests are made from it.
 
+mod table;
+
 use std::fmt;
+
+pub use table::{Entry, Place, Table};
 
 /// Exponents of the SI base units kg, m, s, A, K, mol, cd and rad.
 pub type BaseUnit = [i8; 8];
@@ -128,6 +132,13 @@ pub struct Enumeration {
     pub description: &'static str,
     /// Id, name and description of each item.
     pub items: &'static [(i32, &'static str, &'static str)],
+}
+
+impl Enumeration {
+    /// The id of an item.
+    pub fn id(&self, name: &str) -> Option<i32> {
+        self.items.iter().find(|(_, item, _)| *item == name).map(|(id, ..)| *id)
+    }
 }
 
 /// The FMI base type of a variable, with what belongs to it.

@@ -4,8 +4,10 @@
 
 use std::collections::HashMap;
 
-use pneumatic_servo::model::{Model, Simulation, Start, StepError};
+use pneumatic_servo::co_simulation::Simulation;
+use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
+use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
 
 /// A model with its parameters and inputs, ready to start.

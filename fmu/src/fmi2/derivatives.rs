@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use super::instance::Instance;
-use super::layout::{Base, Place};
+use super::layout::Base;
 use super::types::ValueReference;
-use pneumatic_servo::variables::Role;
+use pneumatic_servo::variables::{Place, Role};
 
 impl Instance {
     /// `fmi2SetRealInputDerivatives`: slopes for the next step.

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::guid::guid;
 use super::types::ValueReference;
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};
 
 /// The base types of the interface; an enumeration is read and written as an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,19 +17,6 @@ pub enum Base {
     Boolean,
     /// `fmi2String`; no variable has it.
     Text,
-}
-
-/// The place of a value among those of its kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// The time.
-    Time,
-    /// An input.
-    Input(usize),
-    /// A parameter.
-    Parameter(usize),
-    /// A computed variable.
-    Computed(usize),
 }
 
 /// A variable and what the interface needs to know about it.
@@ -45,10 +32,12 @@ pub struct Slot {
     pub state: Option<usize>,
 }
 
-/// The variables of a model by value reference and by place; made once per model.
+/// The variables of a model as the interface needs them; made once per model.
 pub struct Layout {
     /// The model.
     pub model: &'static Model,
+    /// Its variables.
+    pub table: &'static Table,
     /// Its GUID.
     pub guid: String,
     /// Its inputs.
@@ -59,45 +48,31 @@ pub struct Layout {
     pub computed: Vec<&'static Variable>,
     /// How many continuous states it has.
     pub states: usize,
-    slots: Vec<Slot>,
-    /// The index in `slots` by value reference, or [`NONE`].
-    by_reference: Vec<u32>,
 }
-
-const NONE: u32 = u32::MAX;
 
 impl Layout {
     /// The layout of a model.
     pub fn new(model: &'static Model) -> Self {
-        let variables = (model.variables)();
-        let largest = variables.iter().map(|variable| variable.reference as usize).max().unwrap_or(0);
-        let mut layout = Self {
+        let table = (model.variables)();
+        Self {
             model,
+            table,
             guid: guid(model),
-            inputs: Vec::new(),
-            parameters: Vec::new(),
-            computed: Vec::new(),
-            states: variables.iter().filter(|variable| variable.derivative_of.is_some()).count(),
-            slots: Vec::with_capacity(variables.len()),
-            by_reference: vec![NONE; largest + 1],
-        };
-        for variable in variables {
-            layout.by_reference[variable.reference as usize] = layout.slots.len() as u32;
-            let place = layout.place(variable);
-            let mut states = variables.iter().filter_map(|other| other.derivative_of);
-            let state = states.position(|state| state == variable.reference);
-            layout.slots.push(Slot { variable, base: base(variable.kind), place, state });
+            inputs: table.inputs().collect(),
+            parameters: table.parameters().collect(),
+            computed: table.computed().collect(),
+            states: table.number_of_states(),
         }
-        layout
     }
 
     /// The slot of a value reference.
-    pub fn slot(&self, reference: ValueReference) -> Option<&Slot> {
-        self.slots.get(*self.by_reference.get(reference as usize)? as usize)
+    pub fn slot(&self, reference: ValueReference) -> Option<Slot> {
+        let Entry { variable, place, state } = self.table.by_reference(reference)?;
+        Some(Slot { variable, base: base(variable.kind), place, state })
     }
 
     /// The slot of a value reference, which must have a type.
-    pub fn typed_slot(&self, reference: ValueReference, base: Base) -> Result<&Slot, Failure> {
+    pub fn typed_slot(&self, reference: ValueReference, base: Base) -> Result<Slot, Failure> {
         let slot = self
             .slot(reference)
             .ok_or_else(|| Failure::error(format!("there is no variable with value reference {reference}")))?;
@@ -106,17 +81,6 @@ impl Layout {
             return Err(Failure::error(format!("{name} (value reference {reference}) is {actual:?}, not {base:?}")));
         }
         Ok(slot)
-    }
-
-    fn place(&mut self, variable: &'static Variable) -> Place {
-        let (group, place): (_, fn(usize) -> Place) = match variable.role {
-            Role::Time => return Place::Time,
-            Role::Input => (&mut self.inputs, Place::Input),
-            Role::Fixed | Role::Tunable => (&mut self.parameters, Place::Parameter),
-            Role::Output | Role::Local => (&mut self.computed, Place::Computed),
-        };
-        group.push(variable);
-        place(group.len() - 1)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::layout::Layout;
 use super::record::Record;
-use pneumatic_servo::model::{Simulation, Snapshot};
+use pneumatic_servo::co_simulation::{Simulation, Snapshot};
 
 /// A simulation that is started when it is first needed and told about changed inputs when that matters.
 pub struct Run {
@@ -85,7 +85,7 @@ impl Run {
         snapshot: &Snapshot,
         reuse: bool,
     ) -> Result<(), Failure> {
-        let unfit = |error: pneumatic_servo::model::SnapshotError| Failure::error(error.to_string());
+        let unfit = |error: pneumatic_servo::co_simulation::SnapshotError| Failure::error(error.to_string());
         match self.simulation.as_mut().filter(|_| reuse) {
             Some(simulation) => simulation.restore(snapshot).map_err(unfit)?,
             None => {

@@ -12,7 +12,7 @@ use super::layout::Layout;
 use super::record::{Experiment, Record};
 use super::run::Run;
 use super::values::check_value;
-use pneumatic_servo::model::Snapshot;
+use pneumatic_servo::co_simulation::Snapshot;
 use pneumatic_servo::variables::Variable;
 
 /// A complete copy of an instance, apart from its log.

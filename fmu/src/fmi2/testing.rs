@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::instance::Instance;
 use super::layout::Layout;
 use super::logging::Log;
-use pneumatic_servo::model::{Counters, Experiment, Model, Simulation, Snapshot, SnapshotError, Start, StepError};
-use pneumatic_servo::solver::Balance;
-use pneumatic_servo::variables::{Enumeration, ParameterError, Role, Variable, units};
+use pneumatic_servo::co_simulation::{Simulation, Snapshot, SnapshotError};
+use pneumatic_servo::model::{Experiment, Model, Start};
+use pneumatic_servo::solver::StepError;
+use pneumatic_servo::variables::{Enumeration, ParameterError, Role, Table, Variable, units};
 
 pub const INPUT: u32 = 1;
 pub const SUPPLY: u32 = 2;
@@ -49,8 +50,8 @@ static TRAPS: Enumeration = Enumeration {
     ],
 };
 
-static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
-    vec![
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
+    Table::new(vec![
         Variable { role: Role::Time, ..Variable::output(0, "time", units::SECOND) },
         Variable::input(INPUT, "input", units::ONE, 1.0),
         Variable::input(SUPPLY, "supply", units::PASCAL, 0.0).at_least(0.0),
@@ -63,7 +64,7 @@ static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
         Variable::parameter(LOW, "low", units::ONE, 1.0).tunable(),
         Variable::parameter(HIGH, "high", units::ONE, 2.0).tunable(),
         Variable::choice(TRAP, "trap", &TRAPS, NOTHING),
-    ]
+    ])
 });
 
 /// A silent instance.
@@ -181,9 +182,6 @@ impl Simulation for Lag {
             time: self.time,
             states: vec![self.state],
             memory: postcard::to_allocvec(&self.memory).expect("plain data"),
-            step: 0.0,
-            counters: Counters::default(),
-            balance: Balance::default(),
         }
     }
 

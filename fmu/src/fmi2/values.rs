@@ -3,9 +3,9 @@
 use super::calls::{State, describe};
 use super::failure::Failure;
 use super::instance::Instance;
-use super::layout::{Base, Place};
+use super::layout::Base;
 use super::types::ValueReference;
-use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
+use pneumatic_servo::variables::{Kind, ParameterError, Place, Role, Variable};
 
 /// The states in which a variable may be set: parameters only until their values are in use, unless tunable.
 fn settable(role: Role) -> &'static [State] {

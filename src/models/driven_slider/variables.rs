@@ -7,7 +7,7 @@ use crate::friction::parts::levels::{Level, SharedLevels};
 use crate::mechanics::GRAVITY;
 use crate::models::bristles::bristle_table;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -24,7 +24,7 @@ const MASS: f64 = 21.19e-3;
 const DYNAMIC_COEFFICIENT: f64 = 0.32;
 
 /// Every variable of the slider.
-pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
@@ -33,7 +33,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Parameters::table());
     table.extend(SharedLevels::table("friction", FRICTION_BASE, 3, DYNAMIC_COEFFICIENT * MASS * GRAVITY));
     table.extend(Tuning::grouped(SOLVER_BASE));
-    table
+    Table::new(table)
 });
 
 parameters! {

@@ -8,7 +8,7 @@ use crate::co_simulation::counters_table;
 use crate::friction::{Friction, MAX_STATES};
 use crate::models::bristles::bristle_table;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -33,7 +33,7 @@ const fn bristle_base(trolley: usize) -> u32 {
 }
 
 /// Every variable of the festoon.
-pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
@@ -46,7 +46,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
     table.extend(Tuning::grouped(SOLVER_BASE));
-    table
+    Table::new(table)
 });
 
 /// A variable of one trolley, with its dependencies on the states of this trolley and its neighbours.

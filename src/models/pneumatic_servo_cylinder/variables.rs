@@ -8,7 +8,7 @@ use crate::friction::Friction;
 use crate::models::bristles::bristle_table;
 use crate::pneumatics::chamber::THERMAL_MODELS;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable, units};
+use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// Conserved quantities: mass and energy.
@@ -24,7 +24,7 @@ const COUNTERS_BASE: u32 = 5_100;
 const BRISTLE_BASE: u32 = 400;
 
 /// Every variable of the cylinder.
-pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
@@ -34,7 +34,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", FRICTION_BASE, 7));
     table.extend(Tuning::grouped(SOLVER_BASE));
-    table
+    Table::new(table)
 });
 
 parameters! {

@@ -6,7 +6,7 @@ use crate::co_simulation::counters_table;
 use crate::friction::parts::levels::{Level, SharedLevels};
 use crate::models::bristles::bristle_table;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, Variable, units};
+use crate::variables::{Enumeration, Table, Variable, units};
 use crate::{outputs, parameters};
 
 /// Value reference of the first variable of the friction law.
@@ -22,7 +22,7 @@ const BREAK_AWAY: f64 = 6.8;
 const COULOMB_RATIO: f64 = 0.5;
 
 /// Every variable of the system.
-pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
+pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     use crate::variables::ParameterSet;
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
@@ -32,7 +32,7 @@ pub static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(|| {
     table.extend(Parameters::table());
     table.extend(friction_table());
     table.extend(Tuning::grouped(SOLVER_BASE));
-    table
+    Table::new(table)
 });
 
 /// The friction laws, with the exponential Stribeck curve of the source.

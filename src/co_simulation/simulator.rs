@@ -1,9 +1,11 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
-use crate::model::{Counters, Simulation, Snapshot, SnapshotError, Start, StepError};
+use crate::co_simulation::{Simulation, Snapshot, SnapshotError};
+use crate::model::Start;
 use crate::models::equations::Equations;
 use crate::numbers::Dual;
-use crate::solver::{Run, Settings};
+use crate::solver::{Counters, StepError};
+use crate::solver::{Progress, Run, Settings};
 use crate::variables::{ParameterError, Variable};
 
 /// The solver's counters as variables; every model's table ends with them. Value references from `base`.
@@ -108,24 +110,19 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
 
     fn save(&self) -> Snapshot {
         let (x, memory) = self.run.state();
-        Snapshot {
-            time: self.run.time(),
-            states: x.to_vec(),
-            memory: postcard::to_allocvec(memory).expect("a memory holds plain data"),
-            step: self.run.step(),
-            counters: self.run.counters(),
-            balance: self.run.balance(),
-        }
+        let memory = postcard::to_allocvec(&(memory, self.run.progress())).expect("a memory holds plain data");
+        Snapshot { time: self.run.time(), states: x.to_vec(), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let states: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
-        let memory: E::Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
-        let is_plain = states.iter().chain([&snapshot.time, &snapshot.step]).all(|value| value.is_finite());
-        if !is_plain || !snapshot.balance.is_finite() || snapshot.step <= 0.0 || !self.run.system().fits(&memory) {
+        let (memory, progress): (E::Memory, Progress) =
+            postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let is_plain = states.iter().all(|value| value.is_finite());
+        if !is_plain || !progress.is_sound() || progress.time() != snapshot.time || !self.run.system().fits(&memory) {
             return Err(SnapshotError);
         }
-        self.run.restore(states, memory, snapshot);
+        self.run.restore(states, memory, progress);
         Ok(())
     }
 }

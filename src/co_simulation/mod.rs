@@ -1,0 +1,83 @@
+//! Running a model with the solver inside: what a host sees are values in table order, time, and nothing of its physics.
+
+mod plant;
+mod simulator;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::plant::{Plant, Saved};
+pub use self::simulator::{Build, Simulator, counters_table};
+use crate::solver::StepError;
+use crate::variables::ParameterError;
+
+/// A running model.
+///
+/// Slices of inputs, parameters and computed values follow the order in which the variable table lists the
+/// variables of that kind ([`Variable::is_parameter`], [`Variable::is_computed`], inputs).
+pub trait Simulation: Send {
+    /// Current time in s.
+    fn time(&self) -> f64;
+
+    /// Sets the inputs at the current time and their slopes in 1/s, which hold until they are set again.
+    ///
+    /// Only the last call before the next step counts, and setting what is already set changes nothing.
+    fn set_inputs(&mut self, values: &[f64], slopes: &[f64]);
+
+    /// Replaces the tunable parameters; all parameters are given, and fixed ones must be unchanged.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when a value or a combination of values is not legal; nothing is changed then.
+    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError>;
+
+    /// Integrates to `end`. Does not allocate.
+    ///
+    /// # Errors
+    /// [`StepError`] when the end cannot be reached; the state is then that of the last accepted solver step.
+    fn advance(&mut self, end: f64) -> Result<(), StepError>;
+
+    /// Writes all computed variables, consistent with the current inputs.
+    fn values(&self, computed: &mut [f64]);
+
+    /// Writes the derivative of all computed variables with respect to time along the solution.
+    fn rates(&self, computed: &mut [f64]);
+
+    /// Writes the derivative of all computed variables in one direction of inputs and continuous states.
+    ///
+    /// The states are numbered in the order in which the table lists their derivatives
+    /// ([`Variable::derivative_of`]).
+    fn directional_derivative(&self, inputs: &[f64], states: &[f64], computed: &mut [f64]);
+
+    /// Everything that changes while running, apart from inputs and parameters.
+    fn save(&self) -> Snapshot;
+
+    /// Goes back to a snapshot of the same model with the same parameters.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] when the snapshot does not fit; nothing is changed then.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}
+
+/// A saved state, free of pointers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Time in s.
+    pub time: f64,
+    /// Continuous states.
+    pub states: Vec<f64>,
+    /// Discrete memory of the model and of what runs it, serialised.
+    pub memory: Vec<u8>,
+}
+
+/// A snapshot that does not fit the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SnapshotError;
+
+impl fmt::Display for SnapshotError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the saved state does not belong to this model with these parameters")
+    }
+}
+
+impl std::error::Error for SnapshotError {}

@@ -1,0 +1,196 @@
+//! A running model whose variables are set and read by name.
+
+use super::{Simulation, Snapshot, SnapshotError};
+use crate::model::{Model, SettingError, Value, find};
+use crate::solver::StepError;
+use crate::variables::{Place, Role, Table};
+
+/// A running model.
+///
+/// Inputs are held over a step, unless they are given slopes.
+pub struct Plant {
+    model: &'static Model,
+    simulation: Box<dyn Simulation>,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    slopes: Vec<f64>,
+    computed: Vec<f64>,
+    /// Whether `computed` belongs to the present states and inputs.
+    is_computed: bool,
+}
+
+/// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Saved {
+    snapshot: Snapshot,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl Plant {
+    /// A started simulation of a model, with the parameters and inputs it was started with.
+    pub(crate) fn new(
+        model: &'static Model,
+        simulation: Box<dyn Simulation>,
+        parameters: Vec<f64>,
+        inputs: Vec<f64>,
+    ) -> Self {
+        let computed = vec![0.0; (model.variables)().computed().count()];
+        let slopes = vec![0.0; inputs.len()];
+        Self { model, simulation, parameters, inputs, slopes, computed, is_computed: false }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'static Model {
+        self.model
+    }
+
+    /// The variables of the model.
+    pub fn table(&self) -> &'static Table {
+        (self.model.variables)()
+    }
+
+    /// Current time in s.
+    pub fn time(&self) -> f64 {
+        self.simulation.time()
+    }
+
+    /// Sets an input, or a parameter that is tunable.
+    ///
+    /// # Errors
+    /// [`SettingError`]; nothing is changed then.
+    pub fn set<'a>(&mut self, name: &str, value: impl Into<Value<'a>>) -> Result<(), SettingError> {
+        let entry = find(self.table(), name)?;
+        let refuse = |reason| Err(SettingError::NotSettable { name: name.to_owned(), reason });
+        match (entry.place, entry.variable.role) {
+            (Place::Input(place), _) => self.set_input(place, value.into().number(entry.variable)?),
+            (Place::Parameter(place), Role::Tunable) => {
+                let value = value.into().number(entry.variable)?;
+                let before = std::mem::replace(&mut self.parameters[place], value);
+                if let Err(error) = self.simulation.retune(&self.parameters) {
+                    self.parameters[place] = before;
+                    return Err(error.into());
+                }
+                self.is_computed = false;
+            }
+            (Place::Parameter(_), _) => return refuse("it is fixed once the model has started"),
+            (Place::Time | Place::Computed(_), _) => return refuse("it is computed"),
+        }
+        Ok(())
+    }
+
+    /// Sets the input in a place of the table to a legal value.
+    pub fn set_input(&mut self, place: usize, value: f64) {
+        self.inputs[place] = value;
+        self.inputs_changed();
+    }
+
+    /// Lets an input vary with a slope in 1/s during the next step; then it keeps the value it has reached.
+    ///
+    /// # Errors
+    /// [`SettingError`] if there is no such input.
+    pub fn set_slope(&mut self, name: &str, slope: f64) -> Result<(), SettingError> {
+        let Place::Input(place) = find(self.table(), name)?.place else {
+            return Err(SettingError::NotSettable { name: name.to_owned(), reason: "only inputs have slopes" });
+        };
+        self.slopes[place] = slope;
+        self.inputs_changed();
+        Ok(())
+    }
+
+    fn inputs_changed(&mut self) {
+        self.simulation.set_inputs(&self.inputs, &self.slopes);
+        self.is_computed = false;
+    }
+
+    /// The value of a variable.
+    ///
+    /// # Errors
+    /// [`SettingError::Unknown`] if there is none of that name.
+    pub fn get(&mut self, name: &str) -> Result<f64, SettingError> {
+        Ok(self.value(find(self.table(), name)?.place))
+    }
+
+    /// The value in a place of the table.
+    pub fn value(&mut self, place: Place) -> f64 {
+        match place {
+            Place::Time => self.time(),
+            Place::Input(place) => self.inputs[place],
+            Place::Parameter(place) => self.parameters[place],
+            Place::Computed(place) => self.computed()[place],
+        }
+    }
+
+    /// All computed values, in the order of the table, consistent with the present inputs.
+    pub fn computed(&mut self) -> &[f64] {
+        if !self.is_computed {
+            self.simulation.values(&mut self.computed);
+            self.is_computed = true;
+        }
+        &self.computed
+    }
+
+    /// Integrates over a step of a size in s.
+    ///
+    /// # Errors
+    /// As [`advance_to`](Self::advance_to).
+    pub fn step(&mut self, size: f64) -> Result<(), StepError> {
+        self.advance_to(self.time() + size)
+    }
+
+    /// Integrates to a time in s, which is not in the past.
+    ///
+    /// # Errors
+    /// [`StepError`] when it cannot be reached; the state is then that of the last accepted solver step.
+    pub fn advance_to(&mut self, end: f64) -> Result<(), StepError> {
+        let start = self.time();
+        self.is_computed = false;
+        let outcome = self.simulation.advance(end);
+        let duration = self.time() - start;
+        if self.slopes.iter().any(|slope| *slope != 0.0) {
+            for (input, slope) in self.inputs.iter_mut().zip(&mut self.slopes) {
+                *input += std::mem::take(slope) * duration;
+            }
+            self.inputs_changed();
+        }
+        outcome
+    }
+
+    /// Everything that affects the further run.
+    pub fn save(&self) -> Saved {
+        Saved {
+            snapshot: self.simulation.save(),
+            parameters: self.parameters.clone(),
+            inputs: self.inputs.clone(),
+            slopes: self.slopes.clone(),
+        }
+    }
+
+    /// Goes back to a saved state of a plant of the same model that was set up alike.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it does not fit; nothing is changed then.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
+        if saved.parameters.len() != self.parameters.len() || saved.inputs.len() != self.inputs.len() {
+            return Err(SnapshotError);
+        }
+        if saved.parameters != self.parameters {
+            self.simulation.retune(&saved.parameters).map_err(|_| SnapshotError)?;
+        }
+        if let Err(error) = self.simulation.restore(&saved.snapshot) {
+            self.simulation.retune(&self.parameters).map_err(|_| SnapshotError)?;
+            return Err(error);
+        }
+        self.parameters.clone_from(&saved.parameters);
+        self.inputs.clone_from(&saved.inputs);
+        self.slopes.clone_from(&saved.slopes);
+        self.inputs_changed();
+        Ok(())
+    }
+
+    /// The simulation behind it, for what has no names.
+    pub fn simulation(&self) -> &dyn Simulation {
+        self.simulation.as_ref()
+    }
+}

@@ -1,0 +1,47 @@
+//! A model: its name, its variables and how a run of it starts.
+
+mod setting;
+mod setup;
+
+pub(crate) use self::setting::find;
+pub use self::setting::{SettingError, Value};
+pub use self::setup::Setup;
+use crate::co_simulation::Simulation;
+use crate::variables::{ParameterError, Table};
+
+/// A model that can be instantiated: its name, its variables and how a run of it starts.
+#[derive(Debug)]
+pub struct Model {
+    /// Name of the model, which is also its FMI model identifier.
+    pub name: &'static str,
+    /// One line that says what it is.
+    pub description: &'static str,
+    /// The variable table; made once per process.
+    pub variables: fn() -> &'static Table,
+    /// Builds a run.
+    pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
+    /// The default experiment.
+    pub experiment: Experiment,
+}
+
+/// The experiment a host should offer by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Experiment {
+    /// Stop time in s; the start time is 0.
+    pub stop_time: f64,
+    /// Communication step size in s.
+    pub step_size: f64,
+}
+
+/// Everything a run starts from.
+#[derive(Clone, Debug)]
+pub struct Start<'a> {
+    /// Start time in s.
+    pub time: f64,
+    /// All parameters, in the order in which the table lists them.
+    pub parameters: &'a [f64],
+    /// All inputs, in the order in which the table lists them.
+    pub inputs: &'a [f64],
+    /// The tolerance the host asks for; it replaces `solver.relativeTolerance` unless that was changed.
+    pub tolerance: Option<f64>,
+}

@@ -1,0 +1,143 @@
+//! Values that users give to variables by name, and why they may be refused.
+
+use std::fmt;
+
+use crate::variables::{Entry, Kind, ParameterError, Table, Variable};
+
+/// A value as users write it: a number, the name of an item of an enumeration, or true or false.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// A number, in the SI unit of the variable.
+    Number(f64),
+    /// The name of an item of an enumeration.
+    Item(&'a str),
+    /// True or false.
+    Flag(bool),
+}
+
+impl From<f64> for Value<'_> {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}
+
+impl From<i32> for Value<'_> {
+    fn from(value: i32) -> Self {
+        Self::Number(value.into())
+    }
+}
+
+impl<'a> From<&'a str> for Value<'a> {
+    fn from(value: &'a str) -> Self {
+        Self::Item(value)
+    }
+}
+
+impl From<bool> for Value<'_> {
+    fn from(value: bool) -> Self {
+        Self::Flag(value)
+    }
+}
+
+impl fmt::Display for Value<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(value) => write!(f, "{value}"),
+            Self::Item(value) => write!(f, "\"{value}\""),
+            Self::Flag(value) => write!(f, "{value}"),
+        }
+    }
+}
+
+impl Value<'_> {
+    /// The number that stands for the value in the table.
+    ///
+    /// # Errors
+    /// [`SettingError`] if the variable cannot have such a value.
+    pub fn number(self, variable: &Variable) -> Result<f64, SettingError> {
+        let number = match (self, variable.kind) {
+            (Self::Number(value), _) => Some(value),
+            (Self::Flag(value), Kind::Boolean) => Some(value.into()),
+            (Self::Item(name), Kind::Enumeration(of)) => of.id(name).map(f64::from),
+            _ => None,
+        };
+        let Some(number) = number else {
+            let (name, value) = (variable.name.clone(), self.to_string());
+            return Err(SettingError::Type { name, value, expected: expected(variable.kind) });
+        };
+        variable.check(number)?;
+        Ok(number)
+    }
+}
+
+fn expected(kind: Kind) -> String {
+    match kind {
+        Kind::Real(unit) => format!("a number in {}", unit.name),
+        Kind::Integer => "an integer".to_owned(),
+        Kind::Boolean => "true or false".to_owned(),
+        Kind::Enumeration(of) => {
+            let names: Vec<_> = of.items.iter().map(|(_, name, _)| *name).collect();
+            format!("one of {}", names.join(", "))
+        }
+    }
+}
+
+/// Why a variable cannot be set or read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SettingError {
+    /// The model has no variable of this name.
+    Unknown {
+        /// The name.
+        name: String,
+        /// Names of the model that resemble it.
+        similar: Vec<&'static str>,
+    },
+    /// The variable cannot be set, or not now.
+    NotSettable {
+        /// The name.
+        name: String,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The value is of a kind that the variable cannot have.
+    Type {
+        /// The name of the variable.
+        name: String,
+        /// The value.
+        value: String,
+        /// What it must be.
+        expected: String,
+    },
+    /// The value is out of range, or does not fit to others.
+    Refused(ParameterError),
+}
+
+impl fmt::Display for SettingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown { name, similar } if similar.is_empty() => write!(f, "there is no variable {name}"),
+            Self::Unknown { name, similar } => {
+                write!(f, "there is no variable {name}; did you mean {}?", similar.join(" or "))
+            }
+            Self::NotSettable { name, reason } => write!(f, "{name} cannot be set: {reason}"),
+            Self::Type { name, value, expected } => write!(f, "{name} = {value} is refused: it must be {expected}"),
+            Self::Refused(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SettingError {}
+
+impl From<ParameterError> for SettingError {
+    fn from(error: ParameterError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+/// The entry of a name in a table.
+///
+/// # Errors
+/// [`SettingError::Unknown`] if there is none.
+pub fn find(table: &Table, name: &str) -> Result<Entry, SettingError> {
+    table.find(name).ok_or_else(|| SettingError::Unknown { name: name.to_owned(), similar: table.similar(name) })
+}
