@@ -7,15 +7,18 @@
 //!
 //! | place | what lives there |
 //! |---|---|
+//! | [`contact`] | a law held by a model |
 //! | `law` | what a law is |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | [`parts`] | what several laws are made of |
 
+pub mod contact;
 pub mod law;
 pub mod laws;
 pub mod parts;
 mod registry;
 
+pub use contact::{FrictionContact, Observation};
 pub use law::{Contact, Drive, FrictionLaw, MAX_STATES};
 pub use registry::{Friction, LAWS, Memory};

@@ -1,6 +1,6 @@
 //! The continuous states of a friction law as variables of a model.
 
-use crate::friction::MAX_STATES;
+use crate::friction::{MAX_STATES, Observation};
 use crate::numbers::Scalar;
 use crate::variables::{Variable, units};
 
@@ -25,12 +25,10 @@ pub fn bristle_table(group: &str, base: u32, motion: &[u32]) -> Vec<Variable> {
 }
 
 /// Writes the values of these variables, and returns the rest of the slots.
-pub fn write_bristles<'s, S: Scalar>(states: &[S], rates: &[S; MAX_STATES], slots: &'s mut [S]) -> &'s mut [S] {
-    let (own, unused) = slots.split_at_mut(states.len());
-    own.copy_from_slice(states);
-    let (unused, rest) = unused.split_at_mut(MAX_STATES - states.len());
-    unused.fill(S::zero());
-    let (all_rates, rest) = rest.split_at_mut(MAX_STATES);
-    all_rates.copy_from_slice(rates);
+pub fn write_bristles<'s, S: Scalar>(contact: &Observation<S>, slots: &'s mut [S]) -> &'s mut [S] {
+    let (states, rest) = slots.split_at_mut(MAX_STATES);
+    states.copy_from_slice(&contact.states);
+    let (rates, rest) = rest.split_at_mut(MAX_STATES);
+    rates.copy_from_slice(&contact.rates);
     rest
 }

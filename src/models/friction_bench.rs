@@ -15,7 +15,7 @@ use super::bristles::{bristle_table, write_bristles};
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
-use crate::friction::{self, Contact, Friction};
+use crate::friction::{self, Contact, Friction, FrictionContact};
 use crate::hybrid::HybridSystem;
 use crate::hybrid::Indicators;
 use crate::model::{Experiment, Model, Start};
@@ -146,7 +146,7 @@ enum Drive {
 pub struct FrictionBench {
     p: Parameters,
     drive: Drive,
-    friction: Friction,
+    friction: FrictionContact,
 }
 
 /// Memory of the friction law and of a prescribed motion.
@@ -177,6 +177,7 @@ impl Trend {
 }
 
 /// Bristles come first, then drive position, position and velocity.
+const BRISTLES: usize = 0;
 const fn drive_position(n: usize) -> usize {
     n - 3
 }
@@ -194,7 +195,7 @@ const OVERWHELMING: f64 = 1e12;
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
         3 => Ok(Box::new(equations.run::<3>(start)?)),
         4 => Ok(Box::new(equations.run::<4>(start)?)),
         5 => Ok(Box::new(equations.run::<5>(start)?)),
@@ -213,7 +214,8 @@ fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
         3 => Drive::Free,
         _ => Drive::SpringPull,
     };
-    Ok((FrictionBench { p, drive, friction: Friction::new(friction, "friction")? }, settings))
+    let friction = FrictionContact::new(Friction::new(friction, "friction")?, BRISTLES);
+    Ok((FrictionBench { p, drive, friction }, settings))
 }
 
 impl FrictionBench {
@@ -224,10 +226,8 @@ impl FrictionBench {
         x[velocity(N)] = self.p.velocity0;
         let trend = Trend { velocity: u[0], sign: 1.0 };
         let rate = if self.drive == Drive::PrescribedMotion { u[0] } else { self.p.velocity0 };
-        let mut bristles = [0.0; friction::MAX_STATES];
-        let friction = self.friction.start(&self.contact(start.time, &x, &u, rate, trend), &mut bristles);
-        let count = self.friction.states();
-        x[..count].copy_from_slice(&bristles[..count]);
+        let contact = self.contact(start.time, &x, &u, rate, trend);
+        let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, trend })
     }
 
@@ -235,8 +235,7 @@ impl FrictionBench {
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], memory: &Memory) -> S {
         match self.drive {
             Drive::PrescribedMotion => u[0],
-            _ if self.friction.holds_position(&memory.friction) => S::zero(),
-            _ => x[velocity(N)],
+            Drive::SpringPull | Drive::Free => self.friction.rate(x[velocity(N)], &memory.friction),
         }
     }
 
@@ -254,7 +253,10 @@ impl FrictionBench {
     fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], rate: S, trend: Trend) -> S {
         let accelerates = trend.sign * sign(rate.value());
         // Polito's law knows from the applied force whether a sliding mass accelerates; the other laws do not ask.
-        if self.drive == Drive::PrescribedMotion && accelerates != 0.0 && matches!(self.friction, Friction::Polito(_)) {
+        if self.drive == Drive::PrescribedMotion
+            && accelerates != 0.0
+            && matches!(self.friction.law(), Friction::Polito(_))
+        {
             return S::constant(accelerates * OVERWHELMING);
         }
         self.spring_force(x, u, rate) + u[1]
@@ -290,8 +292,7 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
-        let count = self.friction.states();
-        let force = self.friction.force(&contact, &x[..count], &memory.friction, &mut rates[..count]);
+        let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
         rates[drive_position(N)] = u[0];
         rates[position(N)] = self.rate(x, u, memory);
         rates[velocity(N)] = self.acceleration(contact.applied, force);
@@ -300,20 +301,19 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory, out: &mut Indicators) {
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.indicators(&contact, &x[..drive_position(N)], &memory.friction, out);
+        self.friction.indicators(&contact, x, &memory.friction, out);
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
         let contact = self.contact_at(time, x, u, memory);
-        let (bristles, motion) = x.split_at_mut(drive_position(N));
-        self.friction.switch(event, &contact, &mut motion[2], bristles, &mut memory.friction);
+        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
         memory.trend.follow(u[0]);
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         let contact = || self.contact(time, x, u, rate, trend);
-        self.friction.follow(contact, &x[..drive_position(N)], &mut memory.friction);
+        self.friction.follow(contact, x, &mut memory.friction);
     }
 
     fn next_sample(&self, memory: &Memory) -> f64 {
@@ -329,8 +329,8 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
-        let contact = self.contact_at(time, x, u, memory);
-        self.friction.sample(&contact, &x[..drive_position(N)], &mut memory.friction);
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        self.friction.sample(|| self.contact(time, x, u, rate, trend), time, x, &mut memory.friction);
     }
 
     /// Positions resolve presliding.
@@ -342,29 +342,26 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        memory.trend.velocity.is_finite() && self.friction.owns(&memory.friction)
+        memory.trend.velocity.is_finite() && self.friction.fits(&memory.friction)
     }
 }
 
 impl<const N: usize> Equations<N, 2> for FrictionBench {
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
-        let count = self.friction.states();
         let contact = self.contact_at(time, x, u, memory);
-        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
-        let friction_force = self.friction.force(&contact, &x[..count], &memory.friction, &mut bristle_rates[..count]);
-        let held = self.friction.holds_position(&memory.friction);
+        let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, u, memory);
         let outputs = Outputs {
             position: x[position(N)],
             velocity: rate,
-            acceleration: if held { S::zero() } else { self.acceleration(contact.applied, friction_force) },
+            acceleration: friction.unless_held(self.acceleration(contact.applied, friction.force)),
             drive_position: x[drive_position(N)],
             spring_force: self.spring_force(x, u, rate),
-            friction_force,
-            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            friction_force: friction.force,
+            sticking: friction.sticking,
             drive_rate: u[0],
         };
-        write_bristles(&x[..count], &bristle_rates, outputs.write(computed));
+        write_bristles(&friction, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
@@ -372,7 +369,7 @@ impl<const N: usize> Equations<N, 2> for FrictionBench {
             0 => Some(position(N)),
             1 => (self.drive != Drive::PrescribedMotion).then_some(velocity(N)),
             2 => Some(drive_position(N)),
-            bristle => (bristle - 3 < self.friction.states()).then_some(bristle - 3),
+            bristle => (bristle - 3 < self.friction.count()).then_some(BRISTLES + bristle - 3),
         }
     }
 }

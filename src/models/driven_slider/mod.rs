@@ -21,7 +21,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction};
+use crate::friction::{self, Contact, Drive, Friction, FrictionContact};
 use crate::hybrid::HybridSystem;
 use crate::hybrid::Indicators;
 use crate::mechanics::GRAVITY;
@@ -46,7 +46,7 @@ pub struct DrivenSlider {
     tray: Harmonic,
     stick_free: Harmonic,
     walk: Option<Walk>,
-    friction: Friction,
+    friction: FrictionContact,
 }
 
 /// Memory of the friction law, and what happens at given times.
@@ -59,6 +59,7 @@ pub struct Memory {
 }
 
 /// Bristles come first, then the relative position and velocity.
+const BRISTLES: usize = 0;
 const fn position(n: usize) -> usize {
     n - 2
 }
@@ -70,7 +71,7 @@ const STATES_WITHOUT_BRISTLES: usize = 2;
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
         2 => Ok(Box::new(equations.run::<2>(start)?)),
         3 => Ok(Box::new(equations.run::<3>(start)?)),
         _ => Ok(Box::new(equations.run::<12>(start)?)),
@@ -96,17 +97,14 @@ impl DrivenSlider {
             let time_step = 1.0 / (p.tray_frequency * p.walk_steps);
             Walk::new([tray, stick_free], coefficients, time_step, p.seed as u64)
         });
-        Self { tray, stick_free, walk, friction, p }
+        Self { tray, stick_free, walk, friction: FrictionContact::new(friction, BRISTLES), p }
     }
 
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
         (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
-        let mut bristles = [0.0; friction::MAX_STATES];
         let contact = self.contact(start.time, &x, &[start.inputs[0]]);
-        let friction = self.friction.start(&contact, &mut bristles);
-        let count = self.friction.states();
-        x[..count].copy_from_slice(&bristles[..count]);
+        let friction = self.friction.start(&contact, &mut x);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(start.time));
         Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(start.time) })
     }
@@ -133,7 +131,7 @@ impl DrivenSlider {
 
     /// Velocity on the tray: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+        self.friction.rate(x[velocity(N)], &memory.friction)
     }
 
     /// Number of the half period after a time, in whose middle the tray turns back.
@@ -153,25 +151,23 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         let contact = self.contact(time, x, u);
-        let count = self.friction.states();
-        let force = self.friction.force(&contact, &x[..count], &memory.friction, &mut rates[..count]);
+        let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
         rates[position(N)] = self.rate(x, memory);
         rates[velocity(N)] = (contact.applied - force) / self.p.mass;
         rates
     }
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory, out: &mut Indicators) {
-        self.friction.indicators(&self.contact(time, x, u), &x[..position(N)], &memory.friction, out);
+        self.friction.indicators(&self.contact(time, x, u), x, &memory.friction, out);
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
         let contact = self.contact(time, x, u);
-        let (bristles, motion) = x.split_at_mut(position(N));
-        self.friction.switch(event, &contact, &mut motion[1], bristles, &mut memory.friction);
+        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
-        self.friction.follow(|| self.contact(time, x, u), &x[..position(N)], &mut memory.friction);
+        self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction);
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
@@ -189,9 +185,7 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
-        if self.friction.next_sample(&memory.friction) <= time {
-            self.friction.sample(&self.contact(time, x, u), &x[..position(N)], &mut memory.friction);
-        }
+        self.friction.sample(|| self.contact(time, x, u), time, x, &mut memory.friction);
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
             walk.step(&mut memory.walk);
         }
@@ -207,24 +201,21 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        memory.peak.is_finite() && memory.walk.is_finite() && self.friction.owns(&memory.friction)
+        memory.peak.is_finite() && memory.walk.is_finite() && self.friction.fits(&memory.friction)
     }
 }
 
 impl<const N: usize> Equations<N, 1> for DrivenSlider {
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
-        let count = self.friction.states();
         let contact = self.contact(time, x, u);
-        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
-        let friction_force = self.friction.force(&contact, &x[..count], &memory.friction, &mut bristle_rates[..count]);
-        let held = self.friction.holds_position(&memory.friction);
+        let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, memory);
         let (tray_position, tray_velocity) = (self.tray_position(time), self.tray.at(time));
         let tray_acceleration = self.tray_acceleration(time);
         let of_walk = |value: fn(&Walk, &walk::State) -> f64| {
             S::constant(self.walk.as_ref().map_or(0.0, |walk| value(walk, &memory.walk)))
         };
-        let relative_acceleration = if held { S::zero() } else { (contact.applied - friction_force) / self.p.mass };
+        let relative_acceleration = friction.unless_held((contact.applied - friction.force) / self.p.mass);
         let outputs = Outputs {
             position: tray_position + x[position(N)],
             velocity: tray_velocity + rate,
@@ -235,20 +226,20 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
             tray_position,
             tray_velocity,
             tray_acceleration,
-            friction_force,
-            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            friction_force: friction.force,
+            sticking: friction.sticking,
             stick_free_velocity: self.stick_free.at(time),
             walk_velocity: of_walk(Walk::velocity),
             walk_probability: of_walk(|walk, _| walk.chi),
         };
-        write_bristles(&x[..count], &bristle_rates, outputs.write(computed));
+        write_bristles(&friction, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
         match place {
             0 => Some(position(N)),
             1 => Some(velocity(N)),
-            bristle => (bristle - 2 < self.friction.states()).then_some(bristle - 2),
+            bristle => (bristle - 2 < self.friction.count()).then_some(BRISTLES + bristle - 2),
         }
     }
 }

@@ -24,7 +24,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction};
+use crate::friction::{self, Contact, Drive, Friction, FrictionContact, MAX_STATES};
 use crate::hybrid::HybridSystem;
 use crate::hybrid::Indicators;
 use crate::mechanics::{GRAVITY, OneSided};
@@ -54,7 +54,7 @@ pub struct Festoon {
     p: Parameters,
     rope: OneSided,
     buffer: OneSided,
-    friction: Friction,
+    friction: [FrictionContact; MAX_TROLLEYS],
 }
 
 /// What connects a trolley with the one before it.
@@ -92,7 +92,6 @@ impl<S: Scalar> LinkForces<S> {
 /// What moves a trolley and its load.
 #[derive(Clone, Copy, Debug)]
 struct Motion<S> {
-    friction_force: S,
     acceleration: S,
     angular_acceleration: S,
 }
@@ -105,9 +104,6 @@ const STATES_OF_TROLLEY: usize = 4;
 /// Number of states in a block.
 const fn block(n: usize) -> usize {
     (n - 1) / MAX_TROLLEYS
-}
-const fn bristles(n: usize, trolley: usize) -> usize {
-    1 + trolley * block(n)
 }
 const fn position(n: usize, trolley: usize) -> usize {
     1 + (trolley + 1) * block(n) - STATES_OF_TROLLEY
@@ -125,11 +121,21 @@ const fn spin(n: usize, trolley: usize) -> usize {
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match equations.friction.states() {
-        0 => Ok(Box::new(equations.run::<13>(start)?)),
-        1 => Ok(Box::new(equations.run::<16>(start)?)),
-        _ => Ok(Box::new(equations.run::<43>(start)?)),
+    match room(equations.friction[0].count()) {
+        0 => Ok(Box::new(equations.run::<{ states(0) }>(start)?)),
+        1 => Ok(Box::new(equations.run::<{ states(1) }>(start)?)),
+        _ => Ok(Box::new(equations.run::<{ states(MAX_STATES) }>(start)?)),
     }
+}
+
+/// Room in a block for the states of a friction law.
+const fn room(count: usize) -> usize {
+    if count <= 1 { count } else { MAX_STATES }
+}
+
+/// Number of all states, with room for some states of the friction law of each trolley.
+const fn states(room: usize) -> usize {
+    1 + MAX_TROLLEYS * (room + STATES_OF_TROLLEY)
 }
 
 fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
@@ -140,7 +146,10 @@ fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
     p.check()?;
     let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
     let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
-    Ok((Festoon { p, rope, buffer, friction: Friction::new(friction, "friction")? }, settings))
+    let law = Friction::new(friction, "friction")?;
+    let block = room(law.states()) + STATES_OF_TROLLEY;
+    let friction = std::array::from_fn(|trolley| FrictionContact::new(law.clone(), 1 + trolley * block));
+    Ok((Festoon { p, rope, buffer, friction }, settings))
 }
 
 impl Festoon {
@@ -153,15 +162,11 @@ impl Festoon {
             x[angle(N, trolley)] = self.p.angle0;
         }
         let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
-        let mut memories = Vec::with_capacity(MAX_TROLLEYS);
-        let (still, count) = ([0.0; MAX_TROLLEYS], self.friction.states());
-        for trolley in 0..MAX_TROLLEYS {
-            let mut states = [0.0; friction::MAX_STATES];
+        let still = [0.0; MAX_TROLLEYS];
+        let friction = std::array::from_fn(|trolley| {
             let contact = self.contact(start.time, &x, &u, &still, &links, trolley);
-            memories.push(self.friction.start(&contact, &mut states));
-            x[bristles(N, trolley)..][..count].copy_from_slice(&states[..count]);
-        }
-        let friction = memories.try_into().expect("a memory per trolley");
+            self.friction[trolley].start(&contact, &mut x)
+        });
         Simulator::new(build, start, x, Memory { friction, links })
     }
 
@@ -201,10 +206,7 @@ impl Festoon {
 
     /// Velocities of the trolleys: the states, unless the friction law holds a position.
     fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> [S; MAX_TROLLEYS] {
-        std::array::from_fn(|trolley| {
-            let held = self.friction.holds_position(&memory.friction[trolley]);
-            if held { S::zero() } else { x[velocity(N, trolley)] }
-        })
+        std::array::from_fn(|trolley| self.friction[trolley].rate(x[velocity(N, trolley)], &memory.friction[trolley]))
     }
 
     /// Forces of the link before a trolley, at velocities of the trolleys.
@@ -266,25 +268,23 @@ impl Festoon {
         self.contact(time, x, u, &self.rates(x, memory), &memory.links, trolley)
     }
 
-    /// Friction and acceleration of a trolley; writes the rates of its bristles.
+    /// Accelerations of a trolley and its load under a friction force.
     fn motion<S: Scalar, const N: usize>(
         &self,
         contact: &Contact<S>,
+        friction_force: S,
         x: &[S; N],
         memory: &friction::Memory,
         trolley: usize,
-        bristle_rates: &mut [S],
     ) -> Motion<S> {
         let p = &self.p;
-        let states = &x[bristles(N, trolley)..][..bristle_rates.len()];
-        let friction_force = self.friction.force(contact, states, memory, bristle_rates);
         let (sine, cosine) = (x[angle(N, trolley)].sin(), x[angle(N, trolley)].cos());
         let acceleration = (contact.applied - friction_force) / (sine * sine * p.load_mass + p.mass);
         // The load swings about the trolley as it is: at rest while the law holds its position.
-        let carried = if self.friction.holds_position(memory) { S::zero() } else { acceleration };
+        let carried = self.friction[trolley].rate(acceleration, memory);
         let damping = x[spin(N, trolley)] * (p.load_damping / (p.load_mass * p.load_length * p.load_length));
         let angular_acceleration = -(cosine * carried + sine * GRAVITY) / p.load_length - damping;
-        Motion { friction_force, acceleration, angular_acceleration }
+        Motion { acceleration, angular_acceleration }
     }
 
     fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory, link: usize) -> f64 {
@@ -305,11 +305,11 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         let mut derivatives = [S::zero(); N];
         derivatives[CRANE] = u[0];
         let rates = self.rates(x, memory);
-        let count = self.friction.states();
         for trolley in 0..self.trolleys() {
             let contact = self.contact(time, x, u, &rates, &memory.links, trolley);
-            let bristle_rates = &mut derivatives[bristles(N, trolley)..][..count];
-            let motion = self.motion(&contact, x, &memory.friction[trolley], trolley, bristle_rates);
+            let law = &memory.friction[trolley];
+            let friction_force = self.friction[trolley].force(&contact, x, law, &mut derivatives);
+            let motion = self.motion(&contact, friction_force, x, law, trolley);
             derivatives[position(N, trolley)] = rates[trolley];
             derivatives[velocity(N, trolley)] = motion.acceleration;
             derivatives[angle(N, trolley)] = x[spin(N, trolley)];
@@ -325,8 +325,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         }
         for trolley in 0..self.trolleys() {
             let contact = self.contact_at(time, x, u, memory, trolley);
-            let states = &x[bristles(N, trolley)..position(N, trolley)];
-            self.friction.indicators(&contact, states, &memory.friction[trolley], out);
+            self.friction[trolley].indicators(&contact, x, &memory.friction[trolley], out);
         }
     }
 
@@ -339,11 +338,10 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         let mut first = 0;
         for trolley in 0..self.trolleys() {
             let contact = self.contact_at(time, x, u, memory, trolley);
-            let (states, motion) = x[bristles(N, trolley)..].split_at_mut(block(N) - STATES_OF_TROLLEY);
-            let law = &mut memory.friction[trolley];
-            self.friction.indicators(&contact, states, law, &mut before);
+            let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
+            friction.indicators(&contact, x, law, &mut before);
             if event - self.trolleys() < before.count() {
-                self.friction.switch(event - self.trolleys() - first, &contact, &mut motion[1], states, law);
+                friction.switch(event - self.trolleys() - first, &contact, velocity(N, trolley), x, law);
                 return;
             }
             first = before.count();
@@ -354,37 +352,34 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
             let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
-            let states = &x[bristles(N, trolley)..position(N, trolley)];
-            self.friction.follow(contact, states, &mut memory.friction[trolley]);
+            self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
         }
     }
 
     fn next_sample(&self, memory: &Memory) -> f64 {
-        let trolleys = memory.friction[..self.trolleys()].iter();
-        trolleys.map(|law| self.friction.next_sample(law)).fold(f64::INFINITY, f64::min)
+        let trolleys = self.friction[..self.trolleys()].iter().zip(&memory.friction);
+        trolleys.map(|(friction, law)| friction.next_sample(law)).fold(f64::INFINITY, f64::min)
     }
 
     fn max_step(&self) -> f64 {
-        self.friction.max_step()
+        self.friction[0].max_step()
     }
 
     fn depends_on_time(&self) -> bool {
-        self.friction.depends_on_time()
+        self.friction[0].depends_on_time()
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
-            if self.friction.next_sample(&memory.friction[trolley]) <= time {
-                let contact = self.contact_at(time, x, u, memory, trolley);
-                let states = &x[bristles(N, trolley)..position(N, trolley)];
-                self.friction.sample(&contact, states, &mut memory.friction[trolley]);
-            }
+            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
+            self.friction[trolley].sample(contact, time, x, &mut memory.friction[trolley]);
         }
     }
 
     /// Positions resolve presliding.
     fn scales(&self) -> [f64; N] {
-        let mut scales = [self.friction.state_scale(); N];
+        let mut scales = [self.friction[0].state_scale(); N];
         scales[CRANE] = 1e-2;
         for trolley in 0..MAX_TROLLEYS {
             scales[position(N, trolley)] = 1e-2;
@@ -396,14 +391,13 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        memory.friction.iter().all(|law| self.friction.owns(law))
+        self.friction.iter().zip(&memory.friction).all(|(friction, law)| friction.fits(law))
     }
 }
 
 impl<const N: usize> Equations<N, 2> for Festoon {
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
         let rates = self.rates(x, memory);
-        let count = self.friction.states();
         let forces = |link| self.link_forces(x, u, &rates, &memory.links, link);
         let crane = Outputs { crane_position: x[CRANE], crane_rate: u[0], crane_force: forces(0).pull() };
         let mut slots = crane.write(computed);
@@ -414,36 +408,37 @@ impl<const N: usize> Equations<N, 2> for Festoon {
                 return;
             }
             let law = &memory.friction[trolley];
-            let mut bristle_rates = [S::zero(); friction::MAX_STATES];
             let contact = self.contact(time, x, u, &rates, &memory.links, trolley);
-            let motion = self.motion(&contact, x, law, trolley, &mut bristle_rates[..count]);
+            let friction = self.friction[trolley].observe(&contact, x, law);
+            let motion = self.motion(&contact, friction.force, x, law, trolley);
             let outputs = TrolleyOutputs {
                 position: x[position(N, trolley)],
                 velocity: rates[trolley],
-                acceleration: if self.friction.holds_position(law) { S::zero() } else { motion.acceleration },
+                acceleration: friction.unless_held(motion.acceleration),
                 angle: x[angle(N, trolley)],
                 spin: x[spin(N, trolley)],
                 angular_acceleration: motion.angular_acceleration,
                 tow_force: forces(trolley).tow,
                 buffer_force: forces(trolley).buffer,
-                friction_force: motion.friction_force,
-                sticking: S::constant(f64::from(self.friction.is_sticking(law))),
+                friction_force: friction.force,
+                sticking: friction.sticking,
             };
-            let states = &x[bristles(N, trolley)..][..count];
-            slots = write_bristles(states, &bristle_rates, outputs.write(slots));
+            slots = write_bristles(&friction, outputs.write(slots));
         }
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
         let Some(place) = place.checked_sub(1) else { return Some(CRANE) };
-        let per_trolley = STATES_OF_TROLLEY + friction::MAX_STATES;
+        let per_trolley = STATES_OF_TROLLEY + MAX_STATES;
         let (trolley, place) = (place / per_trolley, place % per_trolley);
         let index = match place {
             0 => position(N, trolley),
             1 => velocity(N, trolley),
             2 => angle(N, trolley),
             3 => spin(N, trolley),
-            bristle if bristle - 4 < self.friction.states() => bristles(N, trolley) + bristle - 4,
+            bristle if bristle - 4 < self.friction[trolley].count() => {
+                self.friction[trolley].states().start + bristle - 4
+            }
             _ => return None,
         };
         (trolley < self.trolleys()).then_some(index)

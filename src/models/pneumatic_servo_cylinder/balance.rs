@@ -8,8 +8,7 @@
 //! The pressures' work goes from the gas to the carriage and stays inside. With an algebraic temperature the heat is
 //! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage.
 
-use super::{ACTUATOR, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, position};
-use crate::friction;
+use super::{ACTUATOR, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, position};
 use crate::hybrid::QUANTITIES;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
@@ -48,9 +47,7 @@ impl PneumaticServoCylinder {
     /// Force in N on the carriage that brings energy from outside.
     fn outer_force<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let mut rates = [0.0; friction::MAX_STATES];
-        let bristles = &x[BRISTLES..BRISTLES + self.bristles];
-        let friction = self.friction.force(&contact, bristles, &memory.friction, &mut rates[..self.bristles]);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; N]);
         let [area_a, area_b] = self.chambers.areas;
         let gas = x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b;
         contact.applied - friction - if self.has_gas_energy() { gas } else { 0.0 }

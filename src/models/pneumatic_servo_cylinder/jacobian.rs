@@ -24,13 +24,13 @@ impl PneumaticServoCylinder {
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
         // The parts are independent only without leakage between the chambers.
-        if self.p.piston_leakage != 0.0 || self.bristles > 2 {
+        if self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
         self.linearise_actuator(x, u, memory, jacobian, &mut derivatives);
         self.linearise_chambers(x, u, memory, jacobian, &mut derivatives);
-        match self.bristles {
+        match self.friction.count() {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
             _ => self.linearise_motion::<6, N>(time, x, u, memory, jacobian, &mut derivatives),
@@ -66,11 +66,7 @@ impl PneumaticServoCylinder {
         let Pair([actuator, _]) = seeded([ACTUATOR, ACTUATOR], 0);
         let inflow = self.inflow(actuator, Dual::constant(u[2]), gas);
         let position_ = Dual::<5>::variable(x[position(N)], 3);
-        let rate = if self.friction.holds_position(&memory.friction) {
-            Dual::zero()
-        } else {
-            Dual::variable(x[velocity(N)], 4)
-        };
+        let rate = self.friction.rate(Dual::variable(x[velocity(N)], 4), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
         let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];

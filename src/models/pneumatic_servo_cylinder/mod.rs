@@ -24,7 +24,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction};
+use crate::friction::{self, Contact, Drive, Friction, FrictionContact};
 use crate::hybrid::Indicators;
 use crate::hybrid::{Groups, HybridSystem, QUANTITIES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
@@ -68,9 +68,7 @@ pub struct PneumaticServoCylinder {
     supply: Reservoir,
     exhaust: Reservoir,
     stops: EndStops,
-    friction: Friction,
-    /// Number of states of the friction law.
-    bristles: usize,
+    friction: FrictionContact,
     /// Inverse of the moving mass in 1/kg.
     per_mass: f64,
     /// Constant part of the applied force in N: wire and weight.
@@ -181,8 +179,7 @@ impl PneumaticServoCylinder {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
             },
-            bristles: friction.states(),
-            friction,
+            friction: FrictionContact::new(friction, BRISTLES),
             per_mass: 1.0 / p.moving_mass,
             dead_load: p.wire_force + p.moving_mass * slope,
             carriage_weight: p.carriage_mass * slope,
@@ -192,7 +189,7 @@ impl PneumaticServoCylinder {
 
     /// Number of states that are integrated.
     pub fn states(&self) -> usize {
-        STATES_WITHOUT_BRISTLES + self.bristles
+        STATES_WITHOUT_BRISTLES + self.friction.count()
     }
 
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
@@ -216,10 +213,7 @@ impl PneumaticServoCylinder {
             }
         };
         let contact = self.contact(start.time, &x, &u, x[velocity(N)]);
-        let mut bristles = [0.0; friction::MAX_STATES];
-        let friction = self.friction.start(&contact, &mut bristles);
-        let count = self.bristles;
-        x[BRISTLES..BRISTLES + count].copy_from_slice(&bristles[..count]);
+        let friction = self.friction.start(&contact, &mut x);
         (x, Memory { set_point, friction })
     }
 
@@ -257,7 +251,7 @@ impl PneumaticServoCylinder {
 
     /// Velocity of the carriage: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+        self.friction.rate(x[velocity(N)], &memory.friction)
     }
 
     /// Rates of position and velocity; writes those of the bristles.
@@ -273,7 +267,7 @@ impl PneumaticServoCylinder {
     ) -> [S; 2] {
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate);
-        let force = self.friction.force(&contact, bristles, &memory.friction, bristle_rates);
+        let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
         [rate, (contact.applied - force) * self.per_mass]
     }
 
@@ -358,7 +352,7 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
-        let bristles = BRISTLES..BRISTLES + self.bristles;
+        let bristles = self.friction.states();
         let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         [rates[ACTUATOR_RATE], rates[ACTUATOR]] = self.actuator_rates([x[ACTUATOR_RATE], x[ACTUATOR]], u[0], memory);
         let gas = self.gas(x);
@@ -383,13 +377,12 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory, out: &mut Indicators) {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        self.friction.indicators(&contact, &x[BRISTLES..position(N)], &memory.friction, out);
+        self.friction.indicators(&contact, x, &memory.friction, out);
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let (bristles, motion) = x[BRISTLES..].split_at_mut(N - BRISTLES - 2);
-        self.friction.switch(event, &contact, &mut motion[1], bristles, &mut memory.friction);
+        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
@@ -398,7 +391,7 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         }
         let rate = self.rate(x, memory);
         let contact = || self.contact(time, x, u, rate);
-        self.friction.follow(contact, &x[BRISTLES..position(N)], &mut memory.friction);
+        self.friction.follow(contact, x, &mut memory.friction);
     }
 
     fn next_sample(&self, memory: &Memory) -> f64 {
@@ -414,8 +407,8 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
-        let contact = self.contact(time, x, u, self.rate(x, memory));
-        self.friction.sample(&contact, &x[BRISTLES..position(N)], &mut memory.friction);
+        let rate = self.rate(x, memory);
+        self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
     }
 
     fn is_admissible(&self, x: &[f64; N]) -> bool {
@@ -444,7 +437,7 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        memory.set_point.is_finite() && self.friction.owns(&memory.friction)
+        memory.set_point.is_finite() && self.friction.fits(&memory.friction)
     }
 }
 
@@ -452,14 +445,10 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
     const RESIDUALS: usize = variables::RESIDUALS;
 
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
-        let held = self.friction.holds_position(&memory.friction);
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate);
-        let count = self.bristles;
-        let bristles = &x[BRISTLES..BRISTLES + count];
-        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
-        let friction_force = self.friction.force(&contact, bristles, &memory.friction, &mut bristle_rates[..count]);
-        let acceleration = if held { S::zero() } else { (contact.applied - friction_force) * self.per_mass };
+        let friction = self.friction.observe(&contact, x, &memory.friction);
+        let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);
         let gas = self.gas(x);
         let Pair([temperature_a, temperature_b]) = gas.temperature;
         let gas = self.gas_rates(gas, x[position(N)], rate, self.inflow(x[ACTUATOR], u[2], gas));
@@ -476,7 +465,7 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             acceleration,
             rod_force: acceleration * self.p.carriage_mass - u[1] + (self.p.wire_force + self.carriage_weight),
             pressure_force: self.pressure_force(x),
-            friction_force,
+            friction_force: friction.force,
             pressure_a: x[PRESSURE_A],
             pressure_b: x[PRESSURE_B],
             temperature_a,
@@ -484,7 +473,7 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             mass_flow_a,
             mass_flow_b,
             spool: of_valve(x[ACTUATOR]),
-            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            sticking: friction.sticking,
             pressure_rate_a,
             temperature_rate_a,
             pressure_rate_b,
@@ -500,7 +489,7 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             stop_force: self.applied_force(x, u, rate).1,
             load_level: contact.level,
         };
-        write_bristles(bristles, &bristle_rates, outputs.write(computed));
+        write_bristles(&friction, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
@@ -515,7 +504,7 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
             6 => is_valve.then_some(ACTUATOR),
             7 => is_valve.then_some(ACTUATOR_RATE),
             8 => (!is_valve).then_some(ACTUATOR),
-            bristle => (bristle - 9 < self.bristles).then_some(BRISTLES + bristle - 9),
+            bristle => (bristle - 9 < self.friction.count()).then_some(BRISTLES + bristle - 9),
         }
     }
 }

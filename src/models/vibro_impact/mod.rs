@@ -24,7 +24,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction};
+use crate::friction::{self, Contact, Drive, FrictionContact};
 use crate::hybrid::HybridSystem;
 use crate::hybrid::Indicators;
 use crate::model::{Experiment, Model, Start};
@@ -62,7 +62,7 @@ struct Coupling {
 pub struct VibroImpact {
     p: Parameters,
     coupling: Coupling,
-    friction: Friction,
+    friction: FrictionContact,
 }
 
 /// Memory of the friction law and of the impacts.
@@ -90,7 +90,7 @@ const STATES_WITHOUT_BRISTLES: usize = 4;
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.states() {
+    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
         4 => Ok(Box::new(equations.run::<4>(start)?)),
         5 => Ok(Box::new(equations.run::<5>(start)?)),
         _ => Ok(Box::new(equations.run::<14>(start)?)),
@@ -102,7 +102,7 @@ fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
     let p = Parameters::read(own);
-    let friction = p.levels().build(friction, "friction")?;
+    let friction = FrictionContact::new(p.levels().build(friction, "friction")?, BRISTLES);
     Ok((VibroImpact { coupling: Coupling::new(&p), friction, p }, settings))
 }
 
@@ -157,10 +157,7 @@ impl VibroImpact {
         x[INTERNAL_VELOCITY] = self.p.velocity0 + self.p.displacement_rate0;
         let touches = self.p.displacement0 > self.coupling.gap;
         let contact = self.contact(start.time, &x, &[start.inputs[0]], x[velocity(N)], touches);
-        let mut bristles = [0.0; friction::MAX_STATES];
-        let friction = self.friction.start(&contact, &mut bristles);
-        let count = self.friction.states();
-        x[BRISTLES..BRISTLES + count].copy_from_slice(&bristles[..count]);
+        let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
     }
 
@@ -202,7 +199,7 @@ impl VibroImpact {
 
     /// Velocity of the body: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        if self.friction.holds_position(&memory.friction) { S::zero() } else { x[velocity(N)] }
+        self.friction.rate(x[velocity(N)], &memory.friction)
     }
 }
 
@@ -213,8 +210,7 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         let mut rates = [S::zero(); N];
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
-        let bristles = BRISTLES..BRISTLES + self.friction.states();
-        let force = self.friction.force(&contact, &x[bristles.clone()], &memory.friction, &mut rates[bristles]);
+        let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
         rates[INTERNAL_POSITION] = x[INTERNAL_VELOCITY];
         rates[INTERNAL_VELOCITY] = (u[0] - contact.applied) / self.coupling.internal_mass;
         rates[position(N)] = rate;
@@ -227,7 +223,7 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         let (d, _) = self.displacement(x, 0.0);
         out.push(if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d });
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.indicators(&contact, &x[BRISTLES..position(N)], &memory.friction, out);
+        self.friction.indicators(&contact, x, &memory.friction, out);
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
@@ -237,14 +233,13 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
             return;
         }
         let contact = self.contact_at(time, x, u, memory);
-        let (bristles, motion) = x[BRISTLES..].split_at_mut(N - BRISTLES - 2);
-        self.friction.switch(event - 1, &contact, &mut motion[1], bristles, &mut memory.friction);
+        self.friction.switch(event - 1, &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         let contact = || self.contact(time, x, u, rate, touches);
-        self.friction.follow(contact, &x[BRISTLES..position(N)], &mut memory.friction);
+        self.friction.follow(contact, x, &mut memory.friction);
     }
 
     fn next_sample(&self, memory: &Memory) -> f64 {
@@ -252,8 +247,8 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
-        let contact = self.contact_at(time, x, u, memory);
-        self.friction.sample(&contact, &x[BRISTLES..position(N)], &mut memory.friction);
+        let (rate, touches) = (self.rate(x, memory), memory.touches);
+        self.friction.sample(|| self.contact(time, x, u, rate, touches), time, x, &mut memory.friction);
     }
 
     /// At rest in the middle only the excitation moves anything: a step must not pass over a period of it.
@@ -274,24 +269,20 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        self.friction.owns(&memory.friction)
+        self.friction.fits(&memory.friction)
     }
 }
 
 impl<const N: usize> Equations<N, 1> for VibroImpact {
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
-        let bristles = BRISTLES..BRISTLES + self.friction.states();
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
-        let mut bristle_rates = [S::zero(); friction::MAX_STATES];
-        let own_rates = &mut bristle_rates[..self.friction.states()];
-        let friction_force = self.friction.force(&contact, &x[bristles.clone()], &memory.friction, own_rates);
-        let held = self.friction.holds_position(&memory.friction);
+        let friction = self.friction.observe(&contact, x, &memory.friction);
         let (d, d_rate) = self.displacement(x, rate);
         let outputs = Outputs {
             position: x[position(N)],
             velocity: rate,
-            acceleration: if held { S::zero() } else { (contact.applied - friction_force) / self.coupling.body_mass },
+            acceleration: friction.unless_held((contact.applied - friction.force) / self.coupling.body_mass),
             internal_position: x[INTERNAL_POSITION],
             internal_velocity: x[INTERNAL_VELOCITY],
             internal_acceleration: (u[0] - contact.applied) / self.coupling.internal_mass,
@@ -300,12 +291,12 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
             excitation: self.coupling.excitation(time),
             spring_force: self.coupling.spring_force(d, d_rate),
             impact_force: self.coupling.impact_force(d, memory.touches),
-            friction_force,
-            sticking: S::constant(f64::from(self.friction.is_sticking(&memory.friction))),
+            friction_force: friction.force,
+            sticking: friction.sticking,
             touching: S::constant(f64::from(memory.touches)),
             impacts: S::constant(f64::from(i32::try_from(memory.impacts).unwrap_or(i32::MAX))),
         };
-        write_bristles(&x[bristles], &bristle_rates, outputs.write(computed));
+        write_bristles(&friction, outputs.write(computed));
     }
 
     fn state_index(&self, place: usize) -> Option<usize> {
@@ -314,7 +305,7 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
             1 => Some(velocity(N)),
             2 => Some(INTERNAL_POSITION),
             3 => Some(INTERNAL_VELOCITY),
-            bristle => (bristle - 4 < self.friction.states()).then_some(BRISTLES + bristle - 4),
+            bristle => (bristle - 4 < self.friction.count()).then_some(BRISTLES + bristle - 4),
         }
     }
 }

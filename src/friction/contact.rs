@@ -1,0 +1,141 @@
+//! A friction law held by a model: where its states lie among those of the model, and what the model asks of it.
+
+use std::ops::Range;
+
+use super::law::{Contact, MAX_STATES};
+use super::registry::{Friction, Memory};
+use crate::hybrid::Indicators;
+use crate::numbers::Scalar;
+
+/// A friction law and the place of its states; a model may hold several.
+///
+/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [`Memory`] for each among its own.
+#[derive(Clone, Debug)]
+pub struct FrictionContact {
+    law: Friction,
+    /// Index of the first state of the law among the states of the model.
+    first: usize,
+    /// Number of states of the law.
+    count: usize,
+}
+
+impl FrictionContact {
+    /// A contact under a law, whose states begin at an index among those of the model.
+    pub fn new(law: Friction, first: usize) -> Self {
+        Self { count: law.states(), law, first }
+    }
+
+    /// The law.
+    pub fn law(&self) -> &Friction {
+        &self.law
+    }
+
+    /// Number of states of the law.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Indices of the states of the law among those of the model.
+    #[inline(always)]
+    pub fn states(&self) -> Range<usize> {
+        self.first..self.first + self.count
+    }
+
+    /// The memory a run starts with; may set the states of the law, which are zero.
+    pub fn start(&self, contact: &Contact<f64>, x: &mut [f64]) -> Memory {
+        self.law.start(contact, &mut x[self.states()])
+    }
+
+    /// Velocity at which the mass moves: that of its state, unless the law holds the position.
+    #[inline(always)]
+    pub fn rate<S: Scalar>(&self, velocity: S, memory: &Memory) -> S {
+        if self.law.holds_position(memory) { S::zero() } else { velocity }
+    }
+
+    /// The friction force in N; writes the rates of the law's states among those of the model.
+    #[inline(always)]
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &Memory, rates: &mut [S]) -> S {
+        self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
+    }
+
+    /// What the contact shows.
+    pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &Memory) -> Observation<S> {
+        let (mut states, mut rates) = ([S::zero(); MAX_STATES], [S::zero(); MAX_STATES]);
+        states[..self.count].copy_from_slice(&x[self.states()]);
+        let force = self.law.force(contact, &states[..self.count], memory, &mut rates[..self.count]);
+        let sticking = S::constant(f64::from(self.law.is_sticking(memory)));
+        Observation { force, sticking, is_held: self.law.holds_position(memory), states, rates }
+    }
+
+    /// Appends the event indicators of the present mode.
+    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &Memory, out: &mut Indicators) {
+        self.law.indicators(contact, &x[self.states()], memory, out);
+    }
+
+    /// Handles the event whose indicator turned negative; may set the velocity, a state of the model.
+    pub fn switch(&self, event: usize, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut Memory) {
+        let mut rate = x[velocity];
+        self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
+        x[velocity] = rate;
+    }
+
+    /// Lets the memory follow an accepted step; few laws do, and only for them the contact is worked out.
+    #[inline(always)]
+    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut Memory) {
+        self.law.follow(contact, &x[self.states()], memory);
+    }
+
+    /// Time in s of the next sample.
+    pub fn next_sample(&self, memory: &Memory) -> f64 {
+        self.law.next_sample(memory)
+    }
+
+    /// Takes the sample that is due at the time of the contact, if any.
+    pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut Memory) {
+        if self.law.next_sample(memory) <= time {
+            self.law.sample(&contact(), &x[self.states()], memory);
+        }
+    }
+
+    /// Longest step in s the solver may take.
+    pub fn max_step(&self) -> f64 {
+        self.law.max_step()
+    }
+
+    /// Whether the force depends on time otherwise than through contact and states.
+    pub fn depends_on_time(&self) -> bool {
+        self.law.depends_on_time()
+    }
+
+    /// Magnitude of the states of the law.
+    pub fn state_scale(&self) -> f64 {
+        self.law.state_scale()
+    }
+
+    /// Whether a memory can belong to this contact.
+    pub fn fits(&self, memory: &Memory) -> bool {
+        self.law.owns(memory)
+    }
+}
+
+/// What a contact shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation<S> {
+    /// The friction force in N.
+    pub force: S,
+    /// 1 while the law holds the mass, otherwise 0.
+    pub sticking: S,
+    /// Whether the position is exactly constant.
+    pub is_held: bool,
+    /// The states of the law; those it does not have are 0.
+    pub states: [S; MAX_STATES],
+    /// Their rates.
+    pub rates: [S; MAX_STATES],
+}
+
+impl<S: Scalar> Observation<S> {
+    /// An acceleration while the mass moves, 0 while the law holds its position.
+    pub fn unless_held(&self, acceleration: S) -> S {
+        if self.is_held { S::zero() } else { acceleration }
+    }
+}
