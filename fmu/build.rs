@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
-#[path = "src/fmi2/fnv.rs"]
+#[path = "src/fnv.rs"]
 mod fnv;
 
 /// What the library is made from, relative to the root of the repository: the plant, the interface, and the versions of

@@ -4,7 +4,7 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use pneumatic_servo::co_simulation::Simulation;
+use pneumatic_servo::co_simulation::{Direction, Simulation};
 use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
@@ -54,7 +54,8 @@ fn dependencies_are_complete() {
                         Some(state) => seeds[1][state] = 1.0,
                     }
                     let mut derivatives = vec![f64::NAN; computed.len()];
-                    run.directional_derivative(&seeds[0], &seeds[1], &mut derivatives);
+                    let direction = Direction { time: 0.0, inputs: &seeds[0], states: &seeds[1] };
+                    run.directional_derivative(direction, &mut derivatives);
                     for (variable, derivative) in computed.iter().zip(derivatives) {
                         if derivative != 0.0 && !variable.depends_on.contains(reference) {
                             missing.insert(format!("{} on {reference}", variable.name));

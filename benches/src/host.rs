@@ -15,7 +15,7 @@ use pneumatic_servo_fmu::fmi2::exports::{
     fmi2SetReal, fmi2SetupExperiment,
 };
 use pneumatic_servo_fmu::fmi2::guid;
-use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Component, FmuState, Status};
+use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Component, FmuState, OK, Status};
 
 use crate::case::{Case, variable, variables};
 
@@ -33,7 +33,7 @@ pub struct Host {
 pub struct Saved(FmuState);
 
 fn check(status: Status, call: &str) {
-    assert!(status == Status::Ok, "{call} returns {status:?}");
+    assert!(status == OK, "{call} returns {status}");
 }
 
 impl Host {

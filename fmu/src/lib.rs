@@ -1,3 +1,25 @@
 //! The plant as an FMU: the C interface to every model of [`pneumatic_servo`].
+//!
+//! | place | what lives there |
+//! |---|---|
+//! | `instance` | instances, their values, steps, saved states and messages; knows no version of the standard |
+//! | `calls` | which call is allowed in which mode, as data |
+//! | `host` | the host's memory: arrays and strings that are read and written through pointers |
+//! | [`fmi2`] | the face of FMI 2.0: C types and functions |
+//!
+//! # Rules a host can rely on
+//! - A call that returns an error has changed nothing and has logged why; the instance can go on.
+//! - A step that cannot reach its end is discarded; the instance tells how far it came and that it wants to terminate.
+//!   It can be read, reset, restored or freed.
+//! - After an internal error an instance can only be freed; other instances go on.
+//! - Computed values are consistent with the inputs set last, also before the next step.
+//! - Slopes given to inputs hold for the next step, after which the inputs keep the values they have reached.
+//! - Arrays that are passed in may overlap with those that are written: everything is read before anything is written.
 
+mod calls;
 pub mod fmi2;
+mod fnv;
+mod host;
+mod instance;
+
+pub use instance::{LOG_CATEGORIES, LogCategory, guid};

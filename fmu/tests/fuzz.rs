@@ -13,7 +13,7 @@ use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, is_real};
-use pneumatic_servo::co_simulation::{Simulation, Snapshot};
+use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot};
 use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
@@ -659,7 +659,9 @@ impl Fuzzer {
     fn directional(&mut self, index: usize) -> bool {
         let (unknowns, _) = self.assignment(is_computed_real);
         let (knowns, seeds) = self.assignment(|variable| {
-            is_input(variable) || variables().iter().any(|other| other.derivative_of == Some(variable.reference))
+            is_input(variable)
+                || variable.role == Role::Time
+                || variables().iter().any(|other| other.derivative_of == Some(variable.reference))
         });
         let pair = &mut self.pairs[index];
         let expected = directional(pair, &unknowns, &knowns, &seeds);
@@ -776,12 +778,15 @@ fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f64])
         .collect();
     let states: Vec<u32> = variables().iter().filter_map(|variable| variable.derivative_of).collect();
     let (mut input_seeds, mut state_seeds) = (vec![0.0; pair.expected.inputs.len()], vec![0.0; states.len()]);
+    let mut time_seed = 0.0;
     for (known, seed) in knowns.iter().zip(seeds).filter(|_| pair.expected.state != 'I') {
         if !seed.is_finite() {
             return None;
         }
         if let Some(place) = states.iter().position(|state| state == known) {
             state_seeds[place] += seed;
+        } else if find(*known).is_some_and(|variable| variable.role == Role::Time) {
+            time_seed += seed;
         } else {
             input_seeds[place(find(*known).filter(|it| is_input(it))?, is_input)] += seed;
         }
@@ -789,6 +794,7 @@ fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f64])
     let mut derivatives = pair.computed()?;
     let during_initialization = pair.expected.simulation().filter(|_| pair.expected.state == 'M');
     let simulation = during_initialization.as_ref().or(pair.simulation.as_ref())?;
-    simulation.directional_derivative(&input_seeds, &state_seeds, &mut derivatives);
+    let direction = Direction { time: time_seed, inputs: &input_seeds, states: &state_seeds };
+    simulation.directional_derivative(direction, &mut derivatives);
     places?.into_iter().map(|place| Some(derivatives[place]).filter(|value| value.is_finite())).collect()
 }

@@ -12,7 +12,7 @@ use pneumatic_servo::models;
 use pneumatic_servo::variables::Role;
 use pneumatic_servo_fmu::fmi2;
 use pneumatic_servo_fmu::fmi2::exports::*;
-use pneumatic_servo_fmu::fmi2::types::Status;
+use pneumatic_servo_fmu::fmi2::types::{ERROR, OK};
 
 /// Counts allocations of a thread while it is told to, and the bytes in use.
 struct Counting;
@@ -84,9 +84,9 @@ fn stepping_setting_and_getting_allocate_nothing() {
         let component = instantiate(&guid());
         // SAFETY: of the component, and all arrays have the length that is passed.
         unsafe {
-            assert_eq!(fmi2SetInteger(component, &law, 1, &id), Status::Ok);
-            assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
-            assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+            assert_eq!(fmi2SetInteger(component, &law, 1, &id), OK);
+            assert_eq!(fmi2EnterInitializationMode(component), OK);
+            assert_eq!(fmi2ExitInitializationMode(component), OK);
             let mut failed = 0;
             let (allocations, _) = counted(|| {
                 for index in 0..STEPS {
@@ -103,7 +103,7 @@ fn stepping_setting_and_getting_allocate_nothing() {
                         fmi2GetInteger(component, &counter, 1, &mut integer),
                         fmi2GetRealStatus(component, 2, &mut reals[0]),
                     ];
-                    failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                    failed += statuses.iter().filter(|status| **status != OK).count();
                 }
             });
             assert_eq!((failed, allocations), (0, 0), "law {id}");
@@ -128,10 +128,10 @@ fn no_model_allocates_while_stepping() {
             // SAFETY: of the component, and all arrays have the length that is passed.
             unsafe {
                 if let Some(law) = law {
-                    assert_eq!(fmi2SetInteger(component, &law.reference, 1, &id), Status::Ok);
+                    assert_eq!(fmi2SetInteger(component, &law.reference, 1, &id), OK);
                 }
-                assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
-                assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+                assert_eq!(fmi2EnterInitializationMode(component), OK);
+                assert_eq!(fmi2ExitInitializationMode(component), OK);
                 let (allocations, _) = counted(|| {
                     for index in 0..STEPS / 3 {
                         let time = f64::from(index) * step;
@@ -143,7 +143,7 @@ fn no_model_allocates_while_stepping() {
                             fmi2SetReal(component, references.as_ptr(), references.len(), values.as_ptr()),
                             fmi2DoStep(component, time, step, 1),
                         ];
-                        failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                        failed += statuses.iter().filter(|status| **status != OK).count();
                     }
                 });
                 assert_eq!((failed, allocations), (0, 0), "{} with law {id}", model.name);
@@ -162,8 +162,8 @@ fn sampling_allocates_nothing() {
     let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
     // SAFETY: of the component, and all arrays have the length that is passed.
     unsafe {
-        assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
-        assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+        assert_eq!(fmi2EnterInitializationMode(component), OK);
+        assert_eq!(fmi2ExitInitializationMode(component), OK);
         let (mut failed, mut voltage) = (0, 0.0);
         let (allocations, _) = counted(|| {
             for index in 0..STEPS {
@@ -173,7 +173,7 @@ fn sampling_allocates_nothing() {
                     fmi2DoStep(component, time, 5e-3, 1),
                     fmi2GetReal(component, &output, 1, &mut voltage),
                 ];
-                failed += statuses.iter().filter(|status| **status != Status::Ok).count();
+                failed += statuses.iter().filter(|status| **status != OK).count();
             }
         });
         assert_eq!((failed, allocations), (0, 0));
@@ -193,26 +193,26 @@ fn live(guid: &CString) {
     // SAFETY: of the component, and all arrays have the length that is passed.
     unsafe {
         for _ in 0..2 {
-            assert_eq!(fmi2SetupExperiment(component, 0, 0.0, 0.0, 0, 0.0), Status::Ok);
-            assert_eq!(fmi2EnterInitializationMode(component), Status::Ok);
-            assert_eq!(fmi2ExitInitializationMode(component), Status::Ok);
+            assert_eq!(fmi2SetupExperiment(component, 0, 0.0, 0.0, 0, 0.0), OK);
+            assert_eq!(fmi2EnterInitializationMode(component), OK);
+            assert_eq!(fmi2ExitInitializationMode(component), OK);
             let (mut state, mut kept, mut copy, mut size, mut value) =
                 (ptr::null_mut(), ptr::null_mut(), ptr::null_mut(), 0, 0.0);
-            assert_eq!(fmi2SetReal(component, &voltage, 1, &7.0), Status::Ok);
-            assert_eq!(fmi2DoStep(component, 0.0, 1e-4, 0), Status::Ok);
-            assert_eq!(fmi2GetFMUstate(component, &mut state), Status::Ok);
-            assert_eq!(fmi2GetFMUstate(component, &mut kept), Status::Ok);
-            assert_eq!(fmi2SerializedFMUstateSize(component, state, &mut size), Status::Ok);
+            assert_eq!(fmi2SetReal(component, &voltage, 1, &7.0), OK);
+            assert_eq!(fmi2DoStep(component, 0.0, 1e-4, 0), OK);
+            assert_eq!(fmi2GetFMUstate(component, &mut state), OK);
+            assert_eq!(fmi2GetFMUstate(component, &mut kept), OK);
+            assert_eq!(fmi2SerializedFMUstateSize(component, state, &mut size), OK);
             let mut bytes = vec![0; size];
-            assert_eq!(fmi2SerializeFMUstate(component, state, bytes.as_mut_ptr(), size), Status::Ok);
-            assert_eq!(fmi2DeSerializeFMUstate(component, bytes.as_ptr(), size, &mut copy), Status::Ok);
-            assert_eq!(fmi2SetFMUstate(component, copy), Status::Ok);
-            assert_eq!(fmi2GetReal(component, &position, 1, &mut value), Status::Ok);
-            assert_eq!(fmi2DoStep(component, 9.0, 1e-4, 0), Status::Error);
-            assert_eq!(fmi2FreeFMUstate(component, &mut state), Status::Ok);
-            assert_eq!(fmi2FreeFMUstate(component, &mut copy), Status::Ok);
-            assert_eq!(fmi2Terminate(component), Status::Ok);
-            assert_eq!(fmi2Reset(component), Status::Ok);
+            assert_eq!(fmi2SerializeFMUstate(component, state, bytes.as_mut_ptr(), size), OK);
+            assert_eq!(fmi2DeSerializeFMUstate(component, bytes.as_ptr(), size, &mut copy), OK);
+            assert_eq!(fmi2SetFMUstate(component, copy), OK);
+            assert_eq!(fmi2GetReal(component, &position, 1, &mut value), OK);
+            assert_eq!(fmi2DoStep(component, 9.0, 1e-4, 0), ERROR);
+            assert_eq!(fmi2FreeFMUstate(component, &mut state), OK);
+            assert_eq!(fmi2FreeFMUstate(component, &mut copy), OK);
+            assert_eq!(fmi2Terminate(component), OK);
+            assert_eq!(fmi2Reset(component), OK);
         }
         fmi2FreeInstance(component);
     }

@@ -43,11 +43,9 @@ pub trait Simulation: Send {
     /// Writes the derivative of all computed variables with respect to time along the solution.
     fn rates(&self, computed: &mut [f64]);
 
-    /// Writes the derivative of all computed variables in one direction of inputs and continuous states.
-    ///
-    /// The states are numbered in the order in which the table lists their derivatives
-    /// ([`Variable::derivative_of`]).
-    fn directional_derivative(&self, inputs: &[f64], states: &[f64], computed: &mut [f64]);
+    /// Writes the derivative of all computed variables in a direction of time, inputs and continuous states, exact to
+    /// rounding.
+    fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
     /// Everything that changes while running, apart from inputs and parameters.
     fn save(&self) -> Snapshot;
@@ -57,6 +55,18 @@ pub trait Simulation: Send {
     /// # Errors
     /// [`SnapshotError`] when the snapshot does not fit; nothing is changed then.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}
+
+/// A direction of differentiation. What it does not name stays as it is, so that time alone moves no input or state.
+#[derive(Clone, Copy, Debug)]
+pub struct Direction<'a> {
+    /// Of time.
+    pub time: f64,
+    /// Of the inputs, in the order of the table.
+    pub inputs: &'a [f64],
+    /// Of the continuous states, in the order in which the table lists their derivatives
+    /// ([`Variable::derivative_of`](crate::variables::Variable::derivative_of)).
+    pub states: &'a [f64],
 }
 
 /// A saved state, free of pointers.

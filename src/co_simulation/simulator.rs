@@ -1,6 +1,6 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
-use crate::co_simulation::{Simulation, Snapshot, SnapshotError};
+use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::Start;
 use crate::models::equations::Equations;
 use crate::numbers::Dual;
@@ -98,14 +98,14 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
         self.differentiate(1.0, derivatives, slopes, computed);
     }
 
-    fn directional_derivative(&self, inputs_seed: &[f64], states_seed: &[f64], computed: &mut [f64]) {
+    fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         let mut states = [0.0; N];
-        for (place, seed) in states_seed.iter().enumerate() {
+        for (place, seed) in direction.states.iter().enumerate() {
             if let Some(index) = self.run.system().state_index(place) {
                 states[index] = *seed;
             }
         }
-        self.differentiate(0.0, states, inputs(inputs_seed), computed);
+        self.differentiate(direction.time, states, inputs(direction.inputs), computed);
     }
 
     fn save(&self) -> Snapshot {

@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::co_simulation::{Simulation, Snapshot, SnapshotError};
+use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::Held;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::sign;
@@ -264,7 +264,7 @@ impl Simulation for PositionController {
     }
 
     /// Between samples nothing reacts.
-    fn directional_derivative(&self, _inputs: &[f64], _states: &[f64], computed: &mut [f64]) {
+    fn directional_derivative(&self, _direction: Direction, computed: &mut [f64]) {
         computed.fill(0.0);
     }
 

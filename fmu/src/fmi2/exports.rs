@@ -1,13 +1,13 @@
 //! The exported C functions: all common and co-simulation functions of FMI 2.0, and nothing else.
 //!
-//! This is the only file with `unsafe`. It turns pointers into slices, calls the host's logger, and hands everything
-//! to `Handle::call`.
+//! Each turns pointers into lists that are read and written element by element, and hands everything to
+//! `Handle::call`.
 //!
 //! # Safety
 //! What every function relies on, as the standard asks of the host:
 //! - a component is NULL or was returned by [`fmi2Instantiate`] and not yet freed;
 //! - a pointer that comes with a number of elements is NULL or points to that many elements, and is not written to
-//!   by another thread during the call;
+//!   by another thread during the call; arrays may overlap;
 //! - a string is NULL or ends with a zero byte.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
@@ -15,20 +15,19 @@
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
 #![allow(clippy::too_many_arguments, reason = "the signatures are those of the standard")]
 
-use std::ffi::{CStr, CString, c_char, c_int};
+use std::ffi::{c_int, c_void};
+use std::mem::transmute;
 use std::ptr;
 
-use super::calls::Call;
-use super::failure::Failure;
-use super::guard::{Handle, instantiate};
-use super::instance::Instance;
-use super::layout::Base;
-use super::logging::Sink;
+use super::callbacks::sink;
+use super::status;
 use super::types::{
-    Boolean, Byte, CallbackFunctions, Component, FmuState, Integer, Real, Status, Text, ValueReference,
+    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, ERROR, FmuState, Integer, Real, Status, Text,
+    ValueReference,
 };
-
-// Versions, instances, logging
+use crate::calls::Call;
+use crate::host::{Input, Output, text};
+use crate::instance::{Base, Failure, Handle, Instance, Wanted, instantiate};
 
 /// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]
@@ -54,9 +53,22 @@ pub unsafe extern "C" fn fmi2Instantiate(
     logging_on: Boolean,
 ) -> Component {
     // SAFETY: the host passes NULL or strings, and NULL or its callbacks, which `CallbackFunctions` describes.
-    let (name, guid, functions) = unsafe { (text(instance_name), text(guid), functions.as_ref()) };
-    let sink = sink(name, functions.copied());
-    let handle = instantiate(name, fmu_type, guid, sink, logging_on != 0);
+    let (name, guid, functions) =
+        unsafe { (text(instance_name), text(guid), (!functions.is_null()).then(|| functions.read())) };
+    let name = name.unwrap_or_default();
+    let guid = guid.map(|guid| guid.to_string_lossy().into_owned());
+    let wanted = Wanted {
+        function: "fmi2Instantiate",
+        guid_is_called: "GUID",
+        name: &name.to_string_lossy(),
+        guid: guid.as_deref(),
+        logging_on: logging_on != 0,
+    };
+    let check = || match fmu_type {
+        CO_SIMULATION => Ok(()),
+        _ => Err(Failure::error(format!("fmuType {fmu_type} is not fmi2CoSimulation, the only type offered"))),
+    };
+    let handle = instantiate(&wanted, sink(name.clone(), functions), check);
     handle.map_or(ptr::null_mut(), |handle| Box::into_raw(handle).cast())
 }
 
@@ -64,570 +76,272 @@ pub unsafe extern "C" fn fmi2Instantiate(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     // SAFETY: of the module.
-    let freed = unsafe { call(component, Call::FreeInstance, |_| Ok(())) };
-    if freed == Status::Ok {
+    let freed = unsafe { call(component, Call::Free, "fmi2FreeInstance", |_| Ok(())) };
+    if freed == super::types::OK {
         // SAFETY: the component came from `Box::into_raw` in `fmi2Instantiate`, the host gives it up, and no other
         // call uses it now, for it would have refused this one.
         drop(unsafe { Box::from_raw(component.cast::<Handle>()) });
     }
 }
 
-/// Switches logging on for some categories (for all, if none is named) or off. Failures are always logged.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    component: Component,
-    logging_on: Boolean,
-    number: usize,
-    categories: *const Text,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module; each category is a string or NULL.
-        let categories = unsafe { array(categories, number, "categories") }?.iter().map(|name| unsafe { text(*name) });
-        let names: Option<Vec<_>> = categories.map(|name| name?.to_str().ok()).collect();
+exports! {
+    besides {
+        fn fmi2GetTypesPlatform() -> Text;
+        fn fmi2GetVersion() -> Text;
+        fn fmi2Instantiate(Text, c_int, Text, Text, *const CallbackFunctions, Boolean, Boolean) -> Component;
+        fn fmi2FreeInstance(Component);
+    }
+
+    /// Switches logging on for some categories (for all, if none is named) or off. Failures are always logged.
+    fn fmi2SetDebugLogging(logging_on: Boolean, number: usize, categories: *const Text) => ChooseLog, |instance| {
+        let names = Input::new(categories, number, "categories")?.iter().map(|name| text(name)?.into_string().ok());
+        let names: Option<Vec<String>> = names.collect();
         let names = names.ok_or_else(|| Failure::error("a category is NULL or not UTF-8"))?;
-        instance.set_debug_logging(logging_on != 0, &names)
+        instance.choose_log(logging_on != 0, &names.iter().map(String::as_str).collect::<Vec<_>>())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::SetDebugLogging, body) }
-}
 
-// Life
+    /// Sets start time, stop time and tolerance; without it a run starts at 0 s, without end.
+    fn fmi2SetupExperiment(
+        tolerance_defined: Boolean,
+        tolerance: Real,
+        start_time: Real,
+        stop_time_defined: Boolean,
+        stop_time: Real
+    ) => SetUpExperiment, |instance| {
+        let tolerance = (tolerance_defined != 0).then_some(tolerance);
+        let stop = (stop_time_defined != 0).then_some(stop_time);
+        instance.setup_experiment(tolerance, start_time, stop)
+    };
 
-/// Sets start time, stop time and tolerance; without it a run starts at 0 s, without end.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    component: Component,
-    tolerance_defined: Boolean,
-    tolerance: Real,
-    start_time: Real,
-    stop_time_defined: Boolean,
-    stop_time: Real,
-) -> Status {
-    let tolerance = (tolerance_defined != 0).then_some(tolerance);
-    let stop = (stop_time_defined != 0).then_some(stop_time);
-    let body = |instance: &mut Instance| instance.setup_experiment(tolerance, start_time, stop);
-    // SAFETY: of the module.
-    unsafe { call(component, Call::SetupExperiment, body) }
-}
+    /// From now on computed values can be read; they follow parameters and inputs.
+    fn fmi2EnterInitializationMode() => EnterInitialization, |instance| instance.enter_initialization_mode();
 
-/// From now on computed values can be read; they follow parameters and inputs.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(component: Component) -> Status {
-    // SAFETY: of the module.
-    unsafe { call(component, Call::EnterInitializationMode, Instance::enter_initialization_mode) }
-}
+    /// Refused if parameters do not fit together.
+    fn fmi2ExitInitializationMode() => ExitInitialization, |instance| instance.exit_initialization_mode();
 
-/// Refused if parameters do not fit together.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(component: Component) -> Status {
-    // SAFETY: of the module.
-    unsafe { call(component, Call::ExitInitializationMode, Instance::exit_initialization_mode) }
-}
+    /// Ends the run; everything can still be read.
+    fn fmi2Terminate() => Terminate, |instance| instance.terminate();
 
-/// Ends the run; everything can still be read.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(component: Component) -> Status {
-    // SAFETY: of the module.
-    unsafe { call(component, Call::Terminate, Instance::terminate) }
-}
+    /// Goes back to the state after `fmi2Instantiate`; logging and saved states stay.
+    fn fmi2Reset() => Reset, |instance| instance.reset();
 
-/// Goes back to the state after `fmi2Instantiate`; logging and saved states stay.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(component: Component) -> Status {
-    // SAFETY: of the module.
-    unsafe { call(component, Call::Reset, Instance::reset) }
-}
+    /// Reads real variables.
+    fn fmi2GetReal(references: *const ValueReference, number: usize, values: *mut Real) => Get, |instance| {
+        get(instance, Base::Real, references, number, values, |value| value)
+    };
 
-// Values
+    /// Reads integers and enumerations.
+    fn fmi2GetInteger(references: *const ValueReference, number: usize, values: *mut Integer) => Get, |instance| {
+        get(instance, Base::Integer, references, number, values, |value| value as Integer)
+    };
 
-/// Reads real variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *mut Real,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { get(component, Call::GetReal, Base::Real, references, number, values, |value| value) }
-}
+    /// Reads Booleans.
+    fn fmi2GetBoolean(references: *const ValueReference, number: usize, values: *mut Boolean) => Get, |instance| {
+        get(instance, Base::Boolean, references, number, values, |value| Boolean::from(value != 0.0))
+    };
 
-/// Reads integers and enumerations.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *mut Integer,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { get(component, Call::GetInteger, Base::Integer, references, number, values, |value| value as Integer) }
-}
+    /// There is no variable of type String, so that any value reference is refused.
+    fn fmi2GetString(references: *const ValueReference, number: usize, values: *mut Text) => Get, |instance| {
+        get(instance, Base::Text, references, number, values, |_| ptr::null())
+    };
 
-/// Reads Booleans.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *mut Boolean,
-) -> Status {
-    let convert = |value| Boolean::from(value != 0.0);
-    // SAFETY: of the module.
-    unsafe { get(component, Call::GetBoolean, Base::Boolean, references, number, values, convert) }
-}
+    /// Sets real inputs and parameters: all of them, or none if one is refused.
+    fn fmi2SetReal(references: *const ValueReference, number: usize, values: *const Real) => Set, |instance| {
+        set(instance, Base::Real, references, number, values, |value| value)
+    };
 
-/// There is no variable of type String, so that any value reference is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *mut Text,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { get(component, Call::GetString, Base::Text, references, number, values, |_| ptr::null()) }
-}
+    /// Sets integer and enumeration parameters: all of them, or none if one is refused.
+    fn fmi2SetInteger(references: *const ValueReference, number: usize, values: *const Integer) => Set, |instance| {
+        set(instance, Base::Integer, references, number, values, f64::from)
+    };
 
-/// Sets real inputs and parameters: all of them, or none if one is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *const Real,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { set(component, Call::SetReal, Base::Real, references, number, values, |value| value) }
-}
+    /// Sets Boolean parameters: all of them, or none if one is refused.
+    fn fmi2SetBoolean(references: *const ValueReference, number: usize, values: *const Boolean) => Set, |instance| {
+        set(instance, Base::Boolean, references, number, values, f64::from)
+    };
 
-/// Sets integer and enumeration parameters: all of them, or none if one is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *const Integer,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { set(component, Call::SetInteger, Base::Integer, references, number, values, f64::from) }
-}
+    /// There is no variable of type String, so that any value reference is refused.
+    fn fmi2SetString(references: *const ValueReference, number: usize, values: *const Text) => Set, |instance| {
+        set(instance, Base::Text, references, number, values, |_| f64::NAN)
+    };
 
-/// Sets Boolean parameters: all of them, or none if one is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *const Boolean,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { set(component, Call::SetBoolean, Base::Boolean, references, number, values, f64::from) }
-}
-
-/// There is no variable of type String, so that any value reference is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    values: *const Text,
-) -> Status {
-    // SAFETY: of the module.
-    unsafe { set(component, Call::SetString, Base::Text, references, number, values, |_| f64::NAN) }
-}
-
-// Saved states
-
-/// Saves everything that affects the further run; the handle may be NULL or one to save over.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut FmuState) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let mut state = unsafe { Output::new(state, 1, "FMUstate") }?;
+    /// Saves everything that affects the further run; the handle may be NULL or one to save over.
+    fn fmi2GetFMUstate(state: *mut FmuState) => UseState, |instance| {
+        let state = Output::new(state, 1, "FMUstate")?;
         let handle = instance.get_state(state.read().addr())?;
-        state.write(0, ptr::without_provenance_mut(handle));
+        state.write([ptr::without_provenance_mut(handle)].into_iter());
         Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::GetFMUstate, body) }
-}
 
-/// Goes back to a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: FmuState) -> Status {
-    // SAFETY: of the module; the state is only compared.
-    unsafe { call(component, Call::SetFMUstate, |instance| instance.set_state(state.addr())) }
-}
+    /// Goes back to a saved state.
+    fn fmi2SetFMUstate(state: FmuState) => UseState, |instance| instance.set_state(state.addr());
 
-/// Frees a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(component: Component, state: *mut FmuState) -> Status {
-    let body = |instance: &mut Instance| {
+    /// Frees a saved state.
+    fn fmi2FreeFMUstate(state: *mut FmuState) => UseState, |instance| {
         if state.is_null() {
             return Ok(());
         }
-        // SAFETY: of the module.
-        let mut state = unsafe { Output::new(state, 1, "FMUstate") }?;
+        let state = Output::new(state, 1, "FMUstate")?;
         instance.free_state(state.read().addr())?;
-        state.write(0, ptr::null_mut());
+        state.write([ptr::null_mut()].into_iter());
         Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::FreeFMUstate, body) }
-}
 
-/// How many bytes a saved state takes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(component: Component, state: FmuState, size: *mut usize) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let mut size = unsafe { Output::new(size, 1, "size") }?;
-        size.write(0, instance.serialized(state.addr())?.len());
-        Ok(())
+    /// How many bytes a saved state takes.
+    fn fmi2SerializedFMUstateSize(state: FmuState, size: *mut usize) => UseState, |instance| {
+        tell(size, instance.serialized(state.addr()).map(|bytes| bytes.len()))
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::SerializedFMUstateSize, body) }
-}
 
-/// Writes a saved state as bytes; the size must be the one told.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    component: Component,
-    state: FmuState,
-    bytes: *mut Byte,
-    size: usize,
-) -> Status {
-    let body = |instance: &mut Instance| {
+    /// Writes a saved state as bytes; the size must be the one told.
+    fn fmi2SerializeFMUstate(state: FmuState, bytes: *mut Byte, size: usize) => UseState, |instance| {
         let serialized = instance.serialized(state.addr())?;
         if size != serialized.len() {
             let needed = serialized.len();
             return Err(Failure::error(format!("the state takes {needed} bytes, not {size}")));
         }
-        // SAFETY: of the module.
-        let mut bytes = unsafe { Output::new(bytes.cast::<u8>(), size, "serializedState") }?;
-        serialized.iter().enumerate().for_each(|(index, byte)| bytes.write(index, *byte));
+        Output::new(bytes, size, "serializedState")?.write(serialized.into_iter());
         Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::SerializeFMUstate, body) }
-}
 
-/// Takes a saved state from bytes, of any instance of the same model and build on any platform.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    component: Component,
-    bytes: *const Byte,
-    size: usize,
-    state: *mut FmuState,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let bytes = unsafe { array(bytes.cast::<u8>(), size, "serializedState") }?;
-        // SAFETY: of the module.
-        let mut state = unsafe { Output::new(state, 1, "FMUstate") }?;
-        let handle = instance.deserialize(bytes, state.read().addr())?;
-        state.write(0, ptr::without_provenance_mut(handle));
+    /// Takes a saved state from bytes, of any instance of the same model and build on any platform.
+    fn fmi2DeSerializeFMUstate(bytes: *const Byte, size: usize, state: *mut FmuState) => UseState, |instance| {
+        let bytes: Vec<u8> = Input::new(bytes, size, "serializedState")?.iter().collect();
+        let state = Output::new(state, 1, "FMUstate")?;
+        let handle = instance.deserialize(&bytes, state.read().addr())?;
+        state.write([ptr::without_provenance_mut(handle)].into_iter());
         Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::DeSerializeFMUstate, body) }
-}
 
-// Derivatives
-
-/// The exact derivative of computed reals in one direction of inputs and continuous states.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    component: Component,
-    unknowns: *const ValueReference,
-    number_of_unknowns: usize,
-    knowns: *const ValueReference,
-    number_of_knowns: usize,
-    seeds: *const Real,
-    derivatives: *mut Real,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let unknowns = unsafe { array(unknowns, number_of_unknowns, "vUnknown_ref") }?;
-        // SAFETY: of the module.
-        let knowns = unsafe { array(knowns, number_of_knowns, "vKnown_ref") }?;
-        // SAFETY: of the module.
-        let seeds = unsafe { array(seeds, number_of_knowns, "dvKnown") }?;
-        // SAFETY: of the module.
-        let mut derivatives = unsafe { Output::new(derivatives, number_of_unknowns, "dvUnknown") }?;
-        instance.directional_derivative(unknowns, knowns, seeds, |index, value| derivatives.write(index, value))
+    /// The exact derivative of computed reals in one direction of time, inputs and continuous states.
+    fn fmi2GetDirectionalDerivative(
+        unknowns: *const ValueReference,
+        number_of_unknowns: usize,
+        knowns: *const ValueReference,
+        number_of_knowns: usize,
+        seeds: *const Real,
+        derivatives: *mut Real
+    ) => Differentiate, |instance| {
+        let unknowns = Input::new(unknowns, number_of_unknowns, "vUnknown_ref")?;
+        let knowns = Input::new(knowns, number_of_knowns, "vKnown_ref")?;
+        let seeds = Input::new(seeds, number_of_knowns, "dvKnown")?;
+        let derivatives = Output::new(derivatives, number_of_unknowns, "dvUnknown")?;
+        let values = instance.directional_derivative(unknowns.iter(), knowns.iter().zip(seeds.iter()))?;
+        derivatives.write(values.iter().copied());
+        Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::GetDirectionalDerivative, body) }
-}
 
-/// Sets slopes of inputs, which hold for the next step.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    orders: *const Integer,
-    values: *const Real,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let references = unsafe { array(references, number, "vr") }?;
-        // SAFETY: of the module.
-        let orders = unsafe { array(orders, number, "order") }?;
-        // SAFETY: of the module.
-        let values = unsafe { array(values, number, "value") }?;
-        instance.set_input_derivatives(references, orders, values)
+    /// Sets slopes of inputs, which hold for the next step.
+    fn fmi2SetRealInputDerivatives(
+        references: *const ValueReference,
+        number: usize,
+        orders: *const Integer,
+        values: *const Real
+    ) => SetSlopes, |instance| {
+        let references = Input::new(references, number, "vr")?;
+        let orders = Input::new(orders, number, "order")?;
+        let values = Input::new(values, number, "value")?;
+        let slopes = references.iter().zip(orders.iter()).zip(values.iter());
+        instance.set_input_derivatives(slopes.map(|((reference, order), value)| (reference, order, value)))
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::SetRealInputDerivatives, body) }
-}
 
-/// The exact first derivatives of real outputs with respect to time.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    component: Component,
-    references: *const ValueReference,
-    number: usize,
-    orders: *const Integer,
-    values: *mut Real,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let references = unsafe { array(references, number, "vr") }?;
-        // SAFETY: of the module.
-        let orders = unsafe { array(orders, number, "order") }?;
-        // SAFETY: of the module.
-        let mut values = unsafe { Output::new(values, number, "value") }?;
-        instance.output_derivatives(references, orders, |index, value| values.write(index, value))
+    /// The exact first derivatives of real outputs with respect to time.
+    fn fmi2GetRealOutputDerivatives(
+        references: *const ValueReference,
+        number: usize,
+        orders: *const Integer,
+        values: *mut Real
+    ) => GetOutputRates, |instance| {
+        let references = Input::new(references, number, "vr")?;
+        let orders = Input::new(orders, number, "order")?;
+        let values = Output::new(values, number, "value")?;
+        values.write(instance.output_derivatives(references.iter().zip(orders.iter()))?.iter().copied());
+        Ok(())
     };
-    // SAFETY: of the module.
-    unsafe { call(component, Call::GetRealOutputDerivatives, body) }
-}
 
-// Steps
+    /// Integrates to exactly the communication point plus the step size.
+    fn fmi2DoStep(
+        current_communication_point: Real,
+        communication_step_size: Real,
+        _no_set_fmu_state_prior_to_current_point: Boolean
+    ) => Step, |instance| instance.do_step(current_communication_point, communication_step_size);
 
-/// Integrates to exactly the communication point plus the step size.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DoStep(
-    component: Component,
-    current_communication_point: Real,
-    communication_step_size: Real,
-    _no_set_fmu_state_prior_to_current_point: Boolean,
-) -> Status {
-    let body = |instance: &mut Instance| instance.do_step(current_communication_point, communication_step_size);
-    // SAFETY: of the module.
-    unsafe { call(component, Call::DoStep, body) }
-}
+    /// Always refused: a step is never pending.
+    fn fmi2CancelStep() => CancelStep, |_instance| Ok(());
 
-/// Always refused: a step is never pending.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CancelStep(component: Component) -> Status {
-    // SAFETY: of the module.
-    unsafe { call(component, Call::CancelStep, |_| Ok(())) }
-}
-
-/// Tells whether the last step was completed or discarded (`fmi2DoStepStatus`).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStatus(component: Component, kind: c_int, value: *mut Status) -> Status {
-    let told = |instance: &mut Instance| {
-        let failed = instance.step_failed(kind)?;
-        Ok(if failed { Status::Discard } else { Status::Ok })
+    /// Tells whether the last step was completed or discarded (`fmi2DoStepStatus`).
+    fn fmi2GetStatus(kind: c_int, value: *mut Status) => AskAboutStep, |instance| {
+        tell(value, status::of_step(instance, kind))
     };
-    // SAFETY: of the module.
-    unsafe { tell(component, Call::GetStatus, value, told) }
-}
 
-/// Tells up to which time all is well (`fmi2LastSuccessfulTime`).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(component: Component, kind: c_int, value: *mut Real) -> Status {
-    // SAFETY: of the module.
-    unsafe { tell(component, Call::GetRealStatus, value, |instance| instance.last_successful_time(kind)) }
-}
+    /// Tells up to which time all is well (`fmi2LastSuccessfulTime`).
+    fn fmi2GetRealStatus(kind: c_int, value: *mut Real) => AskAboutStep, |instance| {
+        tell(value, status::last_successful_time(instance, kind))
+    };
 
-/// There is no such status.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetIntegerStatus(component: Component, kind: c_int, value: *mut Integer) -> Status {
-    let told = |instance: &mut Instance| instance.unavailable_status(kind).map(|()| 0);
-    // SAFETY: of the module.
-    unsafe { tell(component, Call::GetIntegerStatus, value, told) }
-}
+    /// There is no such status.
+    fn fmi2GetIntegerStatus(kind: c_int, value: *mut Integer) => AskAboutStep, |_instance| {
+        tell(value, status::none(kind))
+    };
 
-/// Tells whether the instance wants to terminate, after a discarded step (`fmi2Terminated`).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(component: Component, kind: c_int, value: *mut Boolean) -> Status {
-    let told = |instance: &mut Instance| instance.wants_to_terminate(kind).map(Boolean::from);
-    // SAFETY: of the module.
-    unsafe { tell(component, Call::GetBooleanStatus, value, told) }
-}
+    /// Tells whether the instance wants to terminate, after a discarded step (`fmi2Terminated`).
+    fn fmi2GetBooleanStatus(kind: c_int, value: *mut Boolean) => AskAboutStep, |instance| {
+        tell(value, status::wants_to_terminate(instance, kind))
+    };
 
-/// There is no such status, since no step is ever pending.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStringStatus(component: Component, kind: c_int, value: *mut Text) -> Status {
-    let told = |instance: &mut Instance| instance.unavailable_status(kind).map(|()| ptr::null());
-    // SAFETY: of the module.
-    unsafe { tell(component, Call::GetStringStatus, value, told) }
+    /// There is no such status, since no step is ever pending.
+    fn fmi2GetStringStatus(kind: c_int, value: *mut Text) => AskAboutStep, |_instance| tell(value, status::none(kind));
 }
-
-// What the functions have in common
 
 /// Carries out a call on a component.
 unsafe fn call(
     component: Component,
-    function: Call,
+    call: Call,
+    function: &'static str,
     body: impl FnOnce(&mut Instance) -> Result<(), Failure>,
 ) -> Status {
     let handle = component.cast::<Handle>();
     if !handle.is_aligned() {
-        return Status::Error;
+        return ERROR;
     }
     // SAFETY: the component is NULL or a live `Handle`, which is only ever shared.
     match unsafe { handle.as_ref() } {
-        Some(handle) => handle.call(function, body),
-        None => Status::Error,
+        Some(handle) => handle.call(call, function, body) as Status,
+        None => ERROR,
     }
 }
 
-unsafe fn get<T>(
-    component: Component,
-    function: Call,
+unsafe fn get<T: Copy>(
+    instance: &mut Instance,
     base: Base,
     references: *const ValueReference,
     number: usize,
     values: *mut T,
     convert: impl Fn(f64) -> T,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let references = unsafe { array(references, number, "vr") }?;
-        // SAFETY: of the module.
-        let mut values = unsafe { Output::new(values, number, "value") }?;
-        instance.get(base, references, |index, value| values.write(index, convert(value)))
-    };
+) -> Result<(), Failure> {
     // SAFETY: of the module.
-    unsafe { call(component, function, body) }
+    let (references, values) =
+        unsafe { (Input::new(references, number, "vr")?, Output::new(values, number, "value")?) };
+    values.write(instance.get(base, references.iter())?.iter().map(|value| convert(*value)));
+    Ok(())
 }
 
 unsafe fn set<T: Copy>(
-    component: Component,
-    function: Call,
+    instance: &mut Instance,
     base: Base,
     references: *const ValueReference,
     number: usize,
     values: *const T,
-    convert: impl Fn(T) -> f64,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let references = unsafe { array(references, number, "vr") }?;
-        // SAFETY: of the module.
-        let values = unsafe { array(values, number, "value") }?;
-        instance.set(base, references, |index| convert(values[index]))
-    };
+    convert: impl Fn(T) -> f64 + Clone,
+) -> Result<(), Failure> {
     // SAFETY: of the module.
-    unsafe { call(component, function, body) }
+    let (references, values) = unsafe { (Input::new(references, number, "vr")?, Input::new(values, number, "value")?) };
+    instance.set(base, references.iter().zip(values.iter().map(convert)))
 }
 
 /// Hands out one value.
-unsafe fn tell<T>(
-    component: Component,
-    function: Call,
-    value: *mut T,
-    told: impl FnOnce(&mut Instance) -> Result<T, Failure>,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: of the module.
-        let mut value = unsafe { Output::new(value, 1, "value") }?;
-        value.write(0, told(instance)?);
-        Ok(())
-    };
+unsafe fn tell<T: Copy>(pointer: *mut T, value: Result<T, Failure>) -> Result<(), Failure> {
     // SAFETY: of the module.
-    unsafe { call(component, function, body) }
-}
-
-unsafe fn text<'a>(text: Text) -> Option<&'a CStr> {
-    // SAFETY: a string of the host's that is not NULL ends with a zero byte.
-    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) })
-}
-
-/// An array of the host's for reading.
-unsafe fn array<'a, T>(pointer: *const T, number: usize, name: &str) -> Result<&'a [T], Failure> {
-    check_array(pointer, number, name)?;
-    if number == 0 {
-        return Ok(&[]);
-    }
-    // SAFETY: the pointer is not NULL, is aligned, and points to as many elements as the host says.
-    Ok(unsafe { std::slice::from_raw_parts(pointer, number) })
-}
-
-/// An array of the host's for writing, which may overlap others and be uninitialised.
-struct Output<T> {
-    pointer: *mut T,
-    number: usize,
-}
-
-impl<T> Output<T> {
-    /// The pointer must stay valid for writing while this lives, and for [`Output::read`] be initialised.
-    unsafe fn new(pointer: *mut T, number: usize, name: &str) -> Result<Self, Failure> {
-        check_array(pointer, number, name)?;
-        Ok(Self { pointer, number })
-    }
-
-    fn write(&mut self, index: usize, value: T) {
-        assert!(index < self.number, "an index within the host's array");
-        // SAFETY: the index is within the array, which `new` checked and the host vouches for.
-        unsafe { self.pointer.add(index).write(value) }
-    }
-}
-
-impl Output<FmuState> {
-    /// The handle that the host passes in.
-    fn read(&self) -> FmuState {
-        // SAFETY: `new` checked the pointer, and any bits are a pointer that is only compared.
-        unsafe { self.pointer.read() }
-    }
-}
-
-fn check_array<T>(pointer: *const T, number: usize, name: &str) -> Result<(), Failure> {
-    if number == 0 {
-        return Ok(());
-    }
-    if pointer.is_null() {
-        return Err(Failure::error(format!("{name} is NULL")));
-    }
-    if !pointer.is_aligned() {
-        return Err(Failure::error(format!("{name} is not aligned")));
-    }
-    if number > isize::MAX as usize / size_of::<T>() {
-        return Err(Failure::error(format!("{name} cannot have {number} elements")));
-    }
+    let room = unsafe { Output::new(pointer, 1, "value") }?;
+    room.write([value?].into_iter());
     Ok(())
-}
-
-/// Takes messages to the host's logger, if there is one.
-fn sink(name: Option<&CStr>, functions: Option<CallbackFunctions>) -> Sink {
-    let name: CString = name.unwrap_or_default().to_owned();
-    let Some((logger, environment)) = functions.and_then(|it| Some((it.logger?, it.environment))) else {
-        return Box::new(|_, _, _| ());
-    };
-    let environment = Environment(environment);
-    Box::new(move |status, category, message| {
-        let format: *const c_char = c"%s".as_ptr();
-        // SAFETY: the logger is the host's function; it takes the arguments of `fmi2CallbackLogger`, here a format
-        // with one string, so that percent signs in the message mean nothing.
-        unsafe { logger(environment.pointer(), name.as_ptr(), status, category.as_ptr(), format, message.as_ptr()) }
-    })
-}
-
-/// The host's pointer, which is only handed back to it.
-struct Environment(*mut std::ffi::c_void);
-
-// SAFETY: nothing here looks behind the pointer; the host may call an instance from one thread after another.
-unsafe impl Send for Environment {}
-
-impl Environment {
-    fn pointer(&self) -> *mut std::ffi::c_void {
-        self.0
-    }
 }

@@ -1,4 +1,6 @@
 //! The types of the FMI 2.0 C interface: `fmi2TypesPlatform.h` (platform "default") and `fmi2FunctionTypes.h`.
+//!
+//! Enumerations of C are plain integers here, since a host may pass any number.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -18,26 +20,21 @@ pub type Integer = c_int;
 pub type Boolean = c_int;
 /// `fmi2String`: UTF-8, ended by a zero byte.
 pub type Text = *const c_char;
-/// `fmi2Byte`.
-pub type Byte = c_char;
+/// `fmi2Byte`, whose sign does not matter.
+pub type Byte = u8;
+/// `fmi2Status`; `fmi2Pending` is never returned, since no step runs asynchronously.
+pub type Status = c_int;
 
-/// `fmi2Status`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Status {
-    /// `fmi2OK`.
-    Ok,
-    /// `fmi2Warning`.
-    Warning,
-    /// `fmi2Discard`.
-    Discard,
-    /// `fmi2Error`.
-    Error,
-    /// `fmi2Fatal`.
-    Fatal,
-    /// `fmi2Pending`; never returned, since no step runs asynchronously.
-    Pending,
-}
+/// `fmi2OK`.
+pub const OK: Status = 0;
+/// `fmi2Warning`.
+pub const WARNING: Status = 1;
+/// `fmi2Discard`.
+pub const DISCARD: Status = 2;
+/// `fmi2Error`.
+pub const ERROR: Status = 3;
+/// `fmi2Fatal`.
+pub const FATAL: Status = 4;
 
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;

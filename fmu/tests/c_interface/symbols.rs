@@ -6,7 +6,7 @@ use std::fs;
 
 use object::{NameOrOrdinal, Object};
 
-use crate::common::{LIBRARY, NAMES, library_path};
+use crate::common::{Functions, LIBRARY, library_path};
 
 #[test]
 fn exactly_the_functions_of_the_standard_are_exported() {
@@ -14,7 +14,7 @@ fn exactly_the_functions_of_the_standard_are_exported() {
     let file = object::File::parse(&*bytes).expect("a library");
     let exports = file.exports().expect("its exports");
     let exported: BTreeSet<_> = exports.map(|export| name(export.expect("an export").name())).collect();
-    let expected: BTreeSet<_> = NAMES.iter().map(|name| (*name).to_owned()).collect();
+    let expected: BTreeSet<_> = Functions::NAMES.iter().map(|name| (*name).to_owned()).collect();
     assert_eq!(exported, expected);
 }
 

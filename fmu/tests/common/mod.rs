@@ -1,9 +1,9 @@
-//! The built library as a C host sees it: loaded at run time, and declared here once more, independently of its source.
+//! The built library as a C host sees it: loaded at run time.
 
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use std::env;
-use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::PathBuf;
 use std::ptr;
 use std::sync::{LazyLock, Mutex};
@@ -13,96 +13,28 @@ use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::fmi2;
-
-/// `fmi2OK`.
-pub const OK: c_int = 0;
-/// `fmi2Discard`.
-pub const DISCARD: c_int = 2;
-/// `fmi2Error`.
-pub const ERROR: c_int = 3;
+pub use pneumatic_servo_fmu::fmi2::exports::Functions;
+use pneumatic_servo_fmu::fmi2::types::Logger;
+pub use pneumatic_servo_fmu::fmi2::types::{CallbackFunctions, DISCARD, ERROR, OK};
 
 /// `fmi2StatusKind`, in its order.
 pub const STATUS_KINDS: [c_int; 4] = [0, 1, 2, 3];
-
-/// `fmi2CallbackFunctions`.
-#[repr(C)]
-pub struct Callbacks {
-    /// The logger, which is variadic.
-    pub logger: *const c_void,
-    /// `calloc` or NULL.
-    pub allocate: *const c_void,
-    /// `free` or NULL.
-    pub free: *const c_void,
-    /// NULL.
-    pub step_finished: *const c_void,
-    /// Handed to the logger.
-    pub environment: *mut c_void,
-}
-
-macro_rules! functions {
-    ($($name:ident($($type:ty),*) $(-> $result:ty)?;)*) => {
-        /// All functions of FMI 2.0 for co-simulation.
-        #[allow(non_snake_case, missing_docs, reason = "the names are those of the standard")]
-        pub struct Functions { _library: Library, $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?),* }
-
-        /// Their names.
-        pub const NAMES: &[&str] = &[$(stringify!($name)),*];
-
-        impl Functions {
-            fn load() -> Self {
-                // SAFETY: loading the library runs no code of ours, and the types are those of the standard.
-                unsafe {
-                    let library = Library::new(library_path()).expect("the built library");
-                    Self { $($name: *library.get(stringify!($name).as_bytes()).expect(stringify!($name)),)* _library: library }
-                }
-            }
-        }
-    };
-}
 
 type Component = *mut c_void;
 type State = *mut c_void;
 type Text = *const c_char;
 
-functions! {
-    fmi2GetTypesPlatform() -> Text;
-    fmi2GetVersion() -> Text;
-    fmi2SetDebugLogging(Component, c_int, usize, *const Text) -> c_int;
-    fmi2Instantiate(Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Component;
-    fmi2FreeInstance(Component);
-    fmi2SetupExperiment(Component, c_int, f64, f64, c_int, f64) -> c_int;
-    fmi2EnterInitializationMode(Component) -> c_int;
-    fmi2ExitInitializationMode(Component) -> c_int;
-    fmi2Terminate(Component) -> c_int;
-    fmi2Reset(Component) -> c_int;
-    fmi2GetReal(Component, *const c_uint, usize, *mut f64) -> c_int;
-    fmi2GetInteger(Component, *const c_uint, usize, *mut c_int) -> c_int;
-    fmi2GetBoolean(Component, *const c_uint, usize, *mut c_int) -> c_int;
-    fmi2GetString(Component, *const c_uint, usize, *mut Text) -> c_int;
-    fmi2SetReal(Component, *const c_uint, usize, *const f64) -> c_int;
-    fmi2SetInteger(Component, *const c_uint, usize, *const c_int) -> c_int;
-    fmi2SetBoolean(Component, *const c_uint, usize, *const c_int) -> c_int;
-    fmi2SetString(Component, *const c_uint, usize, *const Text) -> c_int;
-    fmi2GetFMUstate(Component, *mut State) -> c_int;
-    fmi2SetFMUstate(Component, State) -> c_int;
-    fmi2FreeFMUstate(Component, *mut State) -> c_int;
-    fmi2SerializedFMUstateSize(Component, State, *mut usize) -> c_int;
-    fmi2SerializeFMUstate(Component, State, *mut u8, usize) -> c_int;
-    fmi2DeSerializeFMUstate(Component, *const u8, usize, *mut State) -> c_int;
-    fmi2GetDirectionalDerivative(Component, *const c_uint, usize, *const c_uint, usize, *const f64, *mut f64) -> c_int;
-    fmi2SetRealInputDerivatives(Component, *const c_uint, usize, *const c_int, *const f64) -> c_int;
-    fmi2GetRealOutputDerivatives(Component, *const c_uint, usize, *const c_int, *mut f64) -> c_int;
-    fmi2DoStep(Component, f64, f64, c_int) -> c_int;
-    fmi2CancelStep(Component) -> c_int;
-    fmi2GetStatus(Component, c_int, *mut c_int) -> c_int;
-    fmi2GetRealStatus(Component, c_int, *mut f64) -> c_int;
-    fmi2GetIntegerStatus(Component, c_int, *mut c_int) -> c_int;
-    fmi2GetBooleanStatus(Component, c_int, *mut c_int) -> c_int;
-    fmi2GetStringStatus(Component, c_int, *mut Text) -> c_int;
-}
-
 /// The library under test.
-pub static LIBRARY: LazyLock<Functions> = LazyLock::new(Functions::load);
+pub static LIBRARY: LazyLock<Functions> = LazyLock::new(|| {
+    // SAFETY: loading the library runs no code of ours; it is never unloaded, and its functions are those of the names.
+    unsafe {
+        let library = Library::new(library_path()).expect("the built library");
+        let functions =
+            Functions::load(|name| library.get(name.as_bytes()).map(|symbol| *symbol)).expect("all functions");
+        std::mem::forget(library);
+        functions
+    }
+});
 
 /// The file of the library: cargo builds it for the test, beside the test's own executable.
 pub fn library_path() -> PathBuf {
@@ -169,42 +101,47 @@ pub struct Message {
     pub status: c_int,
     /// The category.
     pub category: String,
-    /// The format.
-    pub format: String,
-    /// Its first argument.
+    /// The text, as the format prints it without arguments.
     pub text: String,
 }
 
 /// Messages, with a fixed address for the logger.
 pub type Messages = Mutex<Vec<Message>>;
 
-/// The logger. It is declared with the one argument the format has, since stable Rust cannot define variadic
-/// functions; conventions that pass variadic arguments elsewhere (Apple on ARM) are not served.
-pub extern "C" fn logger(
-    environment: *mut c_void,
-    name: Text,
-    status: c_int,
-    category: Text,
-    format: Text,
-    text: Text,
-) {
+/// The logger, which is not variadic: the texts must do without arguments.
+extern "C" fn logger(environment: *mut c_void, name: Text, status: c_int, category: Text, format: Text) {
     // SAFETY: the environment is the `Messages` given with the callbacks, or NULL; the rest are strings.
-    let (messages, [name, category, format, text]) = unsafe {
+    let (messages, [name, category, format]) = unsafe {
         let string = |text: Text| CStr::from_ptr(text).to_str().expect("UTF-8").to_owned();
-        (environment.cast::<Messages>().as_ref(), [name, category, format, text].map(string))
+        (environment.cast::<Messages>().as_ref(), [name, category, format].map(string))
     };
     if let Some(messages) = messages {
-        messages.lock().expect("no panic while logging").push(Message { name, status, category, format, text });
+        let text = printed(&format);
+        messages.lock().expect("no panic while logging").push(Message { name, status, category, text });
     }
 }
 
+/// What `printf` makes of a format that must not ask for an argument.
+fn printed(format: &str) -> String {
+    let literal = format.replace("%%", "");
+    assert!(!literal.contains('%'), "{format} asks for an argument");
+    format.replace("%%", "%")
+}
+
+/// A function as the logger that hosts declare with further arguments.
+pub fn as_logger(function: extern "C" fn(*mut c_void, Text, c_int, Text, Text)) -> Logger {
+    // SAFETY: the library passes no further arguments. Conventions that pass even the named arguments of a variadic
+    // function elsewhere are not among those of the platforms.
+    unsafe { std::mem::transmute(function) }
+}
+
 /// Callbacks that collect messages.
-pub fn callbacks(messages: &Messages) -> Callbacks {
-    Callbacks {
-        logger: logger as *const c_void,
-        allocate: ptr::null(),
-        free: ptr::null(),
-        step_finished: ptr::null(),
+pub fn callbacks(messages: &Messages) -> CallbackFunctions {
+    CallbackFunctions {
+        logger: Some(as_logger(logger)),
+        allocate_memory: None,
+        free_memory: None,
+        step_finished: None,
         environment: ptr::from_ref(messages).cast_mut().cast(),
     }
 }

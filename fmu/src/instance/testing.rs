@@ -4,10 +4,11 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::instance::Instance;
-use super::layout::Layout;
-use super::logging::Log;
-use pneumatic_servo::co_simulation::{Simulation, Snapshot, SnapshotError};
+use super::Instance;
+use super::failure::Failure;
+use super::layout::{Base, Layout};
+use super::log::Log;
+use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::model::{Experiment, Model, Start};
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Enumeration, ParameterError, Role, Table, Variable, units};
@@ -70,6 +71,11 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 /// A silent instance.
 pub fn instance() -> Instance {
     Instance::new(layout(), Log::new(Box::new(|_, _, _| ()), true))
+}
+
+/// The value of a real variable.
+pub fn real(instance: &mut Instance, reference: u32) -> Result<f64, Failure> {
+    Ok(instance.get(Base::Real, [reference].into_iter())?[0])
 }
 
 /// The layout of the model.
@@ -172,7 +178,7 @@ impl Simulation for Lag {
         computed.copy_from_slice(&[rate, second, rate + 2.0 * self.slopes[0] + self.slopes[1], 0.0, 0.0]);
     }
 
-    fn directional_derivative(&self, inputs: &[f64], states: &[f64], computed: &mut [f64]) {
+    fn directional_derivative(&self, Direction { inputs, states, .. }: Direction, computed: &mut [f64]) {
         let rate = (inputs[0] - states[0]) / self.parameters[0];
         computed.copy_from_slice(&[states[0], rate, states[0] + 2.0 * inputs[0] + inputs[1], 0.0, 0.0]);
     }

@@ -1,6 +1,6 @@
 //! The GUID that ties a model description to the library built from the same source.
 
-use super::fnv::Hash;
+use crate::fnv::Hash;
 use pneumatic_servo::model::Model;
 
 /// The GUID of a model: a fingerprint of its name, the version, its variable table and the source of this library.
@@ -22,7 +22,7 @@ pub fn guid(model: &Model) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::testing;
+    use crate::instance::testing;
 
     #[test]
     fn hash_is_the_published_one() {

@@ -1,17 +1,18 @@
 //! Saved states of an instance.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use super::calls::{Call, State};
+use super::Instance;
 use super::codec;
 use super::failure::Failure;
-use super::instance::Instance;
 use super::layout::Layout;
 use super::record::{Experiment, Record};
 use super::run::Run;
 use super::values::check_value;
+use crate::calls::Mode;
 use pneumatic_servo::co_simulation::Snapshot;
 use pneumatic_servo::variables::Variable;
 
@@ -26,27 +27,29 @@ pub struct SavedState {
 
 /// The saved states the host holds, by handle.
 ///
-/// A handle is the address of a state but is only ever compared, so that those of other instances, freed ones and
-/// arbitrary numbers are recognised.
+/// A handle is a number that no other state in the process has or has had, so that handles of other instances and
+/// freed ones are recognised.
 #[derive(Default)]
-#[allow(clippy::vec_box, reason = "the boxes give each state an address that no other state in the process has")]
-pub struct SavedStates(BTreeMap<usize, Box<SavedState>>);
+pub struct SavedStates(BTreeMap<usize, SavedState>);
+
+/// The next handle. It starts where small numbers, which a host may pass by mistake, end.
+static NEXT_HANDLE: AtomicUsize = AtomicUsize::new(0x1000);
 
 impl SavedStates {
     /// Keeps a state under a handle that exists, or else under a new one.
-    fn keep(&mut self, state: SavedState, handle: usize) -> usize {
+    fn keep(&mut self, state: SavedState, handle: usize) -> Result<usize, Failure> {
         if let Some(kept) = self.0.get_mut(&handle) {
-            **kept = state;
-            return handle;
+            *kept = state;
+            return Ok(handle);
         }
-        let state = Box::new(state);
-        let handle = std::ptr::from_ref(&*state).addr();
+        let next = NEXT_HANDLE.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |handle| handle.checked_add(1));
+        let handle = next.map_err(|_| Failure::error("all numbers of states have been used"))?;
         self.0.insert(handle, state);
-        handle
+        Ok(handle)
     }
 
     fn get(&self, handle: usize) -> Result<&SavedState, Failure> {
-        self.0.get(&handle).map(Box::as_ref).ok_or_else(|| unknown(handle))
+        self.0.get(&handle).ok_or_else(|| unknown(handle))
     }
 }
 
@@ -61,16 +64,16 @@ fn unknown(handle: usize) -> Failure {
 }
 
 impl Instance {
-    /// `fmi2GetFMUstate`: saves into a new state, or over one that the handle stands for.
+    /// Saves into a new state, or over one that the handle stands for.
     pub fn get_state(&mut self, handle: usize) -> Result<usize, Failure> {
         if handle != NULL {
             self.saved.get(handle)?;
         }
         let state = SavedState { record: self.record.clone(), snapshot: self.snapshot() };
-        Ok(self.saved.keep(state, handle))
+        self.saved.keep(state, handle)
     }
 
-    /// `fmi2SetFMUstate`.
+    /// Goes back to a saved state.
     pub fn set_state(&mut self, handle: usize) -> Result<(), Failure> {
         let SavedState { record, snapshot } = self.saved.get(handle)?;
         match snapshot {
@@ -81,11 +84,11 @@ impl Instance {
             None => self.run.discard(),
         }
         self.record.clone_from(record);
-        self.log.event(Call::SetFMUstate, "state restored");
+        self.log.event("state restored");
         Ok(())
     }
 
-    /// `fmi2FreeFMUstate`.
+    /// Frees a saved state.
     pub fn free_state(&mut self, handle: usize) -> Result<(), Failure> {
         if handle == NULL {
             return Ok(());
@@ -93,17 +96,17 @@ impl Instance {
         self.saved.0.remove(&handle).map(|_| ()).ok_or_else(|| unknown(handle))
     }
 
-    /// `fmi2SerializeFMUstate`: the bytes of a saved state.
+    /// The bytes of a saved state.
     pub fn serialized(&self, handle: usize) -> Result<Vec<u8>, Failure> {
         codec::encode(self.saved.get(handle)?, &self.layout.guid)
     }
 
-    /// `fmi2DeSerializeFMUstate`: like `get_state`, except that a handle that is not known counts as none, since the
+    /// Keeps the state that bytes stand for: like `get_state`, except that a handle that is not known counts as none, since the
     /// standard lets hosts pass anything.
     pub fn deserialize(&mut self, bytes: &[u8], handle: usize) -> Result<usize, Failure> {
         let state = codec::decode(bytes, &self.layout.guid)?;
         state.check(self.layout)?;
-        Ok(self.saved.keep(state, handle))
+        self.saved.keep(state, handle)
     }
 
     /// The model's own states. During initialization they follow from the record.
@@ -127,7 +130,7 @@ impl SavedState {
             && record.slopes.len() == layout.inputs.len()
             && record.slopes.iter().all(|slope| slope.is_finite())
             && record.last_step.successful_until.is_finite()
-            && record.state != State::Fatal
+            && record.mode != Mode::Fatal
             && record.is_running() == self.snapshot.is_some();
         if !fits {
             return Err(Failure::error("the serialized state is no state of this model"));
@@ -154,8 +157,8 @@ fn check_values(variables: &[&Variable], values: &[f64]) -> Result<(), Failure> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::layout::Base;
-    use crate::fmi2::testing::{self, HIGH, INPUT, OUTPUT, STATE};
+    use crate::instance::layout::Base;
+    use crate::instance::testing::{self, HIGH, INPUT, OUTPUT, STATE};
 
     fn initialized() -> Instance {
         let mut instance = testing::instance();
@@ -170,9 +173,8 @@ mod tests {
         let mut seen = Vec::new();
         for size in [0.1, 0.03] {
             instance.do_step(instance.time(), size).expect("a step");
-            instance
-                .get(Base::Real, &[0, INPUT, STATE, OUTPUT, HIGH], |_, value| seen.push(value.to_bits()))
-                .expect("readable");
+            let values = instance.get(Base::Real, [0, INPUT, STATE, OUTPUT, HIGH].into_iter()).expect("readable");
+            seen.extend(values.iter().map(|value| value.to_bits()));
         }
         seen
     }
@@ -181,8 +183,8 @@ mod tests {
     fn midway() -> Instance {
         let mut instance = initialized();
         instance.do_step(0.0, 0.1).expect("a step");
-        instance.set(Base::Real, &[INPUT, HIGH], |index| [0.3, 7.0][index]).expect("legal");
-        instance.set_input_derivatives(&[INPUT], &[1], &[2.0]).expect("legal");
+        instance.set(Base::Real, [(INPUT, 0.3), (HIGH, 7.0)].into_iter()).expect("legal");
+        instance.set_input_derivatives([(INPUT, 1, 2.0)].into_iter()).expect("legal");
         instance
     }
 
@@ -193,7 +195,7 @@ mod tests {
         let first = continuation(&mut instance);
         instance.set_state(saved).expect("restored");
         assert_eq!(continuation(&mut instance), first);
-        instance.set(Base::Real, &[HIGH], |_| 9.0).expect("tunable");
+        instance.set(Base::Real, [(HIGH, 9.0)].into_iter()).expect("tunable");
         instance.set_state(saved).expect("restored with other parameters");
         assert_eq!(continuation(&mut instance), first);
         instance.reset().expect("reset");
@@ -217,24 +219,20 @@ mod tests {
         let mut instance = testing::instance();
         let before = instance.get_state(0).expect("a state");
         instance.enter_initialization_mode().expect("initialization");
-        instance.set(Base::Real, &[INPUT], |_| 4.0).expect("legal");
+        instance.set(Base::Real, [(INPUT, 4.0)].into_iter()).expect("legal");
         let during = instance.get_state(0).expect("a state");
         instance.exit_initialization_mode().expect("initialized");
         instance.terminate().expect("terminated");
         let after = instance.get_state(0).expect("a state");
-        for (saved, state) in
-            [(before, State::Instantiated), (during, State::Initialization), (after, State::Terminated)]
-        {
+        for (saved, mode) in [(before, Mode::Instantiated), (during, Mode::Initialization), (after, Mode::Terminated)] {
             instance.set_state(saved).expect("restored");
-            assert_eq!(instance.state(), state);
+            assert_eq!(instance.mode(), mode);
             let bytes = instance.serialized(saved).expect("bytes");
             assert!(instance.deserialize(&bytes, 0).is_ok());
         }
         instance.set_state(during).expect("restored");
         instance.exit_initialization_mode().expect("initialized");
-        let mut input = 0.0;
-        instance.get(Base::Real, &[INPUT], |_, value| input = value).expect("readable");
-        assert_eq!(input, 4.0);
+        assert_eq!(testing::real(&mut instance, INPUT), Ok(4.0));
     }
 
     #[test]
@@ -252,6 +250,17 @@ mod tests {
         assert!(one.set_state(0).is_err() && one.serialized(0).is_err());
         one.free_state(0).expect("nothing to free");
         other.set_state(foreign).expect("its own");
+    }
+
+    #[test]
+    fn handle_of_a_freed_state_is_never_given_to_another() {
+        let mut instance = initialized();
+        let first = instance.get_state(0).expect("a state");
+        instance.free_state(first).expect("freed");
+        // An allocator gives the room of the first state to the second one.
+        let second = instance.get_state(0).expect("a state");
+        assert_ne!(first, second);
+        assert!(instance.set_state(first).is_err() && instance.set_state(second).is_ok());
     }
 
     #[test]
@@ -277,8 +286,8 @@ mod tests {
             let failure = instance.deserialize(&bytes, 0).expect_err("an impossible state");
             assert!(!failure.message.contains("corrupt"), "{failure:?}");
         };
-        refuse(|it| it.record.state = State::Fatal);
-        refuse(|it| it.record.state = State::Instantiated);
+        refuse(|it| it.record.mode = Mode::Fatal);
+        refuse(|it| it.record.mode = Mode::Instantiated);
         refuse(|it| it.snapshot = None);
         refuse(|it| it.record.parameters.truncate(1));
         refuse(|it| it.record.inputs.push(0.0));

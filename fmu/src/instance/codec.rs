@@ -75,12 +75,12 @@ fn header(length: usize) -> [u8; BODY_AT] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::testing;
+    use crate::instance::testing;
 
     const GUID: &str = "{a model}";
 
     fn example() -> (SavedState, Vec<u8>) {
-        let mut record = crate::fmi2::record::Record::new(testing::layout());
+        let mut record = crate::instance::record::Record::new(testing::layout());
         record.inputs[0] = f64::from_bits(0x7ff8_dead_beef_0001);
         let state = SavedState { record, snapshot: None };
         let bytes = encode(&state, GUID).expect("bytes");

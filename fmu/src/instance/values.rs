@@ -1,68 +1,55 @@
 //! Getting and setting values: all of a call's values or none.
 
-use super::calls::{State, describe};
+use super::Instance;
 use super::failure::Failure;
-use super::instance::Instance;
 use super::layout::Base;
-use super::types::ValueReference;
+use crate::calls::{Mode, describe};
 use pneumatic_servo::variables::{Kind, ParameterError, Place, Role, Variable};
 
-/// The states in which a variable may be set: parameters only until their values are in use, unless tunable.
-fn settable(role: Role) -> &'static [State] {
+/// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
+fn settable(role: Role) -> &'static [Mode] {
     match role {
-        Role::Input | Role::Tunable => &[State::Instantiated, State::Initialization, State::StepComplete],
-        Role::Fixed => &[State::Instantiated, State::Initialization],
+        Role::Input | Role::Tunable => &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete],
+        Role::Fixed => &[Mode::Instantiated, Mode::Initialization],
         Role::Time | Role::Output | Role::Local => &[],
     }
 }
 
 impl Instance {
-    /// `fmi2GetReal` and its kin: hands the values to `write`, after all of them have been found.
-    pub fn get(
-        &mut self,
-        base: Base,
-        references: &[ValueReference],
-        mut write: impl FnMut(usize, f64),
-    ) -> Result<(), Failure> {
+    /// The values of variables of a type, after all of them have been found.
+    pub fn get(&mut self, base: Base, references: impl Iterator<Item = u32>) -> Result<&[f64], Failure> {
+        self.scratch.answers.clear();
         for reference in references {
-            self.check_readable(*reference, base)?;
+            let value = self.read(reference, base)?;
+            self.scratch.answers.push(value);
         }
-        for (index, reference) in references.iter().enumerate() {
-            let place = self.layout.typed_slot(*reference, base)?.place;
-            write(index, self.value(place)?);
-        }
-        Ok(())
+        Ok(&self.scratch.answers)
     }
 
-    /// `fmi2SetReal` and its kin.
-    pub fn set(
-        &mut self,
-        base: Base,
-        references: &[ValueReference],
-        value: impl Fn(usize) -> f64,
-    ) -> Result<(), Failure> {
+    /// Gives values to variables of a type: to all of them or, if one is refused, to none.
+    pub fn set(&mut self, base: Base, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Failure> {
         let mut sets_inputs = false;
         let mut sets_parameters = false;
-        for (index, reference) in references.iter().enumerate() {
-            let slot = self.layout.typed_slot(*reference, base)?;
+        for (reference, value) in values.clone() {
+            let slot = self.layout.typed_slot(reference, base)?;
             self.check_settable(slot.variable)?;
-            check_value(slot.variable, value(index))?;
+            check_value(slot.variable, value)?;
             sets_inputs |= matches!(slot.place, Place::Input(_));
             sets_parameters |= matches!(slot.place, Place::Parameter(_));
         }
         if sets_parameters {
             self.scratch.parameters.copy_from_slice(&self.record.parameters);
-            for (index, reference) in references.iter().enumerate() {
-                if let Place::Parameter(place) = self.layout.typed_slot(*reference, base)?.place {
-                    self.scratch.parameters[place] = value(index);
+            for (reference, value) in values.clone() {
+                if let Place::Parameter(place) = self.layout.typed_slot(reference, base)?.place {
+                    self.scratch.parameters[place] = value;
                 }
             }
             self.take_parameters()?;
         }
         if sets_inputs {
-            for (index, reference) in references.iter().enumerate() {
-                if let Place::Input(place) = self.layout.typed_slot(*reference, base)?.place {
-                    self.record.inputs[place] = value(index);
+            for (reference, value) in values {
+                if let Place::Input(place) = self.layout.typed_slot(reference, base)?.place {
+                    self.record.inputs[place] = value;
                 }
             }
             self.take_inputs();
@@ -70,11 +57,11 @@ impl Instance {
         Ok(())
     }
 
-    fn check_readable(&mut self, reference: ValueReference, base: Base) -> Result<(), Failure> {
+    fn read(&mut self, reference: u32, base: Base) -> Result<f64, Failure> {
         let slot = self.layout.typed_slot(reference, base)?;
         let name = &slot.variable.name;
-        if matches!(slot.place, Place::Computed(_)) && self.record.state == State::Instantiated {
-            return Err(Failure::error(format!("{name} is computed, from fmi2EnterInitializationMode on")));
+        if matches!(slot.place, Place::Computed(_)) && self.record.mode == Mode::Instantiated {
+            return Err(Failure::error(format!("{name} is computed, from initialization mode on")));
         }
         let value = self.value(slot.place)?;
         if !value.is_finite() {
@@ -83,7 +70,7 @@ impl Instance {
         if slot.base == Base::Integer && f64::from(value as i32) != value {
             return Err(Failure::error(format!("{name} = {value} is no 32-bit integer")));
         }
-        Ok(())
+        Ok(value)
     }
 
     fn value(&mut self, place: Place) -> Result<f64, Failure> {
@@ -96,15 +83,15 @@ impl Instance {
     }
 
     fn check_settable(&self, variable: &Variable) -> Result<(), Failure> {
-        let states = settable(variable.role);
-        if states.contains(&self.record.state) {
+        let modes = settable(variable.role);
+        if modes.contains(&self.record.mode) {
             return Ok(());
         }
         let name = &variable.name;
         Err(Failure::error(match variable.role {
             Role::Time => format!("{name} is the independent variable and cannot be set"),
             Role::Output | Role::Local => format!("{name} is computed and cannot be set"),
-            _ => format!("{name} can only be set {}", describe(states)),
+            _ => format!("{name} can only be set {}", describe(modes)),
         }))
     }
 
@@ -133,7 +120,7 @@ impl Instance {
 /// Checks a value on its own.
 pub(super) fn check_value(variable: &Variable, value: f64) -> Result<(), ParameterError> {
     if variable.kind == Kind::Boolean && value != 0.0 && value != 1.0 {
-        return Err(ParameterError::new(&variable.name, value, "it must be fmi2True (1) or fmi2False (0)"));
+        return Err(ParameterError::new(&variable.name, value, "it must be true (1) or false (0)"));
     }
     variable.check(value)
 }
@@ -141,16 +128,14 @@ pub(super) fn check_value(variable: &Variable, value: f64) -> Result<(), Paramet
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::testing::{self, HIGH, INPUT, LAG, LOW, OUTPUT, POSITIVE, STATE, STEPS, SUPPLY, TRAP};
+    use crate::instance::testing::{self, HIGH, INPUT, LAG, LOW, OUTPUT, POSITIVE, STATE, STEPS, SUPPLY, TRAP};
 
     fn real(instance: &mut Instance, reference: u32) -> f64 {
-        let mut read = f64::NAN;
-        instance.get(Base::Real, &[reference], |_, value| read = value).expect("a readable variable");
-        read
+        testing::real(instance, reference).expect("a readable variable")
     }
 
     fn set(instance: &mut Instance, reference: u32, value: f64) -> Result<(), Failure> {
-        instance.set(Base::Real, &[reference], |_| value)
+        instance.set(Base::Real, [(reference, value)].into_iter())
     }
 
     fn initialized() -> Instance {
@@ -164,7 +149,7 @@ mod tests {
     fn start_values_can_be_read_before_initialization_but_computed_ones_cannot() {
         let mut instance = testing::instance();
         assert_eq!([INPUT, LAG, LOW, 0].map(|it| real(&mut instance, it)), [1.0, 0.5, 1.0, 0.0]);
-        let failure = instance.get(Base::Real, &[STATE], |_, _| ()).expect_err("not yet");
+        let failure = testing::real(&mut instance, STATE).expect_err("not yet");
         assert!(failure.message.contains("state is computed"), "{failure:?}");
     }
 
@@ -193,7 +178,8 @@ mod tests {
         for (references, bad) in
             [([INPUT, SUPPLY], -1.0), ([INPUT, STATE], 1.0), ([INPUT, 999], 1.0), ([INPUT, LAG], 0.0)]
         {
-            let failed = instance.set(Base::Real, &references, |index| if index == 0 { 7.0 } else { bad });
+            let values = references.into_iter().zip([7.0, bad]);
+            let failed = instance.set(Base::Real, values);
             assert!(failed.is_err() && real(&mut instance, INPUT) == 1.0, "{references:?}");
         }
     }
@@ -202,7 +188,7 @@ mod tests {
     fn nothing_is_handed_out_if_one_reference_is_bad() {
         let mut instance = initialized();
         for references in [[INPUT, 999], [INPUT, TRAP], [INPUT, POSITIVE]] {
-            assert!(instance.get(Base::Real, &references, |_, _| panic!("written")).is_err());
+            assert!(instance.get(Base::Real, references.into_iter()).is_err());
         }
     }
 
@@ -224,7 +210,7 @@ mod tests {
         let failure = set(&mut instance, LOW, 5.0).expect_err("above high");
         assert_eq!(failure.message, "low = 5 is refused: it must not exceed high");
         assert_eq!((real(&mut instance, LOW), real(&mut instance, OUTPUT)), (1.0, 4.0));
-        instance.set(Base::Real, &[LOW, HIGH], |_| 5.0).expect("legal together");
+        instance.set(Base::Real, [(LOW, 5.0), (HIGH, 5.0)].into_iter()).expect("legal together");
         assert_eq!((real(&mut instance, LOW), real(&mut instance, OUTPUT)), (5.0, 7.0));
     }
 
@@ -233,10 +219,10 @@ mod tests {
         let mut instance = testing::instance();
         instance.enter_initialization_mode().expect("initialization");
         set(&mut instance, LOW, 5.0).expect("legal by itself");
-        assert!(instance.get(Base::Real, &[OUTPUT], |_, _| ()).is_err());
+        assert!(testing::real(&mut instance, OUTPUT).is_err());
         let failure = instance.exit_initialization_mode().expect_err("low > high");
         assert_eq!(failure.message, "low = 5 is refused: it must not exceed high");
-        assert_eq!(instance.state(), State::Initialization);
+        assert_eq!(instance.mode(), Mode::Initialization);
         set(&mut instance, HIGH, 6.0).expect("legal");
         instance.exit_initialization_mode().expect("corrected");
     }
@@ -244,18 +230,16 @@ mod tests {
     #[test]
     fn integers_and_enumerations_keep_their_items() {
         let mut instance = testing::instance();
-        assert!(instance.set(Base::Integer, &[TRAP], |_| 99.0).is_err());
-        assert!(instance.set(Base::Integer, &[STEPS], |_| 1.0).is_err());
-        instance.set(Base::Integer, &[TRAP], |_| 1.0).expect("an item");
-        let mut read = 0.0;
-        instance.get(Base::Integer, &[TRAP], |_, value| read = value).expect("readable");
-        assert_eq!(read, 1.0);
+        assert!(instance.set(Base::Integer, [(TRAP, 99.0)].into_iter()).is_err());
+        assert!(instance.set(Base::Integer, [(STEPS, 1.0)].into_iter()).is_err());
+        instance.set(Base::Integer, [(TRAP, 1.0)].into_iter()).expect("an item");
+        assert_eq!(instance.get(Base::Integer, [TRAP].into_iter()), Ok(&[1.0][..]));
     }
 
     #[test]
     fn last_of_repeated_references_counts() {
         let mut instance = testing::instance();
-        instance.set(Base::Real, &[INPUT, INPUT], |index| index as f64 + 5.0).expect("legal");
+        instance.set(Base::Real, [(INPUT, 5.0), (INPUT, 6.0)].into_iter()).expect("legal");
         assert_eq!(real(&mut instance, INPUT), 6.0);
     }
 }

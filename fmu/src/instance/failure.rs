@@ -1,9 +1,23 @@
 //! A call that did not succeed: what it returns and what it logs.
 
-use super::types::Status;
 use pneumatic_servo::variables::ParameterError;
 
-/// The outcome of a call that is not `fmi2OK`.
+/// How a call ends, by the numbers that all versions of the standard give it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// All is well.
+    Ok,
+    /// Unusual, but carried out.
+    Warning,
+    /// Not carried out to the end.
+    Discard,
+    /// Refused.
+    Error,
+    /// The instance is lost.
+    Fatal,
+}
+
+/// The outcome of a call that did not succeed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
     /// What the call returns.

@@ -2,20 +2,19 @@
 
 use super::failure::Failure;
 use super::guid::guid;
-use super::types::ValueReference;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};
 
 /// The base types of the interface; an enumeration is read and written as an integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
-    /// `fmi2Real`.
+    /// A real number.
     Real,
-    /// `fmi2Integer`.
+    /// An integer with 32 bits.
     Integer,
-    /// `fmi2Boolean`.
+    /// True or false.
     Boolean,
-    /// `fmi2String`; no variable has it.
+    /// Text; no variable has it.
     Text,
 }
 
@@ -66,13 +65,13 @@ impl Layout {
     }
 
     /// The slot of a value reference.
-    pub fn slot(&self, reference: ValueReference) -> Option<Slot> {
+    pub fn slot(&self, reference: u32) -> Option<Slot> {
         let Entry { variable, place, state } = self.table.by_reference(reference)?;
         Some(Slot { variable, base: base(variable.kind), place, state })
     }
 
     /// The slot of a value reference, which must have a type.
-    pub fn typed_slot(&self, reference: ValueReference, base: Base) -> Result<Slot, Failure> {
+    pub fn typed_slot(&self, reference: u32, base: Base) -> Result<Slot, Failure> {
         let slot = self
             .slot(reference)
             .ok_or_else(|| Failure::error(format!("there is no variable with value reference {reference}")))?;
@@ -95,7 +94,7 @@ fn base(kind: Kind) -> Base {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::testing;
+    use crate::instance::testing;
     use pneumatic_servo::models;
 
     #[test]

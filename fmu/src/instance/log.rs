@@ -2,9 +2,7 @@
 
 use std::ffi::{CStr, CString};
 
-use super::calls::Call;
-use super::failure::Failure;
-use super::types::Status;
+use super::failure::{Failure, Status};
 
 /// A log category; the XML lists them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,13 +36,20 @@ pub type Sink = Box<dyn Fn(Status, &CStr, &CStr) + Send>;
 /// The log of an instance: failures are always logged, everything else only if the host wants it.
 pub struct Log {
     sink: Sink,
+    /// The function of the standard that is being carried out, as its face calls it.
+    function: &'static str,
     enabled: [bool; LOG_CATEGORIES.len()],
 }
 
 impl Log {
     /// A log with all categories switched on or off.
     pub fn new(sink: Sink, on: bool) -> Self {
-        Self { sink, enabled: [on; LOG_CATEGORIES.len()] }
+        Self { sink, function: "", enabled: [on; LOG_CATEGORIES.len()] }
+    }
+
+    /// Names the function that is now carried out; all messages start with it.
+    pub fn enter(&mut self, function: &'static str) {
+        self.function = function;
     }
 
     /// Switches logging on for some categories (for all, if none is named) or off.
@@ -62,34 +67,34 @@ impl Log {
     }
 
     /// Logs a step in the life of the instance.
-    pub fn event(&self, call: Call, text: &str) {
-        self.if_enabled(EVENTS, Status::Ok, call, text);
+    pub fn event(&self, text: &str) {
+        self.if_enabled(EVENTS, Status::Ok, text);
     }
 
     /// Logs what is unusual.
-    pub fn warning(&self, call: Call, text: &str) {
-        self.if_enabled(WARNING, Status::Warning, call, text);
+    pub fn warning(&self, text: &str) {
+        self.if_enabled(WARNING, Status::Warning, text);
     }
 
     /// Logs a failure, whether or not logging is on.
-    pub fn failure(&self, function: &str, failure: &Failure) {
+    pub fn failure(&self, failure: &Failure) {
         let category = match failure.status {
             Status::Discard => DISCARD,
             Status::Fatal => FATAL,
             _ => ERROR,
         };
-        self.write(category, failure.status, function, &failure.message);
+        self.write(category, failure.status, &failure.message);
     }
 
-    fn if_enabled(&self, category: usize, status: Status, call: Call, text: &str) {
+    fn if_enabled(&self, category: usize, status: Status, text: &str) {
         if self.enabled[category] || self.enabled[ALL] {
-            self.write(category, status, call.name(), text);
+            self.write(category, status, text);
         }
     }
 
-    fn write(&self, category: usize, status: Status, function: &str, text: &str) {
+    fn write(&self, category: usize, status: Status, text: &str) {
         let category = c_string(LOG_CATEGORIES[category].name);
-        (self.sink)(status, &category, &c_string(&format!("{function}: {text}")));
+        (self.sink)(status, &category, &c_string(&format!("{}: {text}", self.function)));
     }
 }
 
@@ -114,11 +119,11 @@ mod tests {
     }
 
     fn categories_heard(log: &Log, receiver: &Receiver<(Status, String, String)>) -> Vec<String> {
-        log.event(Call::Reset, "x");
-        log.warning(Call::Reset, "x");
-        log.failure("fmi2DoStep", &Failure::discard("x"));
-        log.failure("fmi2DoStep", &Failure::error("x"));
-        log.failure("fmi2DoStep", &Failure::fatal("x"));
+        log.event("x");
+        log.warning("x");
+        log.failure(&Failure::discard("x"));
+        log.failure(&Failure::error("x"));
+        log.failure(&Failure::fatal("x"));
         receiver.try_iter().map(|(_, category, _)| category).collect()
     }
 
@@ -158,8 +163,9 @@ mod tests {
 
     #[test]
     fn zero_bytes_do_not_cut_a_message() {
-        let (log, receiver) = log(true);
-        log.event(Call::Reset, "before\0after");
-        assert_eq!(receiver.try_recv().expect("a message").2, "fmi2Reset: before\u{fffd}after");
+        let (mut log, receiver) = log(true);
+        log.enter("reset");
+        log.event("before\0after");
+        assert_eq!(receiver.try_recv().expect("a message").2, "reset: before\u{fffd}after");
     }
 }

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::calls::State;
 use super::failure::Failure;
 use super::layout::Layout;
+use crate::calls::Mode;
 use pneumatic_servo::model::Start;
 use pneumatic_servo::variables::Variable;
 
-/// What the host asked for with `fmi2SetupExperiment`.
+/// The experiment as the host asks for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Experiment {
     /// Start time in s.
@@ -48,8 +48,8 @@ pub struct LastStep {
 /// Everything that a reset and a restored state set, apart from the model's own states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The state of the state machine.
-    pub state: State,
+    /// The mode.
+    pub mode: Mode,
     /// The experiment, once it is set up.
     pub experiment: Option<Experiment>,
     /// The parameters, in the order of the table.
@@ -69,7 +69,7 @@ impl Record {
             variables.iter().map(|variable| variable.start.unwrap_or_default()).collect()
         };
         Self {
-            state: State::Instantiated,
+            mode: Mode::Instantiated,
             experiment: None,
             parameters: starts(&layout.parameters),
             inputs: starts(&layout.inputs),
@@ -80,7 +80,7 @@ impl Record {
 
     /// Whether a simulation has been started for good, so that parameters are in use.
     pub fn is_running(&self) -> bool {
-        matches!(self.state, State::StepComplete | State::StepFailed | State::Terminated)
+        matches!(self.mode, Mode::StepComplete | Mode::StepFailed | Mode::Terminated)
     }
 
     /// What a simulation starts from.

@@ -1,14 +1,13 @@
 //! Communication steps and what is told about them.
 
-use super::calls::State;
+use super::Instance;
 use super::clock::end_of_step;
 use super::failure::Failure;
-use super::instance::Instance;
 use super::record::LastStep;
-use super::types::status_kind;
+use crate::calls::Mode;
 
 impl Instance {
-    /// `fmi2DoStep`: integrates to exactly `point + size`.
+    /// Integrates to exactly `point + size`.
     pub fn do_step(&mut self, point: f64, size: f64) -> Result<(), Failure> {
         let start = self.time();
         let stop = self.record.experiment.and_then(|experiment| experiment.stop);
@@ -28,28 +27,9 @@ impl Instance {
         }
     }
 
-    /// `fmi2GetStatus`: whether the last step failed.
-    pub fn step_failed(&self, kind: i32) -> Result<bool, Failure> {
-        available(kind, Some(status_kind::DO_STEP_STATUS))?;
-        Ok(self.record.last_step.failed)
-    }
-
-    /// `fmi2GetRealStatus`.
-    pub fn last_successful_time(&self, kind: i32) -> Result<f64, Failure> {
-        available(kind, Some(status_kind::LAST_SUCCESSFUL_TIME))?;
-        Ok(self.record.last_step.successful_until)
-    }
-
-    /// `fmi2GetBooleanStatus`: a failed step ends the simulation, and masters that would retry it end too.
-    pub fn wants_to_terminate(&self, kind: i32) -> Result<bool, Failure> {
-        available(kind, Some(status_kind::TERMINATED))?;
-        Ok(self.record.last_step.failed)
-    }
-
-    /// `fmi2GetIntegerStatus` and `fmi2GetStringStatus`: the standard knows no integer, and the only string describes
-    /// a pending step, which there never is.
-    pub fn unavailable_status(&self, kind: i32) -> Result<(), Failure> {
-        available(kind, None)
+    /// How the last step, or the initialization, ended.
+    pub fn last_step(&self) -> LastStep {
+        self.record.last_step
     }
 
     /// Refuses slopes that lead an input out of its range; between its ends the input is in between.
@@ -76,32 +56,21 @@ impl Instance {
 
     fn fail_step(&mut self, successful_until: f64, cause: String) -> Failure {
         self.record.last_step = LastStep { failed: true, successful_until };
-        self.record.state = State::StepFailed;
+        self.record.mode = Mode::StepFailed;
         Failure::discard(cause)
-    }
-}
-
-/// Refuses a status kind other than the one that a function can tell, if it can tell any.
-fn available(kind: i32, offered: Option<i32>) -> Result<(), Failure> {
-    match kind {
-        _ if Some(kind) == offered => Ok(()),
-        status_kind::DO_STEP_STATUS..=status_kind::TERMINATED => {
-            Err(Failure::discard(format!("this status (kind {kind}) is not available here")))
-        }
-        _ => Err(Failure::error(format!("{kind} is no fmi2StatusKind"))),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fmi2::layout::Base;
-    use crate::fmi2::testing::{self, INPUT, STATE, STEPS, SUPPLY, TRAP};
-    use crate::fmi2::types::Status;
+    use crate::instance::failure::Status;
+    use crate::instance::layout::Base;
+    use crate::instance::testing::{self, INPUT, STATE, STEPS, SUPPLY, TRAP};
 
     fn initialized(trap: i32) -> Instance {
         let mut instance = testing::instance();
-        instance.set(Base::Integer, &[TRAP], |_| f64::from(trap)).expect("an item");
+        instance.set(Base::Integer, [(TRAP, f64::from(trap))].into_iter()).expect("an item");
         instance.setup_experiment(None, 1.0, Some(3.0)).expect("legal");
         instance.enter_initialization_mode().expect("initialization");
         instance.exit_initialization_mode().expect("initialized");
@@ -109,9 +78,7 @@ mod tests {
     }
 
     fn read(instance: &mut Instance, base: Base, reference: u32) -> Result<f64, Failure> {
-        let mut read = f64::NAN;
-        instance.get(base, &[reference], |_, value| read = value)?;
-        Ok(read)
+        Ok(instance.get(base, [reference].into_iter())?[0])
     }
 
     #[test]
@@ -121,13 +88,13 @@ mod tests {
         let state = read(&mut instance, Base::Real, STATE).expect("finite");
         assert!((state - (1.0 - (-0.5f64).exp())).abs() < 1e-15, "{state}");
         assert_eq!(instance.time(), 1.25);
-        assert_eq!(instance.last_successful_time(status_kind::LAST_SUCCESSFUL_TIME), Ok(1.25));
+        assert_eq!(instance.last_step().successful_until, 1.25);
     }
 
     #[test]
     fn slope_holds_for_one_step_and_the_input_keeps_what_it_reached() {
         let mut instance = initialized(testing::NOTHING);
-        instance.set_input_derivatives(&[INPUT], &[1], &[4.0]).expect("legal");
+        instance.set_input_derivatives([(INPUT, 1, 4.0)].into_iter()).expect("legal");
         instance.do_step(1.0, 0.5).expect("a step");
         // u = 1 + 4 t, lag 0.5: x = u - 2 + (0 - 1 + 2) e^(-2 t)
         let expected = 3.0 - 2.0 + (-1.0f64).exp();
@@ -143,9 +110,9 @@ mod tests {
     #[test]
     fn slope_out_of_the_range_of_an_input_is_refused_before_the_step() {
         let mut instance = initialized(testing::NOTHING);
-        instance.set_input_derivatives(&[SUPPLY], &[1], &[-1.0]).expect("legal");
+        instance.set_input_derivatives([(SUPPLY, 1, -1.0)].into_iter()).expect("legal");
         let failure = instance.do_step(1.0, 0.5).expect_err("negative supply");
-        assert_eq!((failure.status, instance.state(), instance.time()), (Status::Error, State::StepComplete, 1.0));
+        assert_eq!((failure.status, instance.mode(), instance.time()), (Status::Error, Mode::StepComplete, 1.0));
         assert!(failure.message.starts_with("supply = -0.5 is refused"), "{failure:?}");
     }
 
@@ -160,16 +127,15 @@ mod tests {
     #[test]
     fn step_that_stops_halfway_is_discarded_with_its_time() {
         let mut instance = initialized(testing::STOPS_HALFWAY);
-        instance.set_input_derivatives(&[INPUT], &[1], &[4.0]).expect("legal");
+        instance.set_input_derivatives([(INPUT, 1, 4.0)].into_iter()).expect("legal");
         let failure = instance.do_step(1.0, 0.5).expect_err("halfway");
         assert!(failure.status == Status::Discard && failure.message.contains("at t = 1.25 s"), "{failure:?}");
-        assert_eq!(instance.state(), State::StepFailed);
-        assert_eq!(instance.step_failed(status_kind::DO_STEP_STATUS), Ok(true));
-        assert_eq!(instance.last_successful_time(status_kind::LAST_SUCCESSFUL_TIME), Ok(1.25));
-        assert_eq!(instance.wants_to_terminate(status_kind::TERMINATED), Ok(true));
+        assert_eq!(instance.mode(), Mode::StepFailed);
+        assert!(instance.last_step().failed);
+        assert_eq!(instance.last_step().successful_until, 1.25);
         assert_eq!(read(&mut instance, Base::Real, INPUT), Ok(2.0));
         instance.reset().expect("a reset");
-        assert_eq!(instance.state(), State::Instantiated);
+        assert_eq!(instance.mode(), Mode::Instantiated);
     }
 
     #[test]
@@ -177,7 +143,7 @@ mod tests {
         let mut instance = initialized(testing::YIELDS_NAN);
         let failure = instance.do_step(1.0, 0.5).expect_err("not a number");
         assert!(failure.status == Status::Discard && failure.message.contains("state is not a finite number"));
-        assert_eq!(instance.last_successful_time(status_kind::LAST_SUCCESSFUL_TIME), Ok(1.0));
+        assert_eq!(instance.last_step().successful_until, 1.0);
         let failure = read(&mut instance, Base::Real, STATE).expect_err("not a number");
         assert_eq!(failure.status, Status::Error);
         assert_eq!(read(&mut instance, Base::Real, INPUT), Ok(1.0));
@@ -189,28 +155,7 @@ mod tests {
         let saved = instance.get_state(0).expect("a state");
         instance.do_step(1.0, 0.5).expect_err("halfway");
         instance.set_state(saved).expect("restored");
-        assert_eq!((instance.state(), instance.time()), (State::StepComplete, 1.0));
-        assert_eq!(instance.wants_to_terminate(status_kind::TERMINATED), Ok(false));
-    }
-
-    #[test]
-    fn each_status_function_knows_its_kind() {
-        let instance = initialized(testing::NOTHING);
-        for kind in -1..5 {
-            let expected = if (0..=3).contains(&kind) { Status::Discard } else { Status::Error };
-            let statuses = [
-                instance.step_failed(kind).map(|_| ()),
-                instance.last_successful_time(kind).map(|_| ()),
-                instance.wants_to_terminate(kind).map(|_| ()),
-                instance.unavailable_status(kind),
-            ];
-            let offered = [Some(0), Some(2), Some(3), None];
-            for (status, offered) in statuses.into_iter().zip(offered) {
-                match status {
-                    Ok(()) => assert_eq!(Some(kind), offered),
-                    Err(failure) => assert!(failure.status == expected && Some(kind) != offered),
-                }
-            }
-        }
+        assert_eq!((instance.mode(), instance.time()), (Mode::StepComplete, 1.0));
+        assert!(!instance.last_step().failed);
     }
 }

@@ -1,0 +1,150 @@
+//! Which call is allowed in which mode: one table for all versions of the standard, checked in one place.
+
+use serde::{Deserialize, Serialize};
+
+use crate::instance::Failure;
+
+/// The modes of an instance.
+///
+/// A call that is refused changes nothing, so no mode of its own follows it. A step is never left in progress or
+/// cancelled, because steps do not run asynchronously.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// After instantiation and after a reset.
+    Instantiated,
+    /// While initial values are worked out.
+    Initialization,
+    /// After initialization and every completed step.
+    StepComplete,
+    /// After a step that could not be completed.
+    StepFailed,
+    /// At the end of the run.
+    Terminated,
+    /// After an internal error.
+    Fatal,
+}
+
+impl Mode {
+    fn text(self) -> &'static str {
+        match self {
+            Self::Instantiated => "before initialization",
+            Self::Initialization => "in initialization mode",
+            Self::StepComplete => "between communication steps",
+            Self::StepFailed => "after a step that could not be completed",
+            Self::Terminated => "after termination",
+            Self::Fatal => "after an internal error",
+        }
+    }
+}
+
+/// Describes a set of modes to a user.
+pub fn describe(modes: &[Mode]) -> String {
+    let texts: Vec<_> = modes.iter().map(|mode| mode.text()).collect();
+    texts.join(" or ")
+}
+
+macro_rules! calls {
+    ($($(#[$doc:meta])* $call:ident $($mode:ident)*;)*) => {
+        /// What can be asked of an instance, by whatever function of whatever version of the standard.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Call { $($(#[$doc])* $call),* }
+
+        impl Call {
+            #[cfg(test)]
+            const ALL: &[Self] = &[$(Self::$call),*];
+
+            /// The modes in which it is allowed.
+            pub fn modes(self) -> &'static [Mode] {
+                match self { $(Self::$call => &[$(Mode::$mode),*]),* }
+            }
+        }
+    };
+}
+
+// What may be set and read in a mode depends on the variable as well: see `instance::values`.
+calls! {
+    /// Choose what is logged.
+    ChooseLog             Instantiated Initialization StepComplete StepFailed Terminated;
+    /// Free the instance.
+    Free                  Instantiated Initialization StepComplete StepFailed Terminated Fatal;
+    /// Set start time, stop time and tolerance.
+    SetUpExperiment       Instantiated;
+    /// Enter initialization mode.
+    EnterInitialization   Instantiated;
+    /// Leave initialization mode.
+    ExitInitialization    Initialization;
+    /// End the run.
+    Terminate             StepComplete StepFailed;
+    /// Go back to the start values.
+    Reset                 Instantiated Initialization StepComplete StepFailed Terminated;
+    /// Read variables.
+    Get                   Instantiated Initialization StepComplete StepFailed Terminated;
+    /// Set variables.
+    Set                   Instantiated Initialization StepComplete;
+    /// Save, restore, free or serialise a state.
+    UseState              Instantiated Initialization StepComplete StepFailed Terminated;
+    /// Read directional derivatives.
+    Differentiate         Initialization StepComplete StepFailed Terminated;
+    /// Set slopes of inputs.
+    SetSlopes             Instantiated Initialization StepComplete;
+    /// Read derivatives of outputs with respect to time.
+    GetOutputRates        StepComplete StepFailed Terminated;
+    /// Take a communication step.
+    Step                  StepComplete;
+    /// Cancel a step that is in progress.
+    CancelStep            ;
+    /// Ask how the last step ended.
+    AskAboutStep          StepComplete StepFailed Terminated;
+}
+
+impl Call {
+    /// Refuses a call that is not allowed in a mode.
+    pub fn check(self, mode: Mode) -> Result<(), Failure> {
+        if self.modes().contains(&mode) {
+            return Ok(());
+        }
+        if mode == Mode::Fatal {
+            return Err(Failure::fatal("the instance is lost after an internal error and can only be freed"));
+        }
+        if self.modes().is_empty() {
+            return Err(Failure::error("no step is ever pending, because steps do not run asynchronously"));
+        }
+        let allowed = describe(self.modes());
+        Err(Failure::error(format!("not allowed {}; it is allowed {allowed}", mode.text())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODES: [Mode; 6] =
+        [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::StepFailed, Mode::Terminated, Mode::Fatal];
+
+    #[test]
+    fn refusal_says_when_the_call_is_allowed() {
+        let failure = Call::SetUpExperiment.check(Mode::StepComplete).expect_err("too late");
+        assert_eq!(failure.message, "not allowed between communication steps; it is allowed before initialization");
+        let failure = Call::CancelStep.check(Mode::StepComplete).expect_err("nothing to cancel");
+        assert!(failure.message.contains("no step is ever pending"), "{failure:?}");
+    }
+
+    #[test]
+    fn lost_instance_can_only_be_freed() {
+        for call in Call::ALL {
+            match call.check(Mode::Fatal) {
+                Ok(()) => assert_eq!(*call, Call::Free),
+                Err(failure) => assert_eq!(failure, Failure::fatal(&*failure.message), "{call:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn check_follows_the_table() {
+        for call in Call::ALL {
+            for mode in MODES {
+                assert_eq!(call.check(mode).is_ok(), call.modes().contains(&mode), "{call:?} {mode:?}");
+            }
+        }
+    }
+}

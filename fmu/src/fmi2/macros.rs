@@ -1,0 +1,58 @@
+//! What the exported functions have in common.
+
+/// Makes the C functions that work on an instance, each from its declaration: its documentation, its arguments after the
+/// component, the call of the table that it stands for, and what it does; and from the declarations of all functions
+/// a table of them.
+///
+/// `besides` names functions that are written out.
+macro_rules! exports {
+    (
+        besides { $(fn $other:ident($($given:ty),*) $(-> $answer:ty)?;)* }
+        $(
+            $(#[$doc:meta])*
+            fn $name:ident($($argument:ident: $type:ty),*) => $call:ident, |$instance:ident| $body:expr;
+        )*
+    ) => {
+        $(
+            $(#[$doc])*
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $name(component: Component, $($argument: $type),*) -> Status {
+                // SAFETY: of the module.
+                unsafe { call(component, Call::$call, stringify!($name), |$instance: &mut Instance| $body) }
+            }
+        )*
+
+        /// All functions of the interface, as a host has them once it has loaded the library.
+        #[allow(missing_docs, reason = "the functions are documented")]
+        pub struct Functions {
+            $(pub $other: unsafe extern "C" fn($($given),*) $(-> $answer)?,)*
+            $(pub $name: unsafe extern "C" fn(Component, $($type),*) -> Status),*
+        }
+
+        impl Functions {
+            /// Their names.
+            pub const NAMES: &[&str] = &[$(stringify!($other),)* $(stringify!($name)),*];
+
+            /// The functions of this very program.
+            pub const LINKED: Self = Self { $($other,)* $($name),* };
+
+            /// The functions as symbols of a library, which `symbol` finds by name.
+            ///
+            /// # Safety
+            /// What is found is the function of that name, and stays loaded as long as this is used.
+            pub unsafe fn load<E>(mut symbol: impl FnMut(&str) -> Result<*const c_void, E>) -> Result<Self, E> {
+                // SAFETY: as the caller promises; pointers to functions are pointers.
+                unsafe {
+                    Ok(Self {
+                        $($other: transmute::<*const c_void, unsafe extern "C" fn($($given),*) $(-> $answer)?>(
+                            symbol(stringify!($other))?,
+                        ),)*
+                        $($name: transmute::<*const c_void, unsafe extern "C" fn(Component, $($type),*) -> Status>(
+                            symbol(stringify!($name))?,
+                        )),*
+                    })
+                }
+            }
+        }
+    };
+}

@@ -1,0 +1,170 @@
+//! An instance and its life, whatever the version of the standard; nothing here names one.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `guard` | lets a call into an instance: one at a time, obeying the table, without panics leaving it |
+//! | `values`, `steps`, `derivatives`, `saved_states` | what is done with an instance |
+//! | `run` | the simulation behind an instance, started and computed when needed |
+//! | `record` | what an instance remembers besides the states of its model |
+//! | `layout`, `registry` | where the value of each variable is kept; the models by GUID |
+//! | `clock` | where a communication step leads, and what is rounding |
+//! | `codec` | saved states as bytes |
+//! | `log`, `failure` | messages to the host |
+//! | `guid` | the GUID |
+
+mod clock;
+mod codec;
+mod derivatives;
+mod failure;
+mod guard;
+mod guid;
+mod layout;
+mod log;
+mod record;
+mod registry;
+mod run;
+mod saved_states;
+mod steps;
+#[cfg(test)]
+mod testing;
+mod values;
+
+pub use self::failure::Failure;
+pub use self::guard::{Handle, Wanted, instantiate};
+pub use self::guid::guid;
+pub use self::layout::Base;
+use self::layout::Layout;
+use self::log::Log;
+pub use self::log::{LOG_CATEGORIES, LogCategory, Sink};
+use self::record::{Experiment, LastStep, Record};
+use self::run::Run;
+use self::saved_states::SavedStates;
+use crate::calls::Mode;
+
+/// An instance of a model.
+pub struct Instance {
+    layout: &'static Layout,
+    log: Log,
+    record: Record,
+    run: Run,
+    saved: SavedStates,
+    scratch: Scratch,
+}
+
+/// Room for intermediate values, so that calls between steps need no memory of their own.
+struct Scratch {
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    states: Vec<f64>,
+    computed: Vec<f64>,
+    /// What a call hands out, in the order in which it was asked for.
+    answers: Vec<f64>,
+}
+
+impl Instance {
+    /// A new instance.
+    fn new(layout: &'static Layout, log: Log) -> Self {
+        Self {
+            layout,
+            log,
+            record: Record::new(layout),
+            run: Run::new(layout),
+            saved: SavedStates::default(),
+            scratch: Scratch {
+                parameters: vec![0.0; layout.parameters.len()],
+                inputs: vec![0.0; layout.inputs.len()],
+                states: vec![0.0; layout.states],
+                computed: vec![0.0; layout.computed.len()],
+                answers: Vec::with_capacity(layout.table.len()),
+            },
+        }
+    }
+
+    /// The mode.
+    fn mode(&self) -> Mode {
+        self.record.mode
+    }
+
+    /// Switches logging on for some categories (for all, if none is named) or off.
+    pub fn choose_log(&mut self, on: bool, categories: &[&str]) -> Result<(), Failure> {
+        self.log.choose(on, categories)
+    }
+
+    /// Sets start time, stop time and tolerance.
+    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Result<(), Failure> {
+        self.record.experiment = Some(Experiment::new(start, stop, tolerance)?);
+        Ok(())
+    }
+
+    /// From now on computed values follow parameters and inputs.
+    pub fn enter_initialization_mode(&mut self) -> Result<(), Failure> {
+        if self.record.experiment.is_none() {
+            self.log.warning("no experiment was set up: the start time is 0 s, without stop time and tolerance");
+        }
+        self.record.mode = Mode::Initialization;
+        Ok(())
+    }
+
+    /// Starts the run, if the parameters fit together.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Failure> {
+        self.check_computed()?;
+        let time = self.time();
+        self.record.last_step = LastStep { failed: false, successful_until: time };
+        self.record.mode = Mode::StepComplete;
+        self.log.event("initialized");
+        Ok(())
+    }
+
+    /// Ends the run.
+    pub fn terminate(&mut self) -> Result<(), Failure> {
+        self.record.mode = Mode::Terminated;
+        self.log.event("terminated");
+        Ok(())
+    }
+
+    /// Everything is as after instantiation, except that logging stays as it is and saved states remain usable.
+    pub fn reset(&mut self) -> Result<(), Failure> {
+        self.record = Record::new(self.layout);
+        self.run.discard();
+        self.log.event("start values restored");
+        Ok(())
+    }
+
+    /// Gives the instance up after an internal error.
+    fn abandon(&mut self, cause: &str) -> Failure {
+        self.record.mode = Mode::Fatal;
+        let failure = Failure::fatal(format!("internal error: {cause}"));
+        self.log.failure(&failure);
+        failure
+    }
+
+    /// Current time in s.
+    fn time(&self) -> f64 {
+        self.run.time().unwrap_or(self.record.start().time)
+    }
+
+    /// Refuses computed values that are no numbers.
+    fn check_computed(&mut self) -> Result<(), Failure> {
+        let computed = self.run.computed(self.layout, &self.record)?;
+        if are_finite(computed) {
+            return Ok(());
+        }
+        let place = computed.iter().position(|value| !value.is_finite()).unwrap_or_default();
+        let (name, value) = (&self.layout.computed[place].name, computed[place]);
+        let cause = "the parameters and inputs leave the range of the equations";
+        Err(Failure::error(format!("{name} is not a finite number but {value}: {cause}")))
+    }
+}
+
+/// Whether all values are finite numbers, as it is asked after every step: 0 times a number is 0, and 0 times anything
+/// else is no number. Four sums are quicker than one, or than a look at each value.
+fn are_finite(values: &[f64]) -> bool {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, value) in sums.iter_mut().zip(four) {
+            *sum += 0.0 * value;
+        }
+    }
+    sums.iter().chain(rest).all(|value| value.is_finite())
+}
