@@ -2,8 +2,8 @@
 
 mod rig;
 
-use pneumatic_servo::friction::{Contact, Drive, Friction, LAWS, MAX_STATES, Memory};
-use pneumatic_servo::hybrid::Indicators;
+use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, MAX_STATES, Memory};
+use pneumatic_servo::hybrid::UNUSED;
 use pneumatic_servo::numbers::{Dual, Scalar};
 use rig::Rig;
 
@@ -151,9 +151,11 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
                 Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
             let mut memory = law.start(&contact, &mut [0.0; MAX_STATES]);
             for _ in 0..20 {
-                let mut indicators = Indicators::default();
-                law.indicators(&contact, &at[4..], &memory, &mut indicators);
-                let Some(event) = indicators.as_slice().iter().position(|value| *value < 0.0) else { break };
+                let indicators = law.indicators(&contact, &at[4..], &memory);
+                for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {
+                    assert_eq!(indicators[event], UNUSED, "{name} does not declare {event:?}");
+                }
+                let Some(event) = indicators.due() else { break };
                 let mut velocity = contact.velocity;
                 law.switch(event, &contact, &mut velocity, &mut at[4..], &mut memory);
                 contact.velocity = velocity;

@@ -1,7 +1,6 @@
 //! The hybrid solver on problems with closed solutions, none of which is a cylinder.
 
 use pneumatic_servo::hybrid::HybridSystem;
-use pneumatic_servo::hybrid::Indicators;
 use pneumatic_servo::numbers::Scalar;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::solver::{Run, Scheme, Settings};
@@ -14,10 +13,13 @@ struct Oscillator;
 
 impl HybridSystem<2, 1> for Oscillator {
     type Memory = ();
+    type Indicators = [f64; 0];
     fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &()) -> [S; 2] {
         [x[1], -x[0]]
     }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], _: &(), _: &mut Indicators) {}
+    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
     fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut ()) {}
     fn scales(&self) -> [f64; 2] {
         [1.0; 2]
@@ -34,10 +36,13 @@ struct Stiff {
 
 impl HybridSystem<1, 1> for Stiff {
     type Memory = ();
+    type Indicators = [f64; 0];
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
         [-(x[0] - time.cos()) * self.rate - time.sin()]
     }
-    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], _: &(), _: &mut Indicators) {}
+    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
     fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
     fn scales(&self) -> [f64; 1] {
         [1.0]
@@ -57,11 +62,12 @@ struct Ball {
 
 impl HybridSystem<2, 1> for Ball {
     type Memory = Vec<f64>;
+    type Indicators = [f64; 1];
     fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &Vec<f64>) -> [S; 2] {
         [x[1], S::constant(-1.0)]
     }
-    fn indicators(&self, _: f64, x: &[f64; 2], _: &[f64; 1], _: &Vec<f64>, out: &mut Indicators) {
-        out.push(x[0]);
+    fn indicators(&self, _: f64, x: &[f64; 2], _: &[f64; 1], _: &Vec<f64>) -> [f64; 1] {
+        [x[0]]
     }
     fn switch(&self, _: usize, time: f64, x: &mut [f64; 2], _: &[f64; 1], memory: &mut Vec<f64>) {
         *x = [0.0, -self.restitution * x[1]];
@@ -80,11 +86,12 @@ struct Trap;
 
 impl HybridSystem<1, 1> for Trap {
     type Memory = ();
+    type Indicators = [f64; 1];
     fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], _memory: &()) -> [S; 1] {
         [u[0]]
     }
-    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], _: &(), out: &mut Indicators) {
-        out.push(1.0 - x[0]);
+    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 1] {
+        [1.0 - x[0]]
     }
     fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
     fn scales(&self) -> [f64; 1] {

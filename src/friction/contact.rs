@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::event::{Event, Indicators};
 use super::law::{Contact, MAX_STATES};
 use super::registry::{Friction, Memory};
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 
 /// A friction law and the place of its states; a model may hold several.
@@ -67,13 +67,18 @@ impl FrictionContact {
         Observation { force, sticking, is_held: self.law.holds_position(memory), states, rates }
     }
 
-    /// Appends the event indicators of the present mode.
-    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &Memory, out: &mut Indicators) {
-        self.law.indicators(contact, &x[self.states()], memory, out);
+    /// The event indicators in the present mode.
+    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &Memory) -> Indicators {
+        self.law.indicators(contact, &x[self.states()], memory)
     }
 
-    /// Handles the event whose indicator turned negative; may set the velocity, a state of the model.
-    pub fn switch(&self, event: usize, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut Memory) {
+    /// Whether any mode of the law can end.
+    pub fn has_events(&self) -> bool {
+        !self.law.events().is_empty()
+    }
+
+    /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
+    pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut Memory) {
         let mut rate = x[velocity];
         self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
         x[velocity] = rate;

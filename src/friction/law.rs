@@ -2,7 +2,7 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::hybrid::Indicators;
+use super::event::{Event, Indicators};
 use crate::numbers::Scalar;
 use crate::variables::{ParameterError, ParameterSet};
 
@@ -40,6 +40,9 @@ pub trait FrictionLaw: Sized {
     /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
     type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
 
+    /// The events that can end a mode of the law.
+    const EVENTS: &'static [Event] = &[];
+
     /// The law's parameters, named relative to its group; value references count from 0 and are never reused.
     type Parameters: ParameterSet;
 
@@ -65,13 +68,13 @@ pub trait FrictionLaw: Sized {
     /// The friction force in N; writes the time derivatives of the continuous states.
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
 
-    /// Appends the event indicators of the present mode.
+    /// Sets the event indicators that the present mode uses.
     fn indicators(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &Self::Memory, _out: &mut Indicators) {}
 
-    /// Handles the event whose indicator turned negative; may set the velocity (to exactly 0) and the states.
+    /// Handles an event, whose indicator fell below zero; may set the velocity (to exactly 0) and the states.
     fn switch(
         &self,
-        _event: usize,
+        _event: Event,
         _contact: &Contact<f64>,
         _velocity: &mut f64,
         _z: &mut [f64],

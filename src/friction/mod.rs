@@ -9,16 +9,19 @@
 //! |---|---|
 //! | [`contact`] | a law held by a model |
 //! | `law` | what a law is |
+//! | `event` | what can end a mode of a contact |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | [`parts`] | what several laws are made of |
 
 pub mod contact;
+mod event;
 pub mod law;
 pub mod laws;
 pub mod parts;
 mod registry;
 
 pub use contact::{FrictionContact, Observation};
+pub use event::{Event, Indicators};
 pub use law::{Contact, Drive, FrictionLaw, MAX_STATES};
 pub use registry::{Friction, LAWS, Memory};

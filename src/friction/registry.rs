@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::event::{Event, Indicators};
 use super::law::{Contact, FrictionLaw};
 use super::laws::*;
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable};
 
@@ -86,6 +86,11 @@ macro_rules! registry {
                 match self { $(Friction::$law(law) => law.states()),* }
             }
 
+            /// The events that can end a mode.
+            pub fn events(&self) -> &'static [Event] {
+                match self { $(Friction::$law(_) => <$module::$type as FrictionLaw>::EVENTS),* }
+            }
+
             /// Magnitude of the continuous states.
             pub fn state_scale(&self) -> f64 {
                 match self { $(Friction::$law(law) => law.state_scale()),* }
@@ -142,13 +147,15 @@ impl Friction {
         dispatch!(self, memory, |law, memory| law.force(contact, z, memory, rates))
     }
 
-    /// Appends the event indicators of the present mode.
-    pub fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
-        dispatch!(self, memory, |law, memory| law.indicators(contact, z, memory, out));
+    /// The event indicators in the present mode.
+    pub fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> Indicators {
+        let mut indicators = Indicators::default();
+        dispatch!(self, memory, |law, memory| law.indicators(contact, z, memory, &mut indicators));
+        indicators
     }
 
-    /// Handles the event whose indicator turned negative.
-    pub fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Memory) {
+    /// Handles an event, whose indicator fell below zero.
+    pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Memory) {
         dispatch!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory));
     }
 

@@ -1,29 +1,18 @@
 //! Event indicators of a hybrid system.
 
-/// Event indicators: each is positive (or zero) while the present mode is valid, and an event when it turns negative.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Indicators {
-    values: [f64; Self::CAPACITY],
-    len: usize,
+/// What is to be said of an event indicator, whose value has a fixed place among those of its system.
+///
+/// All are watched in one direction: an indicator is positive (or zero) while the present mode is valid, and an event
+/// when it falls below zero. One that the present mode does not use is [`UNUSED`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Indicator {
+    /// Its name within the model, `friction.breakAway` for example.
+    pub name: String,
+    /// Magnitude, in the unit of its value, that counts as 1 where indicators of different units are compared.
+    pub nominal: f64,
+    /// What happens when it falls below zero.
+    pub text: &'static str,
 }
 
-impl Indicators {
-    /// Few, since they are copied in every step; three contacts under laws with three each and three links need most.
-    const CAPACITY: usize = 12;
-
-    /// Appends an indicator.
-    pub fn push(&mut self, value: f64) {
-        self.values[self.len] = value;
-        self.len += 1;
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.len
-    }
-
-    /// The indicators, in the order in which they were appended.
-    pub fn as_slice(&self) -> &[f64] {
-        &self.values[..self.len]
-    }
-}
+/// Value of an indicator that the present mode does not use.
+pub const UNUSED: f64 = 1.0;

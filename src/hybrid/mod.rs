@@ -5,5 +5,5 @@
 mod indicators;
 mod system;
 
-pub use indicators::Indicators;
+pub use indicators::{Indicator, UNUSED};
 pub use system::{Groups, Held, HybridSystem, QUANTITIES, jacobian_by_duals};

@@ -3,7 +3,6 @@
 use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::Indicators;
 use crate::numbers::{Dual, Number, Scalar};
 
 /// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
@@ -26,6 +25,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only.
     type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
 
+    /// Values of the event indicators, each in a fixed place: an array of as many as the system has.
+    type Indicators: AsRef<[f64]> + Copy + Send;
+
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
     const GROUPS: Groups = [0, 0];
 
@@ -45,10 +47,16 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         jacobian_by_duals(self, time, x, u, memory, jacobian)
     }
 
-    /// Appends the event indicators of the present mode.
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory, out: &mut Indicators);
+    /// The event indicators: positive or zero while the present mode is valid, [`UNUSED`](super::UNUSED) where the
+    /// mode has no use for them.
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> Self::Indicators;
 
-    /// Handles the event whose indicator turned negative.
+    /// Whether any mode can end: if not, nobody looks at the indicators.
+    fn has_events(&self) -> bool {
+        true
+    }
+
+    /// Handles the event in a place of the indicators, whose value fell below zero.
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; U], memory: &mut Self::Memory);
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.

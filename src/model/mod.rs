@@ -7,6 +7,7 @@ pub(crate) use self::setting::find;
 pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
+use crate::hybrid::Indicator;
 use crate::variables::{ParameterError, Table};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
@@ -18,6 +19,8 @@ pub struct Model {
     pub description: &'static str,
     /// The variable table; made once per process.
     pub variables: fn() -> &'static Table,
+    /// The event indicators, in the order of their places: those of all friction laws and modes.
+    pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
     /// The default experiment.

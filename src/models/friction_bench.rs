@@ -15,9 +15,8 @@ use super::bristles::{bristle_table, write_bristles};
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
-use crate::friction::{self, Contact, Friction, FrictionContact};
+use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators};
 use crate::hybrid::HybridSystem;
-use crate::hybrid::Indicators;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
@@ -29,6 +28,7 @@ pub const MODEL: Model = Model {
     name: "FrictionBench",
     description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
     variables: || &TABLE,
+    indicators: || Event::indicators("friction"),
     start,
     experiment: Experiment { stop_time: 120.0, step_size: 1e-2 },
 };
@@ -288,6 +288,7 @@ impl FrictionBench {
 
 impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     type Memory = Memory;
+    type Indicators = Indicators;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
@@ -299,14 +300,18 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory, out: &mut Indicators) {
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Indicators {
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.indicators(&contact, x, &memory.friction, out);
+        self.friction.indicators(&contact, x, &memory.friction)
+    }
+
+    fn has_events(&self) -> bool {
+        self.friction.has_events()
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event], &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {

@@ -25,3 +25,32 @@ pub static ALL: &[Model] = &[
 pub fn find(name: &str) -> Option<&'static Model> {
     ALL.iter().find(|model| model.name == name)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::hybrid::HybridSystem;
+
+    /// How many indicators a system with any number of states has.
+    fn count<H: HybridSystem<N, U>, const N: usize, const U: usize>() -> usize {
+        size_of::<H::Indicators>() / size_of::<f64>()
+    }
+
+    #[test]
+    fn every_place_of_an_indicator_has_a_name_of_its_own() {
+        let counts = [
+            (pneumatic_servo_cylinder::MODEL, count::<pneumatic_servo_cylinder::PneumaticServoCylinder, 8, 3>()),
+            (friction_bench::MODEL, count::<friction_bench::FrictionBench, 3, 2>()),
+            (driven_slider::MODEL, count::<driven_slider::DrivenSlider, 2, 1>()),
+            (vibro_impact::MODEL, count::<vibro_impact::VibroImpact, 4, 1>()),
+            (festoon::MODEL, count::<festoon::Festoon, 13, 2>()),
+        ];
+        for (model, count) in counts {
+            let indicators = (model.indicators)();
+            let names: BTreeSet<_> = indicators.iter().map(|indicator| &indicator.name).collect();
+            assert_eq!((indicators.len(), names.len()), (count, count), "{}", model.name);
+        }
+    }
+}

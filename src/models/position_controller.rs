@@ -31,6 +31,7 @@ pub const MODEL: Model = Model {
     name: "PositionController",
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
     variables: || &TABLE,
+    indicators: Vec::new,
     start: |start| Ok(Box::new(PositionController::new(start)?)),
     experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
 };

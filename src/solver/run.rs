@@ -9,9 +9,7 @@ use super::error::StepError;
 use super::event::{Bracket, Hermite, root};
 use super::settings::{Scheme, Settings};
 use super::{implicit_euler, rosenbrock, runge_kutta};
-use crate::hybrid::Indicators;
-use crate::hybrid::QUANTITIES;
-use crate::hybrid::{Held, HybridSystem};
+use crate::hybrid::{Held, HybridSystem, QUANTITIES};
 use crate::numbers::Dual;
 
 /// A step that may be accepted.
@@ -76,7 +74,7 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
     /// Indicators at the present states, memory and inputs.
-    indicators: Indicators,
+    indicators: H::Indicators,
     /// Whether states and memory have followed the present inputs.
     is_settled: bool,
 }
@@ -98,6 +96,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// A run from given states and memory.
     pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
         let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());
+        let indicators = system.indicators(time, &x, &inputs, &memory);
         Self {
             system,
             settings,
@@ -111,7 +110,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
-            indicators: Indicators::default(),
+            indicators,
             is_settled: false,
         }
     }
@@ -238,9 +237,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         if error > 1.0 {
             return self.reject(h, (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE));
         }
-        if !self.indicators.as_slice().is_empty() {
+        if self.system.has_events() {
             let after = self.indicators_at(end_time, &trial.end);
-            if after.as_slice().iter().any(|value| *value < 0.0) {
+            if after.as_ref().iter().any(|value| *value < 0.0) {
                 return self.step_to_event(h, &trial, &after);
             }
             // Within the resolution of the clock the dip would be one of rounding.
@@ -354,10 +353,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.system.follow(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
     }
 
-    fn indicators_at(&self, time: f64, x: &[f64; N]) -> Indicators {
-        let mut indicators = Indicators::default();
-        self.system.indicators(time, x, &self.inputs.at(time), &self.memory, &mut indicators);
-        indicators
+    fn indicators_at(&self, time: f64, x: &[f64; N]) -> H::Indicators {
+        self.system.indicators(time, x, &self.inputs.at(time), &self.memory)
     }
 
     /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
@@ -366,19 +363,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         // The parabola through the start, its slope, and the end, at half the step.
         let middle = std::array::from_fn(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
-        let pairs = between.as_slice().iter().zip(self.indicators.as_slice());
+        let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
         pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
     }
 
     /// Ends the step where the first indicator turns negative, and switches.
-    fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &Indicators) -> Result<(), StepError> {
+    fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(), StepError> {
         let Some((event, bracket, guess)) = self.first_crossing(h, trial, after) else {
             // The indicator starts at zero and seems to fall at once. Either a shorter step shows it rise first, or
             // the step is so short that the event is now.
             if h > 4.0 * smallest_step(self.time) {
                 return self.reject(h, MAX_SHRINKAGE.max(0.5 * f64::from(self.settings.is_adaptive())));
             }
-            let event = after.as_slice().iter().position(|value| *value < 0.0).unwrap_or(0);
+            let event = after.as_ref().iter().position(|value| *value < 0.0).unwrap_or(0);
             self.move_to(self.time + h, trial);
             return self.switch(event);
         };
@@ -389,17 +386,17 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross.
-    fn first_crossing(&self, h: f64, trial: &Trial<N>, after: &Indicators) -> Option<(usize, Bracket, f64)> {
+    fn first_crossing(&self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Option<(usize, Bracket, f64)> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
         let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
         let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
         let value_at = |event: usize, fraction: f64| {
-            self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_slice()[event]
+            self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_ref()[event]
         };
         let mut first: Option<(usize, Bracket, f64)> = None;
-        for (event, (start, end)) in self.indicators.as_slice().iter().zip(after.as_slice()).enumerate() {
+        for (event, (start, end)) in self.indicators.as_ref().iter().zip(after.as_ref()).enumerate() {
             if *end >= 0.0 {
                 continue;
             }
@@ -428,7 +425,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let mut at = guess;
         for _ in 0..MAX_REFINEMENTS {
             let Some(trial) = self.trial(at) else { break };
-            let value = self.indicators_at(self.time + at, &trial.end).as_slice()[event];
+            let value = self.indicators_at(self.time + at, &trial.end).as_ref()[event];
             bracket.narrow(at, value);
             if value <= 0.0 {
                 best = (at, trial);
@@ -469,11 +466,10 @@ fn settle<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     u: &[f64; U],
     memory: &mut H::Memory,
     counters: &mut Counters,
-) -> Result<Indicators, StepError> {
+) -> Result<H::Indicators, StepError> {
     for _ in 0..MAX_SWITCHES {
-        let mut indicators = Indicators::default();
-        system.indicators(time, x, u, memory, &mut indicators);
-        let Some(event) = indicators.as_slice().iter().position(|value| *value < 0.0) else {
+        let indicators = system.indicators(time, x, u, memory);
+        let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else {
             return Ok(indicators);
         };
         system.switch(event, time, x, u, memory);

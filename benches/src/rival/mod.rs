@@ -13,8 +13,8 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::hybrid::HybridSystem;
-use pneumatic_servo::hybrid::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{
@@ -208,9 +208,7 @@ impl Plant {
     }
 
     fn indicators<const N: usize>(&self, time: f64, x: &[f64; N]) -> Indicators {
-        let mut indicators = Indicators::default();
-        self.system.indicators(time, x, &self.inputs.at(time), &self.memory.borrow(), &mut indicators);
-        indicators
+        self.system.indicators(time, x, &self.inputs.at(time), &self.memory.borrow())
     }
 
     /// Integrates the experiment.
@@ -279,10 +277,10 @@ impl Plant {
         let end = solver.time();
         let after = self.indicators(end, &solver.states());
         let mut first: Option<(f64, usize)> = None;
-        for (event, value) in after.as_slice().iter().enumerate().filter(|(_, value)| **value < 0.0) {
+        for (event, value) in after.as_ref().iter().enumerate().filter(|(_, value)| **value < 0.0) {
             let value_at =
-                |time: f64| -> Result<f64> { Ok(self.indicators(time, &solver.interpolate(time)?).as_slice()[event]) };
-            let mut low = (start, before.as_slice()[event]);
+                |time: f64| -> Result<f64> { Ok(self.indicators(time, &solver.interpolate(time)?).as_ref()[event]) };
+            let mut low = (start, before.as_ref()[event]);
             // The velocity is zero right after break-away; that root does not count.
             let mut fraction = 1e-3;
             while low.1 <= 0.0 && fraction < 1.0 {
@@ -303,7 +301,7 @@ impl Plant {
         let mut event = Some(event);
         while let Some(index) = event {
             self.system.switch(index, time, &mut x, &self.inputs.at(time), &mut self.memory.borrow_mut());
-            event = self.indicators(time, &x).as_slice().iter().position(|value| *value < 0.0);
+            event = self.indicators(time, &x).as_ref().iter().position(|value| *value < 0.0);
         }
         x
     }

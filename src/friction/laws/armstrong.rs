@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::anchored::{Levels, Mode, Spring};
 use crate::friction::parts::delay::DelayLine;
 use crate::friction::parts::parameters::{coulomb_force, damping, force_level, stiffness, velocity, viscous};
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -79,6 +79,8 @@ impl FrictionLaw for Armstrong {
     type Memory = Memory;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         if p.lag > 0.0 && p.lag < 1e-5 {
             return Err(ParameterError::new("tauL", p.lag, "it must be 0 or at least 1e-5"));
@@ -115,10 +117,10 @@ impl FrictionLaw for Armstrong {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        out.push(self.spring.indicator(memory.mode, contact, self.levels(contact, memory)));
+        self.spring.indicate(memory.mode, contact, self.levels(contact, memory), out);
     }
 
-    fn switch(&self, _event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         let before = memory.mode;
         memory.mode = self.spring.switched(before, contact, self.levels(contact, memory));
         match (before, memory.mode) {

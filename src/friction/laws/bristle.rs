@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::list::List;
 use crate::friction::parts::parameters::{length, stiffness, viscous};
-use crate::hybrid::Indicators;
 use crate::numbers::random;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
@@ -88,6 +88,8 @@ impl FrictionLaw for Bristle {
     type Memory = Memory;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         Ok(Self {
             viscous: p.viscous,
@@ -119,15 +121,15 @@ impl FrictionLaw for Bristle {
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
         let Some(Window { start, end, least_speed, .. }) = memory.window else {
             let deflections = memory.bonds.iter().map(|bond| (contact.position - bond.anchor).abs());
-            out.push(self.limit() - deflections.fold(0.0, f64::max));
+            out[Event::Distance] = self.limit() - deflections.fold(0.0, f64::max);
             return;
         };
         let direction = sign(end - start);
-        out.push(direction * (end - contact.position));
-        out.push(direction * contact.velocity - least_speed);
+        out[Event::Distance] = direction * (end - contact.position);
+        out[Event::Stop] = direction * contact.velocity - least_speed;
     }
 
-    fn switch(&self, _event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         let x = contact.position;
         if let Some(window) = memory.window {
             for bond in memory.bonds.iter_mut() {

@@ -1,13 +1,13 @@
 //! The generalised Maxwell-slip law.
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::curve::StribeckCurve;
-use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
+use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{
     coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous,
 };
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -69,6 +69,8 @@ impl FrictionLaw for Gms {
     type Memory = Modes;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
         let count = p.count as usize;
@@ -110,8 +112,8 @@ impl FrictionLaw for Gms {
         modes.indicators(contact.velocity, self.loads(contact, z), out);
     }
 
-    fn switch(&self, event: usize, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], modes: &mut Modes) {
-        if event == REVERSAL {
+    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], modes: &mut Modes) {
+        if event == Event::Stop {
             modes.stick();
         } else {
             modes.slip_next(contact.velocity, self.loads(contact, z));

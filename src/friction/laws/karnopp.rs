@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{coulomb_force, exponent, static_force, stribeck_velocity, velocity, viscous};
 use crate::friction::parts::stick_slip::Mode as StickSlip;
-use crate::hybrid::Indicators;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::ParameterError;
@@ -78,6 +78,8 @@ impl FrictionLaw for Karnopp {
     type Memory = Memory;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
         Ok(Self { curve, viscous: p.viscous, band: p.band })
@@ -98,17 +100,17 @@ impl FrictionLaw for Karnopp {
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
         let w = contact.velocity;
         match (memory.mode, contact.drive) {
-            (Mode::Held, Drive::Force) => out.push(self.reserve(contact, w, memory.margin)),
-            (Mode::Held, Drive::Motion) => out.push(self.band - w.abs()),
+            (Mode::Held, Drive::Force) => out[Event::BreakAway] = self.reserve(contact, w, memory.margin),
+            (Mode::Held, Drive::Motion) => out[Event::Edge] = self.band - w.abs(),
             (Mode::Crossing(direction), _) => {
-                out.push(self.band - direction * w);
-                out.push(direction * contact.applied - contact.level * self.curve.static_force);
+                out[Event::Edge] = self.band - direction * w;
+                out[Event::Fall] = direction * contact.applied - contact.level * self.curve.static_force;
             }
-            (Mode::Sliding(direction), _) => out.push(direction * w - self.band),
+            (Mode::Sliding(direction), _) => out[Event::Stop] = direction * w - self.band,
         }
     }
 
-    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         if contact.drive == Drive::Motion {
             memory.mode = self.mode_at(contact);
             return;
@@ -119,7 +121,7 @@ impl FrictionLaw for Karnopp {
                 memory.margin = self.margin_after(contact, memory);
                 self.in_band(contact, *velocity, memory.margin)
             }
-            Mode::Crossing(direction) if event == 0 => {
+            Mode::Crossing(direction) if event == Event::Edge => {
                 *velocity = direction * self.band;
                 self.in_band(contact, *velocity, 0.0)
             }

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{
     coulomb_force, damping, exponent, force_level, static_force, stiffness, stribeck_velocity, viscous,
 };
-use crate::hybrid::Indicators;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -173,11 +173,11 @@ impl Memory {
     }
 }
 
-const REVERSAL: usize = 0;
-
 impl FrictionLaw for Leuven {
     type Memory = Memory;
     type Parameters = Parameters;
+
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
@@ -213,17 +213,17 @@ impl FrictionLaw for Leuven {
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
-        out.push(if memory.direction == 0.0 {
-            1.0
-        } else {
+        if memory.direction != 0.0 {
             let rate = self.rate(contact, self.hysteresis(z[0], contact.level, memory));
-            memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs())
-        });
-        out.push(memory.closure().map_or(1.0, |closure| memory.direction * (closure - z[0])));
+            out[Event::Stop] = memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs());
+        }
+        if let Some(closure) = memory.closure() {
+            out[Event::Distance] = memory.direction * (closure - z[0]);
+        }
     }
 
-    fn switch(&self, event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut Memory) {
-        if event == REVERSAL {
+    fn switch(&self, event: Event, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut Memory) {
+        if event == Event::Stop {
             memory.turned.push(TurningPoint { z: z[0], saturation: self.saturation(z[0], memory) });
             memory.direction = -memory.direction;
         } else {
@@ -299,7 +299,7 @@ mod tests {
         /// Moves `z` and returns the hysteresis force there.
         fn to(&mut self, z: f64) -> f64 {
             if (z - self.z) * self.memory.direction < 0.0 {
-                self.law.switch(REVERSAL, &AT_REST, &mut 0.0, &mut [self.z], &mut self.memory);
+                self.law.switch(Event::Stop, &AT_REST, &mut 0.0, &mut [self.z], &mut self.memory);
             }
             while self.memory.closure().is_some_and(|closure| self.memory.direction * (closure - z) < 0.0) {
                 self.memory.turned.close_loop();

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
-use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes, REVERSAL};
+use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::parameters::{force_level, stiffness, viscous};
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
@@ -58,6 +58,8 @@ impl FrictionLaw for MaxwellSlip {
     type Memory = Memory;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         Ok(Self { viscous: p.viscous, count: p.count as usize, stiffness: p.stiffness, limit: p.limit })
     }
@@ -75,8 +77,8 @@ impl FrictionLaw for MaxwellSlip {
         memory.modes.indicators(contact.velocity, self.loads(contact, memory), out);
     }
 
-    fn switch(&self, event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
-        if event == REVERSAL {
+    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        if event == Event::Stop {
             for element in 0..self.count {
                 if memory.modes.slip(element).is_some() {
                     let force = self.element_force(element, contact, memory);

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{
     check_levels, damping, exponent, force_level, static_force, stribeck_velocity,
 };
 use crate::friction::parts::stick_slip::Mode;
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
@@ -71,6 +71,8 @@ impl FrictionLaw for Polito {
     type Memory = Memory;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         check_levels(p.static_force, "Fc1", p.accelerating_coulomb)?;
         check_levels(p.static_force, "Fc2", p.decelerating_coulomb)?;
@@ -109,18 +111,18 @@ impl FrictionLaw for Polito {
         if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
             let push = direction * contact.applied;
             match memory.branch {
-                Branch::Accelerating => out.push(push - self.rising(contact, direction)),
-                Branch::Decelerating => out.push(self.falling(contact, direction) - push),
+                Branch::Accelerating => out[Event::Fall] = push - self.rising(contact, direction),
+                Branch::Decelerating => out[Event::Rise] = self.falling(contact, direction) - push,
                 Branch::Steady => {
-                    out.push(self.rising(contact, direction) - push);
-                    out.push(push - self.falling(contact, direction));
+                    out[Event::Rise] = self.rising(contact, direction) - push;
+                    out[Event::Fall] = push - self.falling(contact, direction);
                 }
             }
         }
     }
 
-    fn switch(&self, event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
-        if event == 0 {
+    fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        if matches!(event, Event::Stop | Event::BreakAway) {
             memory.mode = memory.mode.switched(contact, velocity, self.break_away(contact.level));
             memory.branch = Branch::Accelerating;
         } else if let Mode::Sliding(direction) = memory.mode {
@@ -158,15 +160,15 @@ impl Polito {
         contact.level * self.decelerating_coulomb + contact.velocity * (direction * self.decelerating_viscous)
     }
 
-    /// The branch to go to when the indicator of the present one turned negative.
-    fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: usize) -> Branch {
+    /// The branch to go to at an event of the present one.
+    fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: Event) -> Branch {
         let unique = self.falling(contact, direction) <= self.rising(contact, direction);
         match (present, event) {
             (Branch::Accelerating, _) if unique => Branch::Steady,
             (Branch::Accelerating, _) => Branch::Decelerating,
             (Branch::Decelerating, _) if unique => Branch::Steady,
             (Branch::Decelerating, _) => Branch::Accelerating,
-            (Branch::Steady, 1) => Branch::Accelerating,
+            (Branch::Steady, Event::Rise) => Branch::Accelerating,
             (Branch::Steady, _) => Branch::Decelerating,
         }
     }

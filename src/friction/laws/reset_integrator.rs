@@ -1,9 +1,9 @@
 //! The reset integrator.
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::bounded::Mode;
 use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -42,6 +42,8 @@ impl FrictionLaw for ResetIntegrator {
     type Memory = Mode;
     type Parameters = Self;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+
     fn new(parameters: Self) -> Result<Self, ParameterError> {
         Ok(parameters)
     }
@@ -66,10 +68,10 @@ impl FrictionLaw for ResetIntegrator {
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
-        out.push(mode.indicator(contact.velocity, z[0], self.yield_strain));
+        mode.indicate(contact.velocity, z[0], self.yield_strain, out);
     }
 
-    fn switch(&self, _event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, _event: Event, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
         *mode = mode.switched(&mut z[0], self.yield_strain);
     }
 }

@@ -1,5 +1,6 @@
 //! Stiction as a bounded displacement, blended into kinetic friction by the speed.
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::bounded::Mode;
 use crate::friction::parts::fading::{divisor, fading_rate};
@@ -7,7 +8,6 @@ use crate::friction::parts::parameters::{
     check_levels, coulomb_force, damping, length, static_force, velocity, viscous,
 };
 use crate::friction::parts::ramp::{check_velocities, cubic};
-use crate::hybrid::Indicators;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::ParameterError;
@@ -48,6 +48,8 @@ impl FrictionLaw for StickSlipCreep {
     type Memory = Mode;
     type Parameters = Self;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+
     fn new(parameters: Self) -> Result<Self, ParameterError> {
         check_levels(parameters.static_force, "Fc", parameters.coulomb_force)?;
         check_velocities(parameters.static_velocity, parameters.kinetic_velocity)?;
@@ -80,10 +82,10 @@ impl FrictionLaw for StickSlipCreep {
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
-        out.push(mode.indicator(contact.velocity, z[0], self.displacement));
+        mode.indicate(contact.velocity, z[0], self.displacement, out);
     }
 
-    fn switch(&self, _event: usize, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, _event: Event, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
         *mode = mode.switched(&mut z[0], self.displacement);
     }
 }

@@ -1,9 +1,9 @@
 //! Stick-slip with an anchored spring-damper.
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::anchored::{Levels, Mode, Spring};
 use crate::friction::parts::parameters::{check_levels, coulomb_force, damping, static_force, stiffness, viscous};
-use crate::hybrid::Indicators;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
@@ -49,6 +49,8 @@ impl FrictionLaw for StickSlipSpring {
     type Memory = Mode;
     type Parameters = Parameters;
 
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         check_levels(p.static_force, "Fc", p.coulomb_force)?;
         Ok(Self {
@@ -73,10 +75,10 @@ impl FrictionLaw for StickSlipSpring {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
-        out.push(self.spring.indicator(*mode, contact, self.levels(contact)));
+        self.spring.indicate(*mode, contact, self.levels(contact), out);
     }
 
-    fn switch(&self, _event: usize, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], mode: &mut Mode) {
         *mode = self.spring.switched(*mode, contact, self.levels(contact));
     }
 

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive};
 use crate::numbers::{Scalar, sign};
 
@@ -61,16 +62,16 @@ impl Spring {
         (contact.position - place) * self.stiffness + contact.velocity * self.damping + load
     }
 
-    /// The event indicator: the reserve until break-away, or the speed.
-    pub fn indicator(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> f64 {
+    /// Sets the event indicator: the reserve until break-away, or the speed.
+    pub fn indicate(&self, mode: Mode, contact: &Contact<f64>, levels: Levels, out: &mut Indicators) {
         let has_stiction = levels.break_away > 0.0;
         match mode {
             Mode::Sticking { place, load } if has_stiction => {
-                levels.break_away - self.force(contact, place, load).abs()
+                out[Event::BreakAway] = levels.break_away - self.force(contact, place, load).abs();
             }
-            Mode::Sticking { .. } => -f64::MIN_POSITIVE,
-            Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => -f64::MIN_POSITIVE,
-            Mode::Sliding { direction } => direction * contact.velocity,
+            Mode::Sticking { .. } => out[Event::BreakAway] = -f64::MIN_POSITIVE,
+            Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = -f64::MIN_POSITIVE,
+            Mode::Sliding { direction } => out[Event::Stop] = direction * contact.velocity,
         }
     }
 

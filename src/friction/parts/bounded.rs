@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::numbers::{Scalar, sign};
 
 /// Deflections closer to the limit than this fraction of it count as having reached it.
@@ -33,12 +34,14 @@ impl Mode {
         }
     }
 
-    /// The event indicator: the reserve until the limit, which does not matter while the motion turns away from it; or
-    /// the speed towards it.
-    pub fn indicator(self, velocity: f64, z: f64, limit: f64) -> f64 {
+    /// Sets the event indicator: the reserve until the limit, which does not matter while the motion turns away from
+    /// it; or the speed towards it.
+    pub fn indicate(self, velocity: f64, z: f64, limit: f64, out: &mut Indicators) {
         match self {
-            Self::Following => (limit * (1.0 - AT_LIMIT) - z.abs()).max(-sign(z) * velocity),
-            Self::Limited(direction) => direction * velocity,
+            Self::Following => {
+                out[Event::Distance] = (limit * (1.0 - AT_LIMIT) - z.abs()).max(-sign(z) * velocity);
+            }
+            Self::Limited(direction) => out[Event::Stop] = direction * velocity,
         }
     }
 

@@ -6,15 +6,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::hybrid::Indicators;
+use crate::friction::event::{Event, Indicators};
+use crate::hybrid::UNUSED;
 use crate::numbers::sign;
 use crate::variables::Variable;
 
 /// The largest number of elements.
 pub const MAX_ELEMENTS: usize = 10;
-
-/// Indicator of the end of slipping.
-pub const REVERSAL: usize = 0;
 
 /// Elements closer to their limit than this fraction of it count as having reached it.
 const AT_LIMIT: f64 = 1e-12;
@@ -55,14 +53,15 @@ impl Modes {
         self.slips[element].then_some(self.direction)
     }
 
-    /// Appends two indicators: until the slipping elements stick again, and until the next one slips.
+    /// Sets two indicators: until the slipping elements stick again, and until the next one slips.
     pub fn indicators(&self, velocity: f64, loads: impl Iterator<Item = Load>, out: &mut Indicators) {
-        out.push(match self.direction {
-            0.0 => 1.0,
-            _ if velocity == 0.0 => -f64::MIN_POSITIVE,
-            direction => direction * velocity,
-        });
-        out.push(self.reserves(velocity, loads).fold(1.0, |least, (_, reserve)| least.min(reserve)));
+        match self.direction {
+            0.0 => {}
+            _ if velocity == 0.0 => out[Event::Stop] = -f64::MIN_POSITIVE,
+            direction => out[Event::Stop] = direction * velocity,
+        }
+        let reserves = self.reserves(velocity, loads);
+        out[Event::BreakAway] = reserves.fold(UNUSED, |least, (_, reserve)| least.min(reserve));
     }
 
     /// Handles the end of slipping.
@@ -98,10 +97,10 @@ mod tests {
         forces.into_iter().map(|force| Load { force, limit: 1.0 })
     }
 
-    fn indicators(modes: &Modes, velocity: f64, forces: [f64; 3]) -> Vec<f64> {
+    fn indicators(modes: &Modes, velocity: f64, forces: [f64; 3]) -> Indicators {
         let mut out = Indicators::default();
         modes.indicators(velocity, loads(forces), &mut out);
-        out.as_slice().to_vec()
+        out
     }
 
     #[test]
@@ -114,16 +113,16 @@ mod tests {
     #[test]
     fn force_beyond_a_limit_that_fell_is_no_event_while_it_is_unloaded() {
         let modes = Modes::default();
-        assert!(indicators(&modes, -1e-6, [1.5, 0.0, 0.0]).iter().all(|value| *value >= 0.0));
-        assert!(indicators(&modes, 1e-6, [1.5, 0.0, 0.0]).iter().any(|value| *value < 0.0));
+        assert_eq!(indicators(&modes, -1e-6, [1.5, 0.0, 0.0]).due(), None);
+        assert_eq!(indicators(&modes, 1e-6, [1.5, 0.0, 0.0]).due(), Some(Event::BreakAway));
     }
 
     #[test]
     fn slipping_ends_at_rest_and_at_reversal_only() {
         let mut modes = Modes::default();
         modes.slip_next(0.1, loads([1.0, 0.0, 0.0]));
-        assert!(indicators(&modes, 1e-9, [1.0, 0.0, 0.0])[REVERSAL] > 0.0);
-        assert!(indicators(&modes, 0.0, [1.0, 0.0, 0.0])[REVERSAL] < 0.0);
-        assert!(indicators(&modes, -1e-9, [1.0, 0.0, 0.0])[REVERSAL] < 0.0);
+        assert!(indicators(&modes, 1e-9, [1.0, 0.0, 0.0])[Event::Stop] > 0.0);
+        assert!(indicators(&modes, 0.0, [1.0, 0.0, 0.0])[Event::Stop] < 0.0);
+        assert!(indicators(&modes, -1e-9, [1.0, 0.0, 0.0])[Event::Stop] < 0.0);
     }
 }

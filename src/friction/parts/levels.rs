@@ -136,9 +136,7 @@ mod tests {
                 let mut rates = [0.0; MAX_STATES];
                 force = friction.force(&contact, &z[..states], &memory, &mut rates[..states]);
                 for _ in 0..MAX_STATES {
-                    let mut out = crate::hybrid::Indicators::default();
-                    friction.indicators(&contact, &z[..states], &memory, &mut out);
-                    let Some(event) = out.as_slice().iter().position(|value| *value < 0.0) else { break };
+                    let Some(event) = friction.indicators(&contact, &z[..states], &memory).due() else { break };
                     let mut velocity = contact.velocity;
                     friction.switch(event, &contact, &mut velocity, &mut z[..states], &mut memory);
                 }

@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
-use crate::hybrid::Indicators;
 use crate::numbers::{Scalar, sign};
 use crate::variables::{ParameterError, ParameterSet};
 
@@ -40,15 +40,18 @@ impl Mode {
         }
     }
 
-    /// Appends the indicator of the present mode: the reserve until break-away, or the speed.
+    /// The events of the two modes.
+    pub const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+
+    /// Sets the indicator of the present mode: the reserve until break-away, or the speed.
     ///
     /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it [follows](Self::follow).
     pub fn indicators(self, contact: &Contact<f64>, break_away: f64, out: &mut Indicators) {
-        out.push(match (self, contact.drive) {
-            (_, Drive::Motion) => 1.0,
-            (Self::Stuck, Drive::Force) => break_away - contact.applied.abs(),
-            (Self::Sliding(direction), Drive::Force) => direction * contact.velocity,
-        });
+        match (self, contact.drive) {
+            (_, Drive::Motion) => {}
+            (Self::Stuck, Drive::Force) => out[Event::BreakAway] = break_away - contact.applied.abs(),
+            (Self::Sliding(direction), Drive::Force) => out[Event::Stop] = direction * contact.velocity,
+        }
     }
 
     /// Takes the mode of a prescribed motion from its velocity.
@@ -90,6 +93,8 @@ impl<L: SetValued> FrictionLaw for L {
     type Memory = Mode;
     type Parameters = L::Parameters;
 
+    const EVENTS: &'static [Event] = Mode::EVENTS;
+
     fn new(parameters: Self::Parameters) -> Result<Self, ParameterError> {
         SetValued::new(parameters)
     }
@@ -109,7 +114,7 @@ impl<L: SetValued> FrictionLaw for L {
         mode.indicators(contact, self.break_away(contact.level), out);
     }
 
-    fn switch(&self, _event: usize, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
         *mode = mode.switched(contact, velocity, self.break_away(contact.level));
     }
 

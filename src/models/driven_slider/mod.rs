@@ -21,9 +21,8 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction, FrictionContact};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
 use crate::hybrid::HybridSystem;
-use crate::hybrid::Indicators;
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
@@ -35,6 +34,7 @@ pub const MODEL: Model = Model {
     name: "DrivenSlider",
     description: "Free slider on a harmonically shaken tray, moved by friction alone",
     variables: || &TABLE,
+    indicators: || Event::indicators("friction"),
     start,
     experiment: Experiment { stop_time: 0.5, step_size: 5e-4 },
 };
@@ -147,6 +147,7 @@ impl DrivenSlider {
 
 impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     type Memory = Memory;
+    type Indicators = Indicators;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
@@ -157,13 +158,17 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory, out: &mut Indicators) {
-        self.friction.indicators(&self.contact(time, x, u), x, &memory.friction, out);
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Indicators {
+        self.friction.indicators(&self.contact(time, x, u), x, &memory.friction)
+    }
+
+    fn has_events(&self) -> bool {
+        self.friction.has_events()
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
         let contact = self.contact(time, x, u);
-        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event], &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {

@@ -24,9 +24,8 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction, FrictionContact, MAX_STATES};
-use crate::hybrid::HybridSystem;
-use crate::hybrid::Indicators;
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, MAX_STATES};
+use crate::hybrid::{HybridSystem, Indicator, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
@@ -38,6 +37,7 @@ pub const MODEL: Model = Model {
     name: "Festoon",
     description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
     variables: || &TABLE,
+    indicators,
     start,
     experiment: Experiment { stop_time: 30.0, step_size: 1e-2 },
 };
@@ -116,6 +116,23 @@ const fn angle(n: usize, trolley: usize) -> usize {
 }
 const fn spin(n: usize, trolley: usize) -> usize {
     position(n, trolley) + 3
+}
+
+/// One indicator for each link comes first, then those of each trolley's contact.
+const fn contact_indicators(trolley: usize) -> usize {
+    MAX_TROLLEYS + trolley * Event::COUNT
+}
+
+fn indicators() -> Vec<Indicator> {
+    let link = |number| Indicator {
+        name: format!("trolley[{number}].link"),
+        nominal: 0.1,
+        text: "The rope becomes taut or slack, or the buffer is touched or left",
+    };
+    let links = (1..=MAX_TROLLEYS).map(link);
+    links
+        .chain((1..=MAX_TROLLEYS).flat_map(|number| Event::indicators(&format!("trolley[{number}].friction"))))
+        .collect()
 }
 
 /// Starts a run with as many states as the friction law needs.
@@ -300,6 +317,7 @@ impl Festoon {
 
 impl<const N: usize> HybridSystem<N, 2> for Festoon {
     type Memory = Memory;
+    type Indicators = [f64; contact_indicators(MAX_TROLLEYS)];
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
         let mut derivatives = [S::zero(); N];
@@ -318,34 +336,28 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         derivatives
     }
 
-    /// One indicator for each link comes first, then those of each trolley's friction law.
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory, out: &mut Indicators) {
-        for link in 0..self.trolleys() {
-            out.push(self.link_indicator(x, memory, link));
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Self::Indicators {
+        let mut indicators = [UNUSED; contact_indicators(MAX_TROLLEYS)];
+        for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
+            *indicator = self.link_indicator(x, memory, link);
         }
         for trolley in 0..self.trolleys() {
             let contact = self.contact_at(time, x, u, memory, trolley);
-            self.friction[trolley].indicators(&contact, x, &memory.friction[trolley], out);
+            let of_contact = self.friction[trolley].indicators(&contact, x, &memory.friction[trolley]);
+            indicators[contact_indicators(trolley)..][..Event::COUNT].copy_from_slice(of_contact.as_ref());
         }
+        indicators
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
-        if event < self.trolleys() {
+        if event < MAX_TROLLEYS {
             memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event));
             return;
         }
-        let mut before = Indicators::default();
-        let mut first = 0;
-        for trolley in 0..self.trolleys() {
-            let contact = self.contact_at(time, x, u, memory, trolley);
-            let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
-            friction.indicators(&contact, x, law, &mut before);
-            if event - self.trolleys() < before.count() {
-                friction.switch(event - self.trolleys() - first, &contact, velocity(N, trolley), x, law);
-                return;
-            }
-            first = before.count();
-        }
+        let (trolley, event) = ((event - MAX_TROLLEYS) / Event::COUNT, (event - MAX_TROLLEYS) % Event::COUNT);
+        let contact = self.contact_at(time, x, u, memory, trolley);
+        let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
+        friction.switch(Event::ALL[event], &contact, velocity(N, trolley), x, law);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {

@@ -24,8 +24,7 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Friction, FrictionContact};
-use crate::hybrid::Indicators;
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
 use crate::hybrid::{Groups, HybridSystem, QUANTITIES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Experiment, Model, Start};
@@ -44,6 +43,7 @@ pub const MODEL: Model = Model {
     name: "PneumaticServoCylinder",
     description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
     variables: || &TABLE,
+    indicators: || Event::indicators("friction"),
     start,
     experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
 };
@@ -347,6 +347,7 @@ impl PneumaticServoCylinder {
 
 impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
     type Memory = Memory;
+    type Indicators = Indicators;
 
     const GROUPS: Groups = [TEMPERATURE_A, BRISTLES];
 
@@ -375,14 +376,18 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         self.linearise(time, x, u, memory, jacobian)
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory, out: &mut Indicators) {
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> Indicators {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        self.friction.indicators(&contact, x, &memory.friction, out);
+        self.friction.indicators(&contact, x, &memory.friction)
+    }
+
+    fn has_events(&self) -> bool {
+        self.friction.has_events()
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        self.friction.switch(event, &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event], &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {

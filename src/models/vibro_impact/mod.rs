@@ -24,9 +24,8 @@ use super::bristles::write_bristles;
 use super::equations::Equations;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, FrictionContact};
-use crate::hybrid::HybridSystem;
-use crate::hybrid::Indicators;
+use crate::friction::{self, Contact, Drive, Event, FrictionContact};
+use crate::hybrid::{HybridSystem, Indicator, UNUSED};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
@@ -37,6 +36,7 @@ pub const MODEL: Model = Model {
     name: "VibroImpact",
     description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
     variables: || &TABLE,
+    indicators,
     start,
     experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
 };
@@ -86,6 +86,17 @@ const fn velocity(n: usize) -> usize {
     n - 1
 }
 const STATES_WITHOUT_BRISTLES: usize = 4;
+
+/// The indicator of the impact spring comes first, then those of the contact.
+const IMPACT: usize = 0;
+const CONTACT: usize = 1;
+
+fn indicators() -> Vec<Indicator> {
+    let text = "The impact spring is touched or left";
+    let mut indicators = vec![Indicator { name: "impact".to_owned(), nominal: 1e-3, text }];
+    indicators.extend(Event::indicators("friction"));
+    indicators
+}
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
@@ -205,6 +216,7 @@ impl VibroImpact {
 
 impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     type Memory = Memory;
+    type Indicators = [f64; CONTACT + Event::COUNT];
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
@@ -218,22 +230,23 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         rates
     }
 
-    /// The impact spring's indicator comes first, then those of the friction law.
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory, out: &mut Indicators) {
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Self::Indicators {
+        let mut indicators = [UNUSED; CONTACT + Event::COUNT];
         let (d, _) = self.displacement(x, 0.0);
-        out.push(if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d });
+        indicators[IMPACT] = if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d };
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.indicators(&contact, x, &memory.friction, out);
+        indicators[CONTACT..].copy_from_slice(self.friction.indicators(&contact, x, &memory.friction).as_ref());
+        indicators
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
-        if event == 0 {
+        if event == IMPACT {
             memory.touches = !memory.touches;
             memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
             return;
         }
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.switch(event - 1, &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event - CONTACT], &contact, velocity(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
