@@ -39,3 +39,8 @@ pub mod numbers;
 pub mod pneumatics;
 pub mod solver;
 pub mod variables;
+
+/// The Rust programs of the README, which are run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

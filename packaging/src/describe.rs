@@ -1,14 +1,14 @@
-//! `cargo xtask describe`: the committed descriptions and the tables of the README.
+//! `cargo xtask describe`: the committed descriptions and the tables of README and docs.
 
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
 use crate::description::{self, Stamp};
-use crate::readme;
+use crate::tables;
 use crate::workspace::Workspace;
 
-/// Writes `modelDescription/<Model>.xml` for every model, and the tables of the README.
+/// Writes `modelDescription/<Model>.xml` for every model, and the tables of README and docs.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -18,10 +18,13 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         std::fs::write(&file, committed(model)?).with_context(|| format!("cannot write {}", file.display()))?;
         println!("{}", file.display());
     }
-    let file = workspace.root.join("README.md");
-    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-    std::fs::write(&file, readme::renewed(&text)?).with_context(|| format!("cannot write {}", file.display()))?;
-    println!("{}", file.display());
+    for page in tables::pages() {
+        let file = workspace.root.join(page);
+        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        std::fs::write(&file, tables::renewed(page, &text)?)
+            .with_context(|| format!("cannot write {}", file.display()))?;
+        println!("{}", file.display());
+    }
     Ok(())
 }
 

@@ -14,8 +14,8 @@ mod parameter_sets;
 mod platform;
 mod platform_test;
 mod process;
-mod readme;
 mod ssp;
+mod tables;
 mod test;
 mod valgrind;
 mod venv;
@@ -63,7 +63,7 @@ enum Command {
         #[arg(long = "binary", value_name = "PLATFORM=PATH")]
         binaries: Vec<Binary>,
     },
-    /// Rewrite the XML below modelDescription and the tables of the README from the variable tables.
+    /// Rewrite the XML below modelDescription and the tables of README and docs from the variable tables.
     Describe,
     /// Record the instruction counts of a communication step, which the checks compare with.
     Record,

@@ -1,0 +1,194 @@
+//! The tables of README and docs, made from the variable tables.
+
+use anyhow::{Context, Result, ensure};
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+
+/// A table in a page, between a mark with its name and the end mark.
+struct Table {
+    page: &'static str,
+    name: &'static str,
+    of: fn(&[Variable]) -> String,
+}
+
+/// What is generated in which page; all of it is about the cylinder.
+const TABLES: [Table; 5] = [
+    Table { page: "README.md", name: "names of the laws", of: names_of_laws },
+    Table { page: "docs/friction-laws.md", name: "laws", of: laws },
+    Table { page: "docs/parameters.md", name: "inputs", of: |variables| interface(variables, Role::Input) },
+    Table { page: "docs/parameters.md", name: "outputs", of: |variables| interface(variables, Role::Output) },
+    Table { page: "docs/parameters.md", name: "parameters", of: parameters },
+];
+
+const END: &str = "<!-- end -->";
+
+/// The pages with tables, as paths in the repository.
+pub fn pages() -> Vec<&'static str> {
+    let mut pages: Vec<_> = TABLES.iter().map(|table| table.page).collect();
+    pages.dedup();
+    pages
+}
+
+/// A page with its tables renewed.
+///
+/// # Errors
+/// When the marks of a table are missing.
+pub fn renewed(page: &str, text: &str) -> Result<String> {
+    let variables = (models::ALL[0].variables)();
+    TABLES.iter().filter(|table| table.page == page).try_fold(text.to_owned(), |text, table| {
+        let mark = format!("<!-- {}: written by `cargo xtask describe` -->", table.name);
+        replace(&text, &mark, &(table.of)(variables)).with_context(|| page.to_owned())
+    })
+}
+
+/// Puts a table between a mark and the end mark that follows it.
+fn replace(text: &str, mark: &str, table: &str) -> Result<String> {
+    let (before, rest) = text.split_once(mark).with_context(|| format!("the line {mark} is missing"))?;
+    let end = rest.find(END).with_context(|| format!("{mark} is not followed by {END}"))?;
+    ensure!(!rest[..end].contains("<!--"), "{mark} is not followed by its own {END}");
+    Ok(format!("{before}{mark}\n{table}{}", &rest[end..]))
+}
+
+/// The names in one paragraph, in the order of their ids.
+fn names_of_laws(_: &[Variable]) -> String {
+    let names: Vec<_> = LAWS.items.iter().map(|(id, law, _)| format!("{id} `{law}`")).collect();
+    wrapped(&names.join(", ")) + ".\n"
+}
+
+/// Lines of at most 118 characters.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_inclusive(", ") {
+        if lines.last().is_some_and(|line| line.len() + word.trim_end().len() > 118) {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(word);
+        }
+    }
+    lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n")
+}
+
+fn laws(variables: &[Variable]) -> String {
+    let rows = LAWS.items.iter().map(|(id, law, summary)| {
+        let group = group_of(variables, *id);
+        let members = variables.iter().filter(|variable| in_group(variable, &group));
+        let list: Vec<_> = members.filter_map(|variable| parameter(variable, &group)).collect();
+        format!("| {id} | `{law}` | {summary} | {} |\n", list.join(", "))
+    });
+    format!(
+        "| id | `friction.law` | what it is | parameters (`friction.<group>.`) |\n|---|---|---|---|\n{}",
+        rows.collect::<String>()
+    )
+}
+
+/// The group of a law's parameters, by its value references; empty for a law without any.
+fn group_of(variables: &[Variable], id: i32) -> String {
+    let law =
+        variables.iter().find(|variable| variable.name == "friction.law").map_or(0, |variable| variable.reference);
+    let block = law + 100 * id.unsigned_abs()..law + 100 * (id.unsigned_abs() + 1);
+    let first = variables.iter().find(|variable| block.contains(&variable.reference));
+    first.and_then(|variable| variable.name.rsplit_once('.')).map_or(String::new(), |(group, _)| group.to_owned())
+}
+
+fn in_group(variable: &Variable, group: &str) -> bool {
+    !group.is_empty() && variable.name.rsplit_once('.').is_some_and(|(own, _)| own == group)
+}
+
+/// A parameter and its default; of an array the first element stands for all.
+fn parameter(variable: &Variable, group: &str) -> Option<String> {
+    let name = &variable.name[group.len() + 1..];
+    let name = match name.split_once('[') {
+        None => name.to_owned(),
+        Some((array, "1]")) => format!("{array}[...]"),
+        Some(_) => return None,
+    };
+    Some(format!("`{name}` {}", shown(variable)))
+}
+
+/// Inputs or outputs with their units; inputs with their defaults.
+fn interface(variables: &[Variable], role: Role) -> String {
+    let with_start = role == Role::Input;
+    let rows = variables.iter().filter(|variable| variable.role == role).map(|variable| {
+        let value = if with_start { shown(variable) } else { kind(variable) };
+        format!("| `{}` | {value} | {} |\n", variable.name, variable.description)
+    });
+    let value = if with_start { "default" } else { "unit" };
+    format!(
+        "| {} | {value} | |\n|---|---|---|\n{}",
+        if with_start { "input" } else { "output" },
+        rows.collect::<String>()
+    )
+}
+
+/// The unit, or what stands for it.
+fn kind(variable: &Variable) -> String {
+    match variable.kind {
+        Kind::Real(unit) if unit.name == "1" => String::new(),
+        Kind::Real(unit) => unit.name.to_owned(),
+        Kind::Integer => "integer".to_owned(),
+        Kind::Boolean => "Boolean".to_owned(),
+        Kind::Enumeration(of) => of.name.to_owned(),
+    }
+}
+
+fn parameters(variables: &[Variable]) -> String {
+    let own = variables.iter().filter(|variable| variable.is_parameter() && variable.reference < 10_000);
+    let rows = own.map(|variable| {
+        let tunable = if variable.role == Role::Tunable { " (tunable)" } else { "" };
+        format!("| `{}` | {} | {}{tunable} |\n", variable.name, shown(variable), variable.description)
+    });
+    format!("| parameter | default | |\n|---|---|---|\n{}", rows.collect::<String>())
+}
+
+/// The default with its unit.
+fn shown(variable: &Variable) -> String {
+    let start = variable.start.unwrap_or_default();
+    match variable.kind {
+        Kind::Real(unit) if unit.name == "1" => number(start),
+        Kind::Real(unit) => format!("{} {}", number(start), unit.name),
+        Kind::Integer => format!("{start}"),
+        Kind::Boolean => format!("{}", start != 0.0),
+        Kind::Enumeration(of) => of
+            .items
+            .iter()
+            .find(|(id, ..)| f64::from(*id) == start)
+            .map_or(String::new(), |(_, name, _)| (*name).to_owned()),
+    }
+}
+
+/// A number as an engineer writes it.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:e}") } else { format!("{value}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn tables_of_all_pages_are_up_to_date() -> Result<()> {
+        for page in pages() {
+            let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page))?;
+            assert!(text == renewed(page, &text)?, "{page} is out of date: run `cargo xtask describe`");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn missing_mark_is_named() {
+        let error = renewed("docs/friction-laws.md", "no tables here").unwrap_err();
+        assert!(format!("{error:#}").contains("docs/friction-laws.md: the line <!-- laws: written by"), "{error:#}");
+    }
+
+    #[test]
+    fn lines_break_between_names() {
+        let text = wrapped(&["twenty characters ab"; 7].join(", "));
+        let lengths: Vec<_> = text.lines().map(str::len).collect();
+        assert_eq!(lengths, [109, 42], "{text}");
+    }
+}
