@@ -17,6 +17,8 @@ COLOURS = {
     "bdf free": "#a3adb8",
 }
 """What is drawn; the other ways to use the same solvers lie between."""
+NAMES = {"cvode": "CVODE", "bdf": "diffsol"}
+"""What the solvers are called elsewhere."""
 ERRORS = [("position error in m", "largest error of the position (m)"), ("friction error in N", "rms error of the friction force (N)")]
 
 
@@ -32,16 +34,21 @@ def main(points: Path, figure: Path) -> None:
                 rows = solvers[solver]
                 errors = [float(row[column]) for row in rows]
                 costs = [float(row["nanoseconds per step"]) * 1e-3 for row in rows]
-                axis.loglog(errors, costs, "o-", markersize=3, linewidth=1.2, color=COLOURS[solver], label=solver)
+                axis.loglog(errors, costs, "o-", markersize=3, linewidth=1.2, color=COLOURS[solver], label=shown(solver))
             axis.set_title(law, loc="left", fontsize=10)
             axis.set_xlabel(label, fontsize=8)
             axis.grid(color="#e3e8ee", linewidth=0.7)
             axis.tick_params(labelsize=8)
-        axes[0].set_ylabel("mean cost of a step of 1 ms (us)", fontsize=8)
+        axes[0].set_ylabel("mean cost of a step of 1 ms (µs)", fontsize=8)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     sheet.legend(handles, labels, loc="lower center", ncols=len(labels), frameon=False)
     sheet.tight_layout(rect=(0, 0.05, 1, 1))
     sheet.savefig(figure, dpi=150, metadata={"Software": None})
+
+
+def shown(solver: str) -> str:
+    name, _, way = solver.partition(" ")
+    return f"{NAMES.get(name, name)} {way}".strip()
 
 
 if __name__ == "__main__":

@@ -31,6 +31,9 @@ SPEEDS = np.geomspace(1e-4, 0.1, 16)
 TURNS = [0.0, 7.0, -7.0, 7.0, 2.0, 6.0, -7.0]
 """Quasi-static load of the presliding test in N, from one turning point to the next: an outer and an inner loop."""
 
+NOTHING = 1e-12
+"""A displacement in m below which nothing has moved."""
+
 REPEATS = 5
 COST = ["solver.steps", "solver.rejectedSteps", "solver.jacobians", "solver.events"]
 
@@ -61,7 +64,7 @@ def main() -> int:
         portraits.append(Portrait(law, steady_curve(arguments.bench, law), *motions(arguments.bench, law)))
         costs.append(cost(arguments.cylinder, law))
         row = costs[-1]
-        print(f"[{number:2}/{len(laws)}] {law}: {row['solver.steps']} steps, {row['us/step']} us per call", flush=True)
+        print(f"[{number:2}/{len(laws)}] {law}: {row['solver.steps']} steps, {row['µs/step']} µs per call", flush=True)
     draw(portraits, folder / "FrictionLaws.png")
     write(costs, folder / "FrictionLaws.csv")
     print(f"figure and table: {folder / 'FrictionLaws.png'}, {folder / 'FrictionLaws.csv'}")
@@ -124,7 +127,7 @@ def cost(fmu: Path, law: str) -> dict[str, float | int | str]:
         with Client(fmu) as client:
             seconds = np.minimum(seconds, timed_run(client, law))
             counts = {name: int(value) for name, value in zip(COST, client.get(COST), strict=True)}
-    return {"law": law, **counts, "us/step": round(1e6 * seconds.mean(), 1), "us worst": round(1e6 * seconds.max(), 1)}
+    return {"law": law, **counts, "µs/step": round(1e6 * seconds.mean(), 1), "µs worst": round(1e6 * seconds.max(), 1)}
 
 
 def timed_run(client: Client, law: str) -> np.ndarray:
@@ -143,11 +146,12 @@ def timed_run(client: Client, law: str) -> np.ndarray:
 
 
 def draw(portraits: Sequence[Portrait], file: Path) -> None:
-    """One column per law, wrapped; three rows: steady curve, hysteresis, stick-slip."""
-    columns = 6
+    """Blocks of laws; three rows each: steady curve, hysteresis, stick-slip."""
+    portraits = [portrait for portrait in portraits if np.any(portrait.steady[:, 1] != 0.0)]
+    columns = 4
     blocks = -(-len(portraits) // columns)
-    with plt.rc_context(STYLE | {"font.size": 7, "axes.titlesize": 9, "axes.titleweight": "bold"}):
-        figure = plt.figure(figsize=(14, 6.2 * blocks), layout="constrained")
+    with plt.rc_context(STYLE | {"axes.titlesize": 12, "axes.titleweight": "bold", "font.size": 10}):
+        figure = plt.figure(figsize=(12, 5.4 * blocks), dpi=100, layout="constrained")
         for block, part in enumerate(np.atleast_1d(figure.subfigures(blocks, 1))):
             grid = part.subplots(3, columns, squeeze=False)
             chosen = portraits[block * columns : (block + 1) * columns]
@@ -157,7 +161,7 @@ def draw(portraits: Sequence[Portrait], file: Path) -> None:
                 else:
                     for axis in grid[:, column]:
                         axis.set_visible(False)
-        figure.suptitle("Friction laws on the bench, with their defaults", fontsize=12, fontweight="bold")
+        figure.suptitle("Friction laws on the bench, with their defaults", fontsize=14, fontweight="bold")
         save(figure, file)
 
 
@@ -166,20 +170,26 @@ def draw_portrait(axes: np.ndarray, portrait: Portrait, first: bool) -> None:
     steady.set_title(portrait.law)
     steady.axhline(0, color=GREY, linewidth=0.5)
     for half in np.split(portrait.steady, 2):
-        steady.plot(1e3 * half[:, 0], half[:, 1], ".-", color=GREEN, markersize=3)
+        steady.plot(1e3 * half[:, 0], half[:, 1], ".-", color=GREEN, markersize=4)
     steady.set_xscale("symlog", linthresh=0.1)
-    steady.set_xticks([-100, -1, 0, 1, 100], labels=["-100", "-1", "0", "1", "100"])
+    steady.set_xticks([-100, -1, 0, 1, 100], labels=["−100", "−1", "0", "1", "100"])
     steady.set_ylim(-13, 13)
     steady.set_xlabel("velocity (mm/s)")
-    hysteresis.plot(1e6 * portrait.presliding[:, 0], portrait.presliding[:, 1], color=VERMILION, linewidth=0.9)
+    displacement, load = portrait.presliding.T
+    hysteresis.plot(1e6 * displacement, load, color=VERMILION, linewidth=1.0)
+    if np.ptp(displacement) < NOTHING:
+        hysteresis.set_xlim(-1, 1)
+        hysteresis.text(0.05, 0.9, "does not move", transform=hysteresis.transAxes, color=GREY)
     hysteresis.set_xlabel("displacement (µm)")
-    motion.plot(portrait.stick_slip[:, 0], 1e3 * portrait.stick_slip[:, 2], color=GREY, linewidth=0.7)
-    motion.plot(portrait.stick_slip[:, 0], 1e3 * portrait.stick_slip[:, 1], color=BLUE)
+    time, mass, drive = portrait.stick_slip.T
+    motion.plot(time, 1e3 * drive, color=GREY, linewidth=0.9, label="drive")
+    motion.plot(time, 1e3 * mass, color=BLUE, label="mass")
     motion.set_xlabel("time (s)")
     if first:
         steady.set_ylabel("steady friction (N)")
-        hysteresis.set_ylabel("load below break-away (N)")
-        motion.set_ylabel("position, grey: drive (mm)")
+        hysteresis.set_ylabel("load (N)")
+        motion.set_ylabel("position (mm)")
+        motion.legend(loc="upper left")
 
 
 def write(costs: Sequence[dict[str, float | int | str]], file: Path) -> None:

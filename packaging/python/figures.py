@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 BLUE, VERMILION, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#5b6876"
 
+SPARSE = 0.02
+"""Samples farther apart than this part of an axis are drawn as dots."""
+
+TINY = 1e-300
+"""In place of the extent of a curve that has none."""
+
 STYLE = {
     "figure.dpi": 150,
     "savefig.bbox": "tight",
@@ -148,32 +154,30 @@ def draw_both_frictions(figure: FigureBase, run: Run) -> None:
     whole.set_title("friction force against velocity")
     draw_friction(near, run)
     zoom(near, run)
-    near.set_title("the same near standstill")
+    near.set_title("the same near standstill; dots: samples")
     figure.align_ylabels([whole, near])
 
 
 def draw_overview(runs: Sequence[Run], file: Path) -> None:
-    """Friction against velocity under every law with friction, on equal axes."""
+    """Friction against velocity under every law with friction; each on its own axes, so that none squeezes the others."""
     runs = [run for run in runs if np.any(run.columns[contact(run)[1]] != 0.0)]
     columns = 4
     rows = -(-len(runs) // columns)
     with plt.rc_context(STYLE):
-        figure, grid = plt.subplots(
-            rows, columns, figsize=(12, 2.7 * rows), sharex=True, sharey=True, squeeze=False, layout="constrained"
-        )
+        figure, grid = plt.subplots(rows, columns, figsize=(12, 2.7 * rows), squeeze=False, layout="constrained")
         for axis, run in zip(grid.flat, runs, strict=False):
             draw_friction(axis, run)
             axis.set_title(run.law)
             axis.xaxis.set_major_locator(MaxNLocator(4))
-            axis.label_outer()
         for axis in list(grid.flat)[len(runs) :]:
             axis.set_visible(False)
-        bottoms = [grid[(len(runs) - 1 - column) // columns, column] for column in range(min(columns, len(runs)))]
-        for axis in bottoms:
-            axis.tick_params(labelbottom=True)
-            axis.set_xlabel(runs[0].units.label("velocity", contact(runs[0])[0]))
+        velocity, force = contact(runs[0])
+        figure.supxlabel(runs[0].units.label("velocity", velocity), fontsize=9)
+        figure.supylabel(runs[0].units.label("friction force", force), fontsize=9)
+        for axis in grid.flat:
+            axis.set(xlabel="", ylabel="")
         figure.suptitle(
-            f"{runs[0].model}: friction force against velocity in the default experiment",
+            f"{runs[0].model}: friction force against velocity in the default experiment (dots: samples far apart)",
             fontsize=12,
             fontweight="bold",
         )
@@ -200,9 +204,17 @@ def draw_friction(axis: Axes, run: Run) -> None:
     velocity, force = (run.units.shown(run, name) for name in names)
     axis.axhline(0, color=GREY, linewidth=0.6)
     axis.axvline(0, color=GREY, linewidth=0.6)
-    axis.plot(velocity, force, color=GREEN, linewidth=1.0)
+    draw_path(axis, velocity, force)
     axis.set_xlabel(run.units.label("velocity", names[0]))
     axis.set_ylabel(run.units.label("friction force", names[1]))
+
+
+def draw_path(axis: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """A line through samples, with dots where they are far apart: there the line is only a guide."""
+    gaps = np.hypot(np.diff(x) / max(np.ptp(x), TINY), np.diff(y) / max(np.ptp(y), TINY))
+    far = np.append(gaps > SPARSE, False) | np.append(False, gaps > SPARSE)
+    axis.plot(x, y, color=GREEN, linewidth=1.0)
+    axis.plot(x[far], y[far], ".", color=GREEN, markersize=2.5)
 
 
 def zoom(axis: Axes, run: Run) -> None:
@@ -210,7 +222,10 @@ def zoom(axis: Axes, run: Run) -> None:
     velocity, force = (run.units.shown(run, name) for name in contact(run))
     limit = np.max(np.abs(velocity)) / 20.0
     if limit > 0.0:
-        inside = force[np.abs(velocity) <= limit]
+        axis.lines[-1].remove()
+        near = np.abs(velocity) <= limit
+        axis.plot(velocity[near], force[near], ".", color=GREEN, markersize=2.5)
+        inside = force[near]
         margin = 0.05 * max(np.ptp(inside), 1.0)
         axis.set_xlim(-limit, limit)
         axis.set_ylim(np.min(inside) - margin, np.max(inside) + margin)
