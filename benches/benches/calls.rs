@@ -1,4 +1,4 @@
-//! Times single calls with criterion: `cargo bench --package benchmark --bench calls`.
+//! Times single calls with criterion: `cargo bench --package benchmark --features calls --bench calls`.
 
 use std::hint::black_box;
 

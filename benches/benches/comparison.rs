@@ -1,6 +1,6 @@
 //! Measures every friction law, compares with general solvers at equal error, and writes `target/bench`.
 //!
-//! `cargo bench --package benchmark --bench comparison`; with `-- latency` or `-- precision` only that part.
+//! `cargo bench --package benchmark --features rival --bench comparison`; with `-- latency` or `-- precision` only that part.
 
 use std::env;
 use std::fs;

@@ -1,7 +1,9 @@
 //! A host made with the crate `fmi`, an FMI implementation that shares nothing with the one of this repository.
 //!
 //! Its tests import the FMUs that `cargo xtask package` left. The crate needs libclang to be built, which
-//! `cargo xtask test` provides.
+//! `cargo xtask test` provides, and it is left out unless the feature `fmi` asks for it.
+
+#![cfg(feature = "fmi")]
 
 use std::path::{Path, PathBuf};
 
@@ -12,11 +14,21 @@ use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, Instance};
 use fmi::traits::FmiImport;
 
-/// The folder with the packaged FMUs and the results of their default experiments.
-pub fn folder() -> PathBuf {
+/// The folder with the packaged FMUs.
+pub fn fmus() -> PathBuf {
+    product("FMU_FOLDER", "fmu")
+}
+
+/// The folder with what they do under every friction law.
+pub fn gallery() -> PathBuf {
+    product("GALLERY_FOLDER", "gallery")
+}
+
+/// A folder that `cargo xtask` leaves, wherever the variable says it is.
+fn product(variable: &str, name: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    std::env::var_os("FMU_FOLDER").map_or_else(|| target.join("fmu"), PathBuf::from)
+    std::env::var_os(variable).map_or_else(|| target.join(name), PathBuf::from)
 }
 
 /// Opens the packaged FMU of a model.
@@ -24,7 +36,7 @@ pub fn folder() -> PathBuf {
 /// # Errors
 /// When it is not there or cannot be read.
 pub fn open(model: &str) -> Result<Fmi2Import> {
-    let file = folder().join(format!("{model}.fmu"));
+    let file = fmus().join(format!("{model}.fmu"));
     fmi::import::from_path(&file)
         .with_context(|| format!("cannot import {}: run `cargo xtask package` first", file.display()))
 }

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
 use fmi::fmi2::instance::Common;
-use importer::{Host, folder, open};
+use importer::{Host, gallery, open};
 use pneumatic_servo::friction::LAWS;
 
 const MODEL: &str = "PneumaticServoCylinder";
 
-/// The columns of a result that the packaging left.
+/// The columns of a result that the gallery holds.
 fn results(law: &str) -> Result<BTreeMap<String, Vec<f64>>> {
-    let file = folder().join(format!("{MODEL}_{law}.csv"));
+    let file = gallery().join(MODEL).join(format!("{law}.csv"));
     let text = std::fs::read_to_string(&file)
-        .with_context(|| format!("cannot read {}: run `cargo xtask package` first", file.display()))?;
+        .with_context(|| format!("cannot read {}: run `cargo xtask gallery` first", file.display()))?;
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().context("no header")?.split(',').collect();
     let mut columns: BTreeMap<String, Vec<f64>> = names.iter().map(|name| ((*name).to_owned(), Vec::new())).collect();
