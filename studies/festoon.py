@@ -23,7 +23,7 @@ from common import arguments, parallel, run
 
 import figures  # found through common
 from client import Client
-from experiment import LAW, SIGNALS, laws_of
+from experiment import LAW, laws_of, signals
 from figures import plt
 
 PULSES = (5.0, 10.0, 12.0, 20.0)
@@ -66,10 +66,11 @@ def default_experiment(law: str) -> tuple[float, list[int], int]:
     client = run({LAW: law})
     default = client.description.defaultExperiment
     step = float(default.stepSize)
+    crane = signals("Festoon")["craneVelocity"]
     forces = [f"trolley[{number}].frictionForce" for number in (1, 2, 3)]
     begin, seconds, signs = 0.0, 0.0, []
     for index in range(round(float(default.stopTime) / step)):
-        client.set({"craneVelocity": SIGNALS["craneVelocity"](index * step)})
+        client.set({"craneVelocity": crane(index * step)})
         begin = time.perf_counter()
         client.advance((index + 1) * step)
         seconds += time.perf_counter() - begin

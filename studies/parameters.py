@@ -33,11 +33,15 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
 import client as fmu_client  # noqa: E402
+from experiment import signals  # noqa: E402
 from figures import BLUE, GREEN, STYLE, VERMILION  # noqa: E402
 
 DEAD_ZONES = [0.04, 0.08, 0.12]
 CONDUCTANCES = [2e-9, 3.93e-9, 6e-9]
 STOP, STEP = 3.0, 1e-3
+VOLTAGES = [signals("PneumaticServoCylinder")["valveVoltage"](index * STEP) for index in range(round(STOP / STEP))]
+"""What the valve gets, at each communication point; the numbers travel to the workers."""
+
 AT_REST = 1e-4
 """Speed in m/s below which a carriage counts as resting, also under laws that only creep."""
 
@@ -118,8 +122,8 @@ def simulate(contents: bytes, case: Case) -> Row:
     speeds, positions, powers = [], [], []
     with fmu_client.Client(local_copy(contents)) as plant:
         plant.start({"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance})
-        for index in range(round(STOP / STEP)):
-            plant.set({"valveVoltage": 5.0 + 2.0 * np.sin(2.0 * np.pi * index * STEP)})
+        for index, voltage in enumerate(VOLTAGES):
+            plant.set({"valveVoltage": voltage})
             plant.advance((index + 1) * STEP)
             position, velocity, force = plant.get(["position", "velocity", "frictionForce"])
             positions.append(position)

@@ -1,19 +1,17 @@
 //! The friction laws with their parameters, and the experiment: the default one of the model.
 
-use std::f64::consts::TAU;
-
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::{Role, Variable};
 
 /// Communication step in s of the comparison.
-pub const STEP: f64 = 1e-3;
+pub const STEP: f64 = MODEL.experiment.step_size;
 /// Duration in s of the comparison.
-pub const DURATION: f64 = 3.0;
+pub const DURATION: f64 = MODEL.experiment.stop_time;
 
 /// The valve voltage set at a time and held until the next communication step.
 pub fn voltage(time: f64) -> f64 {
-    5.0 + 2.0 * (TAU * time).sin()
+    MODEL.experiment.signals[0].course.at(time)
 }
 
 /// A cylinder with a friction law and some parameters changed.

@@ -1,8 +1,10 @@
 //! A model: its name, its variables and how a run of it starts.
 
+mod experiment;
 mod setting;
 mod setup;
 
+pub use self::experiment::{Course, Experiment, Signal};
 pub(crate) use self::setting::find;
 pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;
@@ -25,15 +27,6 @@ pub struct Model {
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
     /// The default experiment.
     pub experiment: Experiment,
-}
-
-/// The experiment a host should offer by default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Experiment {
-    /// Stop time in s; the start time is 0.
-    pub stop_time: f64,
-    /// Communication step size in s.
-    pub step_size: f64,
 }
 
 /// Everything a run starts from.

@@ -30,7 +30,7 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: || Event::indicators("friction"),
     start,
-    experiment: Experiment { stop_time: 120.0, step_size: 1e-2 },
+    experiment: Experiment { stop_time: 120.0, step_size: 1e-2, signals: &[] },
 };
 
 /// Value reference of the first variable of the friction law.

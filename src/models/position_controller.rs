@@ -16,11 +16,13 @@
 
 use std::sync::LazyLock;
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::Held;
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::sign;
 use crate::solver::StepError;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
@@ -33,7 +35,28 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: Vec::new,
     start: |start| Ok(Box::new(PositionController::new(start)?)),
-    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+    experiment: Experiment {
+        stop_time: 3.0,
+        step_size: 1e-3,
+        // A carriage that lags behind its reference by 20 ms; a velocity leads its position by a quarter of the period.
+        signals: &[
+            Signal {
+                input: "referencePosition",
+                text: "250 mm + 100 mm sin(π t/s)",
+                course: Course::Sine { mean: 0.25, amplitude: 0.1, frequency: 0.5, delay: 0.0 },
+            },
+            Signal {
+                input: "position",
+                text: "that of a carriage 20 ms behind the reference",
+                course: Course::Sine { mean: 0.25, amplitude: 0.1, frequency: 0.5, delay: 0.02 },
+            },
+            Signal {
+                input: "velocity",
+                text: "that of the same carriage",
+                course: Course::Sine { mean: 0.0, amplitude: 0.1 * PI, frequency: 0.5, delay: 0.02 - 0.5 },
+            },
+        ],
+    },
 };
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {

@@ -1,22 +1,19 @@
 """What the tests share: the friction laws, and runs with the input of the default experiment."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 from client import Client
+from experiment import signals
 
 DESCRIPTION = Path(__file__).parents[2] / "modelDescription" / "PneumaticServoCylinder.xml"
 
 LAWS = [item.get("name", "") for item in ElementTree.parse(DESCRIPTION).iterfind(".//*[@name='FrictionLaw']//Item")]
 """Every friction law, by the committed description."""
 
-
-
-def sine(time: float) -> float:
-    """Valve voltage in V: 1 Hz, 5 +- 2 V."""
-    return 5.0 + 2.0 * math.sin(2.0 * math.pi * time)
+sine = signals("PneumaticServoCylinder")["valveVoltage"]
+"""Valve voltage of the default experiment in V: 1 Hz, 5 +- 2 V."""
 
 
 def run(client: Client, stop: float, step: float, first: float = 0.0) -> Iterator[float]:

@@ -1,37 +1,12 @@
-//! The default experiment of a model, run here and drawn as a figure of its page.
-
-use std::f64::consts::{PI, TAU};
+//! The default experiment of a model as a figure, and as a section of its page.
 
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
-use pneumatic_servo::model::{Model, Start};
-use pneumatic_servo::variables::{DisplayUnit, Kind, Role, Variable};
+use pneumatic_servo::model::Model;
+use pneumatic_servo::variables::{DisplayUnit, Kind, Variable};
 
 use super::text::{escape, unit};
-
-/// An input that moves.
-struct Signal {
-    input: &'static str,
-    text: &'static str,
-    at: fn(f64) -> f64,
-}
-
-/// Inputs that move; all others keep their start values.
-const SIGNALS: [Signal; 5] = [
-    Signal { input: "valveVoltage", text: "5 V + 2 V sin(2π t/s)", at: |t| 5.0 + 2.0 * libm::sin(TAU * t) },
-    Signal { input: "referencePosition", text: "250 mm + 100 mm sin(π t/s)", at: |t| 0.25 + 0.1 * libm::sin(PI * t) },
-    Signal {
-        input: "position",
-        text: "that of a carriage 20 ms behind the reference",
-        at: |t| 0.25 + 0.1 * libm::sin(PI * (t - 0.02)),
-    },
-    Signal { input: "velocity", text: "that of the same carriage", at: |t| 0.1 * PI * libm::cos(PI * (t - 0.02)) },
-    Signal {
-        input: "craneVelocity",
-        text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
-        at: |t| 0.25 * (f64::from(t < 10.0) - f64::from((15.0..25.0).contains(&t))),
-    },
-];
+use crate::experiment::{Curve, Run};
 
 /// What is drawn, where a model has it: each list in an axis of its own.
 const PANELS: [&[&str]; 10] = [
@@ -61,74 +36,30 @@ const FONT: (&str, i32) = ("sans-serif", 26);
 /// # Errors
 /// When the experiment fails or cannot be drawn.
 pub fn section(model: &Model) -> Result<String> {
-    let run = Run::new(model)?;
-    let panels: Vec<Vec<&Curve>> = PANELS
-        .iter()
-        .map(|names| {
-            names.iter().filter_map(|name| run.curves.iter().find(|curve| curve.variable.name == *name)).collect()
-        })
-        .filter(|panel: &Vec<_>| !panel.is_empty())
-        .collect();
-    if panels.is_empty() {
-        return Ok(String::new());
-    }
-    let moved = run.signals.iter().map(|signal| format!("<code>{}</code> is {}", signal.input, escape(signal.text)));
+    let Some(svg) = figure(&Run::of(model)?)? else { return Ok(String::new()) };
+    let signals = model.experiment.signals;
+    let moved = signals.iter().map(|signal| format!("<code>{}</code> is {}", signal.input, escape(signal.text)));
     let moved = match moved.collect::<Vec<_>>() {
         texts if texts.is_empty() => "All inputs keep their start values.".to_owned(),
         texts => format!("{}; all other inputs keep their start values.", texts.join(", ")),
     };
+    // Within a page the namespace is known.
+    let svg = svg.replacen(NAMESPACE, "", 1);
     Ok(format!(
-        "<section id=\"experiment\">\n<h2>Default experiment</h2>\n<figure>\n{}<figcaption>The default experiment with \
+        "<section id=\"experiment\">\n<h2>Default experiment</h2>\n<figure>\n{svg}<figcaption>The default experiment with \
          all parameters at their defaults. {moved}</figcaption>\n</figure>\n</section>\n",
-        draw(&run.times, &panels)?
     ))
 }
 
-/// A variable over time, as it is shown.
-struct Curve {
-    variable: &'static Variable,
-    values: Vec<f64>,
-}
-
-struct Run {
-    times: Vec<f64>,
-    curves: Vec<Curve>,
-    signals: Vec<&'static Signal>,
-}
-
-impl Run {
-    /// Inputs are set at each communication point and held.
-    fn new(model: &Model) -> Result<Self> {
-        let variables = (model.variables)();
-        let of = |wanted: fn(&Variable) -> bool| variables.iter().filter(move |variable| wanted(variable));
-        let (inputs, computed) = (|v: &Variable| v.role == Role::Input, Variable::is_computed);
-        let signal = |variable: &Variable| SIGNALS.iter().find(|signal| signal.input == variable.name);
-        let starts = |wanted: fn(&Variable) -> bool| of(wanted).filter_map(|v| v.start).collect::<Vec<_>>();
-        let parameters = starts(Variable::is_parameter);
-        let inputs_at = |time: f64| -> Vec<f64> {
-            of(inputs).map(|v| signal(v).map_or(v.start.unwrap_or_default(), |signal| (signal.at)(time))).collect()
-        };
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0.0), tolerance: None };
-        let mut simulation = (model.start)(&start)?;
-        let mut curves: Vec<Curve> =
-            of(inputs).chain(of(computed)).map(|variable| Curve { variable, values: Vec::new() }).collect();
-        let mut values = vec![0.0; of(computed).count()];
-        let (step, slopes) = (model.experiment.step_size, vec![0.0; of(inputs).count()]);
-        let count = (model.experiment.stop_time / step).round() as u32;
-        let times: Vec<f64> = (0..=count).map(|index| f64::from(index) * step).collect();
-        for (index, time) in times.iter().enumerate() {
-            let now = inputs_at(*time);
-            simulation.set_inputs(&now, &slopes);
-            simulation.values(&mut values);
-            for (curve, value) in curves.iter_mut().zip(now.iter().chain(&values)) {
-                curve.values.push(shown(curve.variable, *value));
-            }
-            if let Some(next) = times.get(index + 1) {
-                simulation.advance(*next)?;
-            }
-        }
-        Ok(Self { times, curves, signals: of(inputs).filter_map(signal).collect() })
-    }
+/// The results of an experiment as SVG; nothing for a model of which no variable is drawn.
+///
+/// # Errors
+/// When they cannot be drawn.
+pub fn figure(run: &Run) -> Result<Option<String>> {
+    let find = |name: &&str| run.curves.iter().find(|curve| curve.variable.name == *name);
+    let panels = PANELS.iter().map(|names| names.iter().filter_map(find).collect::<Vec<_>>());
+    let panels: Vec<_> = panels.filter(|panel| !panel.is_empty()).collect();
+    if panels.is_empty() { Ok(None) } else { draw(&run.times, &panels).map(Some) }
 }
 
 fn display(variable: &Variable) -> Option<&'static DisplayUnit> {
@@ -149,6 +80,8 @@ fn unit_name(variable: &Variable) -> String {
     }
 }
 
+const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
+
 /// The axes one below the other, as SVG.
 fn draw(times: &[f64], panels: &[Vec<&Curve>]) -> Result<String> {
     let mut svg = String::new();
@@ -160,8 +93,6 @@ fn draw(times: &[f64], panels: &[Vec<&Curve>]) -> Result<String> {
         }
         area.present()?;
     }
-    // Within a page the namespace is known.
-    let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
     Ok(svg.replacen("<svg ", "<svg role=\"img\" aria-label=\"Results of the default experiment over time\" ", 1))
 }
 
@@ -171,8 +102,10 @@ fn draw_panel(
     area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
     is_last: bool,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let values = || panel.iter().flat_map(|curve| &curve.values);
-    let (low, high) = values().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+    let shown = |curve: &Curve| curve.values.iter().map(|value| shown(curve.variable, *value)).collect::<Vec<_>>();
+    let curves: Vec<_> = panel.iter().map(|curve| (*curve, shown(curve))).collect();
+    let values = curves.iter().flat_map(|(_, values)| values);
+    let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
     let margin = (0.06 * (high - low)).max(1e-9 * high.abs().max(1.0));
     // The names of several curves stand above them.
     let names = if panel.len() > 1 { 0.32 * panel.len() as f64 * (high - low) } else { 0.0 };
@@ -197,8 +130,8 @@ fn draw_panel(
         .y_desc(format!("{} ({})", quantity(panel), unit_name(panel[0].variable)))
         .draw()?;
     // The curve that is looked at comes last in its list, on top and in the first colour.
-    for (curve, colour) in panel.iter().zip(COLOURS.iter().take(panel.len()).rev()) {
-        let points = times.iter().copied().zip(curve.values.iter().copied());
+    for ((curve, values), colour) in curves.iter().zip(COLOURS.iter().take(panel.len()).rev()) {
+        let points = times.iter().copied().zip(values.iter().copied());
         let series = chart.draw_series(LineSeries::new(points, colour.stroke_width(3)))?;
         let colour = *colour;
         series

@@ -11,6 +11,7 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::Role;
 
+pub use self::experiment::figure;
 use self::text::escape;
 
 /// The page of a model around its hand-written part, `<Model>.html` of a folder.

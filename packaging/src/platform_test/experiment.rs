@@ -1,7 +1,6 @@
 //! The default experiment of every model under every friction law, as text for `tests/platforms/host.c`, and what
 //! comes back.
 
-use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use anyhow::{Result, bail, ensure};
@@ -13,9 +12,6 @@ use pneumatic_servo_fmu::fmi2;
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";
 
-/// The first input swings about its start value by this part of its nominal value, once a second: 5 V by 2 V at the valve.
-const AMPLITUDE: f64 = 0.4;
-
 /// The experiments of all models.
 pub fn all() -> String {
     models::ALL.iter().map(experiment).collect()
@@ -23,16 +19,13 @@ pub fn all() -> String {
 
 fn experiment(model: &Model) -> String {
     let variables = (model.variables)();
-    let step = model.experiment.step_size;
-    let steps = (model.experiment.stop_time / step).round() as u32;
-    let swinging = variables.iter().find(|variable| variable.role == Role::Input && is_real(variable));
+    let (step, steps, signals) = (model.experiment.step_size, model.experiment.steps(), model.experiment.signals);
     let mut text = format!("experiment {} {steps} {:x} ", fmi2::guid(model), step.to_bits());
-    push(&mut text, swinging.iter().map(|variable| variable.reference));
-    if let Some(variable) = swinging {
-        let (mean, amplitude) = (variable.start.unwrap_or(0.0), AMPLITUDE * variable.nominal.unwrap_or(1.0));
-        for index in 0..steps {
-            let value = mean + amplitude * (TAU * f64::from(index) * step).sin();
-            push_word(&mut text, format_args!("{:x}", value.to_bits()));
+    let moving = signals.iter().filter_map(|signal| variables.find(signal.input));
+    push(&mut text, moving.map(|entry| entry.variable.reference));
+    for index in 0..steps {
+        for signal in signals {
+            push_word(&mut text, format_args!("{:x}", signal.course.at(f64::from(index) * step).to_bits()));
         }
     }
     push(

@@ -36,7 +36,7 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: || Event::indicators("friction"),
     start,
-    experiment: Experiment { stop_time: 0.5, step_size: 5e-4 },
+    experiment: Experiment { stop_time: 0.5, step_size: 5e-4, signals: &[] },
 };
 
 /// The equations for given parameters.

@@ -27,7 +27,7 @@ use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, MAX_STATES};
 use crate::hybrid::{HybridSystem, Indicator, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
@@ -39,7 +39,15 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators,
     start,
-    experiment: Experiment { stop_time: 30.0, step_size: 1e-2 },
+    experiment: Experiment {
+        stop_time: 30.0,
+        step_size: 1e-2,
+        signals: &[Signal {
+            input: "craneVelocity",
+            text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
+            course: Course::Steps(&[(0.0, 0.25), (10.0, 0.0), (15.0, -0.25), (25.0, 0.0)]),
+        }],
+    },
 };
 
 /// The largest number of trolleys.

@@ -27,7 +27,7 @@ use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
 use crate::hybrid::{Groups, HybridSystem, QUANTITIES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Pair;
 use crate::numbers::Scalar;
 use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal};
@@ -45,7 +45,15 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: || Event::indicators("friction"),
     start,
-    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+    experiment: Experiment {
+        stop_time: 3.0,
+        step_size: 1e-3,
+        signals: &[Signal {
+            input: "valveVoltage",
+            text: "5 V + 2 V sin(2π t/s)",
+            course: Course::Sine { mean: 5.0, amplitude: 2.0, frequency: 1.0, delay: 0.0 },
+        }],
+    },
 };
 
 /// What feeds the chambers; both rigs use the first two states.

@@ -38,7 +38,7 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators,
     start,
-    experiment: Experiment { stop_time: 3.0, step_size: 1e-3 },
+    experiment: Experiment { stop_time: 3.0, step_size: 1e-3, signals: &[] },
 };
 
 /// Everything between the two masses, in SI units or, in the dimensionless form, without units.

@@ -1,0 +1,109 @@
+//! The default experiment of a model: run here, or read from the results of a host.
+
+use anyhow::{Context, Result, ensure};
+use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::variables::Variable;
+
+/// A variable over time, in its SI unit.
+pub struct Curve {
+    /// The variable.
+    pub variable: &'static Variable,
+    /// Its value at each communication point.
+    pub values: Vec<f64>,
+}
+
+/// What an experiment gave.
+pub struct Run {
+    /// The communication points in s.
+    pub times: Vec<f64>,
+    /// The variables.
+    pub curves: Vec<Curve>,
+}
+
+impl Run {
+    /// Runs the experiment without any interface in between: all inputs and all that is computed.
+    ///
+    /// # Errors
+    /// When a step fails.
+    pub fn of(model: &Model) -> Result<Self> {
+        let table = (model.variables)();
+        let starts = |variable: &Variable| variable.start.unwrap_or_default();
+        let parameters: Vec<f64> = table.parameters().map(starts).collect();
+        // Inputs are set at each communication point and held.
+        let inputs_at = |time: f64| -> Vec<f64> {
+            let signal = |input: &Variable| model.experiment.signal(&input.name);
+            table.inputs().map(|input| signal(input).map_or(starts(input), |signal| signal.course.at(time))).collect()
+        };
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0.0), tolerance: None };
+        let mut simulation = (model.start)(&start)?;
+        let variables = table.inputs().chain(table.computed());
+        let mut curves: Vec<_> = variables.map(|variable| Curve { variable, values: Vec::new() }).collect();
+        let (mut values, slopes) = (vec![0.0; table.computed().count()], vec![0.0; table.inputs().count()]);
+        let step = model.experiment.step_size;
+        let times: Vec<f64> = (0..=model.experiment.steps()).map(|index| f64::from(index) * step).collect();
+        for (index, time) in times.iter().enumerate() {
+            let now = inputs_at(*time);
+            simulation.set_inputs(&now, &slopes);
+            simulation.values(&mut values);
+            for (curve, value) in curves.iter_mut().zip(now.iter().chain(&values)) {
+                curve.values.push(*value);
+            }
+            if let Some(next) = times.get(index + 1) {
+                simulation.advance(*next)?;
+            }
+        }
+        Ok(Self { times, curves })
+    }
+
+    /// Reads the results of a host: a table whose columns are the time and variables of the model.
+    ///
+    /// # Errors
+    /// Names the line with a cell that is no number, or the column that is no variable.
+    pub fn read(model: &Model, table: &str) -> Result<Self> {
+        let mut lines = table.lines();
+        let mut names = lines.next().context("the table is empty")?.split(',');
+        ensure!(names.next() == Some("time"), "the first column is not the time");
+        let variable = |name: &str| {
+            let found = (model.variables)().find(name).map(|entry| entry.variable);
+            found.with_context(|| format!("{} has no variable {name}", model.name))
+        };
+        let mut curves = names
+            .map(|name| Ok(Curve { variable: variable(name)?, values: Vec::new() }))
+            .collect::<Result<Vec<_>>>()?;
+        let mut times = Vec::new();
+        for (index, line) in lines.enumerate() {
+            let cells = line.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>();
+            let cells = cells.with_context(|| format!("line {}: {line}", index + 2))?;
+            ensure!(cells.len() == curves.len() + 1, "line {} has {} cells", index + 2, cells.len());
+            times.push(cells[0]);
+            curves.iter_mut().zip(&cells[1..]).for_each(|(curve, value)| curve.values.push(*value));
+        }
+        Ok(Self { times, curves })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::models;
+
+    use super::*;
+
+    const MODEL: &Model = &models::pneumatic_servo_cylinder::MODEL;
+
+    #[test]
+    fn results_are_read_as_they_were_written() -> Result<()> {
+        let run = Run::read(MODEL, "time,position,sticking\n0.0,0.25,1.0\n1.0,0.5,0.0\n")?;
+        assert_eq!(run.times, [0.0, 1.0]);
+        assert_eq!(run.curves[0].values, [0.25, 0.5]);
+        assert_eq!(run.curves[1].variable.name, "sticking");
+        Ok(())
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let problem = |table| Run::read(MODEL, table).err().map(|error| format!("{error:#}")).unwrap_or_default();
+        assert!(problem("time,altitude\n").contains("no variable altitude"));
+        assert!(problem("time,position\n0,0\n1,far\n").contains("line 3: 1,far"));
+        assert!(problem("time,position\n0\n").contains("line 2 has 1 cells"));
+    }
+}

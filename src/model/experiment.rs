@@ -1,0 +1,98 @@
+//! The default experiment of a model, with the inputs that move in it.
+
+use std::f64::consts::TAU;
+
+use serde::Serialize;
+
+/// The experiment a host should offer by default.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Experiment {
+    /// Stop time in s; the start time is 0.
+    pub stop_time: f64,
+    /// Communication step size in s.
+    pub step_size: f64,
+    /// Inputs that move; all others keep their start values.
+    pub signals: &'static [Signal],
+}
+
+impl Experiment {
+    /// The signal of an input, if it moves.
+    pub fn signal(&self, input: &str) -> Option<&'static Signal> {
+        self.signals.iter().find(|signal| signal.input == input)
+    }
+
+    /// The number of communication steps.
+    pub fn steps(&self) -> u32 {
+        (self.stop_time / self.step_size).round() as u32
+    }
+}
+
+/// An input that moves: its value is set at each communication point and held.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Signal {
+    /// Name of the input.
+    pub input: &'static str,
+    /// The course in words or as a formula.
+    pub text: &'static str,
+    /// The course over time.
+    pub course: Course,
+}
+
+/// How an input moves, in its SI unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Course {
+    /// `mean + amplitude sin(2 pi frequency (t - delay))`.
+    Sine {
+        /// Mean value.
+        mean: f64,
+        /// Amplitude.
+        amplitude: f64,
+        /// Frequency in Hz.
+        frequency: f64,
+        /// Delay in s.
+        delay: f64,
+    },
+    /// Constant from each time in s on; 0 before the first.
+    Steps(&'static [(f64, f64)]),
+}
+
+impl Course {
+    /// The value at a time in s.
+    ///
+    /// ```
+    /// use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+    ///
+    /// let voltage = MODEL.experiment.signal("valveVoltage").expect("the voltage moves");
+    /// assert_eq!(voltage.course.at(0.25), 7.0);
+    /// ```
+    pub fn at(&self, time: f64) -> f64 {
+        match *self {
+            Self::Sine { mean, amplitude, frequency, delay } => {
+                mean + amplitude * libm::sin(TAU * frequency * (time - delay))
+            }
+            Self::Steps(steps) => steps.iter().rev().find(|(begin, _)| *begin <= time).map_or(0.0, |(_, value)| *value),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models;
+
+    #[test]
+    fn only_inputs_move() {
+        for model in models::ALL {
+            for signal in model.experiment.signals {
+                let inputs: Vec<_> = (model.variables)().inputs().map(|variable| variable.name.as_str()).collect();
+                assert!(inputs.contains(&signal.input), "{}: {}", model.name, signal.input);
+            }
+        }
+    }
+
+    #[test]
+    fn steps_begin_at_their_times() {
+        let steps = Course::Steps(&[(1.0, 2.0), (3.0, -1.0)]);
+        assert_eq!([0.9, 1.0, 2.9, 3.0, 9.0].map(|time| steps.at(time)), [0.0, 2.0, 2.0, -1.0, -1.0]);
+    }
+}
