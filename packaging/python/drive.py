@@ -1,6 +1,6 @@
 """Runs the drive (cylinder and controller, `PneumaticServoDrive.ssp`) along its reference under each set of parameters.
 
-Leaves a CSV per set and a figure of all beside the SSP.
+Leaves a CSV per set and a figure of all in a folder named like the SSP.
 """
 
 from __future__ import annotations
@@ -26,20 +26,24 @@ from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
 STEP = 1e-3
 """Communication step in s: the sample time of the controller."""
 
-OUTPUTS = ["position", "velocity", "frictionForce", "valveVoltage"]
+OUTPUTS = ["position", "velocity", "frictionForce", "pressureA", "pressureB", "sticking", "valveVoltage"]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("ssp", type=Path)
-    ssp: Path = parser.parse_args().ssp
+    parser.add_argument("--output", type=Path, help="where that folder is made (default: beside the SSP)")
+    arguments = parser.parse_args()
+    ssp: Path = arguments.ssp
+    folder: Path = (arguments.output or ssp.parent) / ssp.stem
+    folder.mkdir(parents=True, exist_ok=True)
     runs = {name: simulate(ssp, name) for name in sets(ssp)}
     for name, columns in runs.items():
-        write(columns, ssp.with_name(f"{ssp.stem}_{name}.csv"))
+        write(columns, folder / f"{name}.csv")
         error = columns["referencePosition"] - columns["position"]
         print(f"{name}: rms error {1e3 * np.sqrt(np.mean(error**2)):.2f} mm, {len(rests(columns))} rests")
-    draw(runs, ssp.with_suffix(".png"))
-    print(f"results and figure: {ssp.parent}")
+    draw(runs, folder / f"{ssp.stem}.png")
+    print(f"results and figure: {folder}")
     return 0
 
 

@@ -5,13 +5,14 @@ use std::io;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use pneumatic_servo::models;
+use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use quick_xml::events::{BytesDecl, Event};
 use serde_json::{Map, Value, json};
 
 use crate::moment::Moment;
-use crate::ssp;
+use crate::ssc;
+use crate::units;
 use crate::xml::{Element, Xml, real};
 
 /// Values for some variables of a model or of a system of models.
@@ -25,25 +26,41 @@ pub struct ParameterSet {
     values: Vec<(Variable, Value)>,
 }
 
-/// The sets of a model or system, in the order of the file.
+/// The sets of a model, in the order of the file.
+///
+/// # Errors
+/// As [`of_owner`].
+pub fn of(model: &Model, folder: &Path) -> Result<Vec<ParameterSet>> {
+    of_owner(model.name, folder, |name| settable(model, name).cloned())
+}
+
+/// The sets of a model or system, whose variables `find` knows by name.
 ///
 /// # Errors
 /// When the file cannot be read, or a set has a name or value that the variable tables do not allow.
-pub fn of(owner: &str, folder: &Path) -> Result<Vec<ParameterSet>> {
+pub fn of_owner(
+    owner: &str,
+    folder: &Path,
+    find: impl Fn(&str) -> Result<Variable> + Copy,
+) -> Result<Vec<ParameterSet>> {
     let file = folder.join("parameter_sets.json");
     let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     let sets: Vec<Value> = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
     let sets = sets.iter().filter(|set| set["of"] == owner);
-    sets.map(|set| ParameterSet::read(owner, set)).collect::<Result<_>>().with_context(|| file.display().to_string())
+    sets.map(|set| ParameterSet::read(set, find)).collect::<Result<_>>().with_context(|| file.display().to_string())
 }
 
 impl ParameterSet {
-    fn read(owner: &str, set: &Value) -> Result<Self> {
+    /// Reads a set whose variables `find` knows by name.
+    ///
+    /// # Errors
+    /// When something is missing, or a name or value is not legal.
+    pub fn read(set: &Value, find: impl Fn(&str) -> Result<Variable>) -> Result<Self> {
         let text = |key: &str| set[key].as_str().map(str::to_owned).with_context(|| format!("a set has no {key}"));
         let name = text("name")?;
         let values = set["values"].as_object().with_context(|| format!("{name} has no values"))?;
         let values = values.iter().map(|(variable, value)| {
-            let variable = find(owner, variable)?;
+            let variable = Variable { name: variable.clone(), ..find(variable)? };
             number(&variable, value)?;
             Ok((variable, value.clone()))
         });
@@ -76,6 +93,12 @@ impl ParameterSet {
         Ok(String::from_utf8(xml.into_inner()).context("the set is not UTF-8")? + "\n")
     }
 
+    /// Adds the start value of a variable under a name of its own.
+    pub fn add_start(&mut self, name: &str, variable: &Variable) {
+        let start = json!(variable.start.unwrap_or_default());
+        self.values.push((Variable { name: name.to_owned(), ..variable.clone() }, start));
+    }
+
     /// Whether there are values for variables whose names start with `prefix`.
     pub fn has(&self, prefix: &str) -> bool {
         self.values.iter().any(|(variable, _)| variable.name.starts_with(prefix))
@@ -90,12 +113,12 @@ impl ParameterSet {
         };
         let source = self.source.as_ref().map(|source| format!("; {source}"));
         let root = Element::new("ssv:ParameterSet")
-            .with("xmlns:ssc", ssp::COMMON)
-            .with("xmlns:ssv", ssp::PARAMETER_VALUES)
+            .with("xmlns:ssc", ssc::COMMON)
+            .with("xmlns:ssv", ssc::PARAMETER_VALUES)
             .with("version", "1.0")
             .with("name", &self.name)
             .with("description", &format!("{}{}", self.description, source.unwrap_or_default()))
-            .with("generationTool", ssp::TOOL)
+            .with("generationTool", ssc::TOOL)
             .with("generationDateAndTime", &moment.iso());
         root.contain(xml, |xml| {
             Element::new("ssv:Parameters").contain(xml, |xml| {
@@ -104,29 +127,20 @@ impl ParameterSet {
                     parameter.contain(xml, |xml| typed(variable, value).write(xml))
                 })
             })?;
-            let units = ssp::units::used(values().map(|(_, variable, _)| variable));
-            ssp::units::write(xml, "ssv:Units", &units)
+            let used = units::used(values().map(|(_, variable, _)| variable));
+            ssc::write_units(xml, "ssv:Units", &used)
         })
     }
 }
 
-/// The variable of a model, or of a component of a system: `component.variable`.
-fn find(owner: &str, name: &str) -> Result<Variable> {
-    let (model, inner) = match models::ALL.iter().find(|model| model.name == owner) {
-        Some(model) => (model, name),
-        None => {
-            let (component, inner) = name.split_once('.').unwrap_or_default();
-            (ssp::model_of(component).with_context(|| format!("{owner} has no component for {name}"))?, inner)
-        }
-    };
-    let mut variables = (model.variables)().iter();
-    let found = variables.find(|variable| variable.name == inner && settable(variable));
-    let found = found.with_context(|| format!("{} has no parameter or input {inner}", model.name))?;
-    Ok(Variable { name: name.to_owned(), ..found.clone() })
-}
-
-fn settable(variable: &Variable) -> bool {
-    variable.is_parameter() || variable.role == Role::Input
+/// The parameter or input of a model.
+///
+/// # Errors
+/// When the model has none of that name.
+pub fn settable(model: &Model, name: &str) -> Result<&'static Variable> {
+    let found = (model.variables)().find(name).map(|entry| entry.variable);
+    let found = found.filter(|variable| variable.is_parameter() || variable.role == Role::Input);
+    found.with_context(|| format!("{} has no parameter or input {name}", model.name))
 }
 
 /// The value as a number, which the variable must accept.
@@ -159,41 +173,41 @@ fn typed(variable: &Variable, value: &Value) -> Element {
 
 #[cfg(test)]
 mod tests {
+    use pneumatic_servo::models;
+
     use super::*;
 
     fn set(values: Value) -> Value {
         json!({ "name": "Test", "description": "", "source": "", "values": values })
     }
 
-    fn refusal(owner: &str, values: Value) -> String {
-        ParameterSet::read(owner, &set(values)).err().map(|error| format!("{error:#}")).unwrap_or_default()
+    const CYLINDER: &Model = &models::pneumatic_servo_cylinder::MODEL;
+
+    fn read(values: Value) -> Result<ParameterSet> {
+        ParameterSet::read(&set(values), |name| settable(CYLINDER, name).cloned())
     }
 
     #[test]
     fn the_sets_of_the_repository_are_legal() -> Result<()> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        let names =
-            |owner: &str| -> Result<Vec<String>> { Ok(of(owner, &folder)?.into_iter().map(|set| set.name).collect()) };
-        assert_eq!(names("PneumaticServoCylinder")?.len(), 8);
-        assert_eq!(names(ssp::NAME)?, ["Dry", "Lubricated"]);
+        assert_eq!(of(CYLINDER, &folder)?.len(), 8);
         Ok(())
     }
 
     #[test]
     fn unknown_names_and_illegal_values_are_named() {
-        let cylinder = |values| refusal("PneumaticServoCylinder", values);
+        let cylinder = |values| read(values).err().map(|error| format!("{error:#}")).unwrap_or_default();
         assert!(cylinder(json!({ "mass.stuck": 1.0 })).contains("no parameter or input mass.stuck"));
         assert!(cylinder(json!({ "position": 1.0 })).contains("no parameter or input position"));
         assert!(cylinder(json!({ "friction.law": "Sticky" })).contains("FrictionLaw has no item Sticky"));
         assert!(cylinder(json!({ "friction.law": 7 })).contains("friction.law cannot be 7"));
         assert!(cylinder(json!({ "cylinder.bore": -0.016 })).contains("cylinder.bore = -0.016 is refused"));
-        assert!(refusal(ssp::NAME, json!({ "brake.force": 1.0 })).contains("no component for brake.force"));
     }
 
     #[test]
     fn values_keep_their_bits_and_units() -> Result<()> {
         let values = json!({ "friction.law": "LuGre", "friction.lugre.sigma0": 1234.1, "valve.polarity": -1 });
-        let set = ParameterSet::read("PneumaticServoCylinder", &set(values))?;
+        let set = read(values)?;
         let ssv = set.ssv(Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
         assert!(ssv.contains(r#"<ssv:Enumeration value="LuGre"/>"#), "{ssv}");
         assert!(ssv.contains(r#"<ssv:Real value="1234.1" unit="N/m"/>"#), "{ssv}");

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import drive
 import numpy as np
 import pytest
 from check import invalid_sets, invalid_systems
 from client import Client
+from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
+from pyssp_standard.ssp import SSP
 
 STEPS = 2500
 """Of 1 ms: over several rests of the dry carriage."""
@@ -40,6 +44,52 @@ def test_files_obey_the_schemas(ssp: Path) -> None:
     assert drive.sets(ssp) == ["Dry", "Lubricated"]
 
 
+VARIANTS = ["Components", "ComponentsLubricated", "SystemStructure"]
+
+
+def test_another_implementation_reads_every_description_and_set(ssp: Path) -> None:
+    """pyssp-standard has schemas and rules for connections of its own."""
+    with SSP(ssp, mode="r") as archive:
+        assert sorted(archive.variants) == VARIANTS
+        for variant in VARIANTS:
+            with archive.variants[variant] as ssd:
+                ssd.__check_compliance__()
+                assert len(ssd.system.elements) == 2
+        assert len(archive.ssv) == 2
+        for ssv in archive.ssv:
+            with ssv as values:
+                values.__check_compliance__()
+
+
+def test_descriptions_have_different_names_and_bind_one_set_each(ssp: Path) -> None:
+    """OMSimulator refuses equal names; libcosim takes the first of several sets at a place and OMSimulator the last."""
+    with zipfile.ZipFile(ssp) as archive:
+        roots = [ElementTree.fromstring(archive.read(f"{variant}.ssd")) for variant in VARIANTS]
+    assert len({root.get("name") for root in roots}) == len(VARIANTS)
+    for root in roots:
+        assert len(list(root.iter("{http://ssp-standard.org/SSP1/SystemStructureDescription}ParameterBinding"))) == 1
+        [annotation] = root.iter("{http://ssp-standard.org/SSP1/SystemStructureCommon}Annotation")
+        assert annotation.get("type") == "org.openmodelica"
+
+
+def test_pressures_and_sticking_are_seen_from_outside(ssp: Path) -> None:
+    result = drive.simulate(ssp, "Dry")
+    assert np.all(result["pressureA"][10:] > 1e5) and np.all(result["pressureB"][10:] > 1e5)
+    assert set(result["sticking"].tolist()) == {False, True}
+    assert np.all(result["velocity"][1:][result["sticking"][1:]] == 0.0)
+
+
+def test_undriven_drive_stays_where_it_is(ssp: Path) -> None:
+    """The sets of parameters start the reference where the carriage starts."""
+    for name in drive.sets(ssp):
+        starts = {p.name: float(p.value) for p in read_ssv(str(ssp), f"resources/{name}.ssv").parameters}
+        held = {input: lambda _, value=starts[input]: value for input in ("referencePosition", "externalForce")}
+        result = simulate_ssp(
+            str(ssp), stop_time=2.0, step_size=drive.STEP, parameter_set=read_ssv(str(ssp), f"resources/{name}.ssv"), input=held
+        )
+        assert np.ptp(result["position"][10:]) < 1e-3
+
+
 def test_schemas_would_find_mistakes(ssp: Path, tmp_path: Path) -> None:
     broken = tmp_path / "broken.ssp"
     with zipfile.ZipFile(ssp) as source, zipfile.ZipFile(broken, "w") as target:
@@ -66,7 +116,8 @@ def test_dry_carriage_sticks_and_slips_and_the_lubricated_one_follows(ssp: Path)
 
 def stepped(ssp: Path, folder: Path, name: str) -> np.ndarray:
     """Positions of both FMUs stepped by hand: each step starts with the outputs at its communication point."""
-    values = {p.name.removeprefix("plant."): float(p.value) for p in read_ssv(str(ssp), f"resources/{name}.ssv").parameters}
+    parameters = read_ssv(str(ssp), f"resources/{name}.ssv").parameters
+    values = {p.name.removeprefix("plant."): float(p.value) for p in parameters if p.name.startswith("plant.")}
     times, references = drive.reference(ssp)
     positions = []
     fmus = folder / "resources"
@@ -94,13 +145,17 @@ def test_fmpy_agrees_with_stepping_by_hand(ssp: Path, unpacked: Path, name: str)
     assert np.sqrt(np.mean((found - expected) ** 2)) < (1e-3 if name == "Dry" else 1e-4)
 
 
-@pytest.mark.parametrize("name", ["Dry", "Lubricated"])
-def test_ecos_runs_the_components(ssp: Path, unpacked: Path, name: str) -> None:
+@pytest.mark.parametrize(("name", "description"), [("Dry", "Components"), ("Lubricated", "ComponentsLubricated")])
+def test_ecos_runs_the_components(ssp: Path, unpacked: Path, tmp_path: Path, name: str, description: str) -> None:
     from ecospy import EcosSimulation
 
+    folder = tmp_path / "drive"
+    shutil.copytree(unpacked, folder)
+    with zipfile.ZipFile(ssp) as archive:
+        (folder / "SystemStructure.ssd").write_bytes(archive.read(f"{description}.ssd"))
     times, references = drive.reference(ssp)
     found = []
-    with EcosSimulation(ssp_path=str(unpacked), step_size=drive.STEP) as simulation:
+    with EcosSimulation(ssp_path=str(folder), step_size=drive.STEP) as simulation:
         simulation.init(parameter_set=name)
         for step in range(STEPS):
             wanted = float(np.interp(step * drive.STEP, times, references))
@@ -111,7 +166,7 @@ def test_ecos_runs_the_components(ssp: Path, unpacked: Path, name: str) -> None:
 
 
 def test_libcosim_runs_the_components(ssp: Path, unpacked: Path) -> None:
-    """With the first set of parameters, which it takes by itself."""
+    """With the set of parameters that is bound."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
     from libcosimpy.CosimObserver import CosimObserver

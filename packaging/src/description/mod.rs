@@ -13,7 +13,6 @@ use pneumatic_servo_fmu::fmi2;
 use quick_xml::events::{BytesDecl, Event};
 
 pub use self::types::used as enumerations;
-pub use self::units::base_unit;
 use crate::xml::{Element, Xml};
 
 /// What changes from build to build.

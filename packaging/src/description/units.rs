@@ -2,12 +2,10 @@
 
 use std::io;
 
-use pneumatic_servo::variables::{BaseUnit, Unit, Variable};
+use pneumatic_servo::variables::{Unit, Variable};
 
-use crate::ssp::units::used;
+use crate::units::{base_unit, used};
 use crate::xml::{Element, Xml};
-
-const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
@@ -27,12 +25,4 @@ fn write_unit(xml: &mut Xml, unit: Unit) -> io::Result<()> {
                 .write(xml)
         })
     })
-}
-
-/// The exponents of the SI base units, as the element of FMI or of SSP, which are alike.
-pub fn base_unit(name: &'static str, exponents: BaseUnit) -> Element {
-    BASE.iter()
-        .zip(exponents)
-        .filter(|(_, exponent)| *exponent != 0)
-        .fold(Element::new(name), |element, (base, exponent)| element.with(base, &exponent.to_string()))
 }

@@ -1,7 +1,5 @@
 //! `PneumaticServoDrive.ssp`: cylinder and controller, connected and parameterised, as a system of the standard SSP 1.0.
 
-pub mod units;
-
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -14,25 +12,21 @@ use quick_xml::events::{BytesDecl, Event};
 use crate::archive::Archive;
 use crate::moment::Moment;
 use crate::parameter_sets::{self, ParameterSet};
+use crate::ssc::{self, COMMON, TOOL};
+use crate::units;
 use crate::xml::{Element, Xml};
 
 /// The name of the system.
 pub const NAME: &str = "PneumaticServoDrive";
-/// Namespace of what the files of SSP share.
-pub const COMMON: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
-/// Namespace of parameter values.
-pub const PARAMETER_VALUES: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
 const DESCRIPTION: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
-/// What the files say they were made by.
-pub const TOOL: &str = concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION"));
-
+const OMSIMULATOR: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 /// Components: name and model. A host that steps one after the other and exchanges values after each round gives all of
 /// them the values of the same instant, in any order.
 const COMPONENTS: [(&str, &str); 2] = [("controller", "PositionController"), ("plant", "PneumaticServoCylinder")];
 
 /// Connections as start and end, each `component.variable`, or the name of a connector of the system. Variables that are
 /// not connected are no connectors: some hosts set those to 0, which for the supply pressure means none.
-const CONNECTIONS: [(&str, &str); 9] = [
+const CONNECTIONS: [(&str, &str); 12] = [
     ("referencePosition", "controller.referencePosition"),
     ("externalForce", "plant.externalForce"),
     ("controller.valveVoltage", "plant.valveVoltage"),
@@ -41,6 +35,9 @@ const CONNECTIONS: [(&str, &str); 9] = [
     ("plant.position", "position"),
     ("plant.velocity", "velocity"),
     ("plant.frictionForce", "frictionForce"),
+    ("plant.chamberA.pressure", "pressureA"),
+    ("plant.chamberB.pressure", "pressureB"),
+    ("plant.sticking", "sticking"),
     ("controller.valveVoltage", "valveVoltage"),
 ];
 
@@ -49,10 +46,31 @@ const DEFAULT_SET: &str = "Dry";
 /// End in s of the default experiment: that of the reference trajectory.
 const STOP_TIME: &str = "8.0";
 
+/// The communication step in s that hosts are to take: the sample time of the controller.
+const STEP: &str = "0.001";
+
 /// The model behind a component.
-pub fn model_of(component: &str) -> Option<&'static Model> {
+fn model_of(component: &str) -> Option<&'static Model> {
     let (_, model) = COMPONENTS.iter().find(|(name, _)| *name == component)?;
-    models::ALL.iter().find(|candidate| candidate.name == *model)
+    models::find(model)
+}
+
+/// The parameter or input of a component, `component.variable`.
+fn find(name: &str) -> Result<Variable> {
+    let (component, variable) = name.split_once('.').unwrap_or_default();
+    let model = model_of(component).with_context(|| format!("{NAME} has no component for {name}"))?;
+    parameter_sets::settable(model, variable).cloned()
+}
+
+/// The sets of parameters, with the start values of the inputs of the system: a host that drives none of them leaves the
+/// carriage where it is.
+fn sets(sources: &Path) -> Result<Vec<ParameterSet>> {
+    let mut sets = parameter_sets::of_owner(NAME, sources, find)?;
+    for Connection { start, .. } in Connection::all()?.iter().filter(|connection| connection.start.component.is_none())
+    {
+        sets.iter_mut().for_each(|set| set.add_start(start.connector, start.variable));
+    }
+    Ok(sets)
 }
 
 /// Writes the system from the FMUs of a folder into that folder; `sources` has parameter sets and reference.
@@ -60,10 +78,13 @@ pub fn model_of(component: &str) -> Option<&'static Model> {
 /// # Errors
 /// When a file cannot be read or written.
 pub fn write(fmus: &Path, sources: &Path, moment: Moment) -> Result<PathBuf> {
-    let sets = parameter_sets::of(NAME, sources)?;
+    let sets = sets(sources)?;
     let mut archive = Archive::default();
-    archive.add("SystemStructure.ssd", description(Variant::System, &sets, moment)?)?;
-    archive.add("Components.ssd", description(Variant::Components, &sets, moment)?)?;
+    archive.add("SystemStructure.ssd", description(Variant::System, moment)?)?;
+    for set in &sets {
+        let variant = Variant::Components(set);
+        archive.add(&format!("{}.ssd", variant.file()), description(variant, moment)?)?;
+    }
     for (_, model) in COMPONENTS {
         archive.add(&format!("resources/{model}.fmu"), read(&fmus.join(format!("{model}.fmu")))?)?;
     }
@@ -122,20 +143,40 @@ impl Connection {
     }
 }
 
-/// How the system is described.
-#[derive(Clone, Copy, PartialEq)]
-enum Variant {
-    /// With connectors of its own; a set of parameters is bound to it.
+/// How the system is described. Hosts tell descriptions apart by their names, and of several sets of parameters that are
+/// bound at a place some take the first and some the last: one name each, one set each.
+#[derive(Clone, Copy)]
+enum Variant<'a> {
+    /// With connectors of its own; the default set of parameters is bound to it.
     System,
-    /// For hosts that know components alone (libcosim, Ecos): without connectors of the system, and with all sets of
-    /// parameters bound to the components, of which the host takes one by name.
-    Components,
+    /// For hosts that know components alone (libcosim, Ecos): without connectors of the system, and with a set of
+    /// parameters bound to the components.
+    Components(&'a ParameterSet),
+}
+
+impl Variant<'_> {
+    /// The name of the file without its ending.
+    fn file(self) -> String {
+        match self {
+            Self::System => "SystemStructure".to_owned(),
+            Self::Components(set) if set.name == DEFAULT_SET => "Components".to_owned(),
+            Self::Components(set) => format!("Components{}", set.name),
+        }
+    }
+
+    /// The name of the description.
+    fn name(self) -> String {
+        match self {
+            Self::System => NAME.to_owned(),
+            Self::Components(_) => format!("{NAME}{}", self.file()),
+        }
+    }
 }
 
 /// An SSD file.
-fn description(variant: Variant, sets: &[ParameterSet], moment: Moment) -> Result<String> {
+fn description(variant: Variant, moment: Moment) -> Result<String> {
     let mut connections = Connection::all()?;
-    if variant == Variant::Components {
+    if let Variant::Components(_) = variant {
         connections.retain(|connection| connection.start.component.is_some() && connection.end.component.is_some());
     }
     let ends = || connections.iter().flat_map(|connection| [&connection.start, &connection.end]);
@@ -144,15 +185,16 @@ fn description(variant: Variant, sets: &[ParameterSet], moment: Moment) -> Resul
     let root = Element::new("ssd:SystemStructureDescription")
         .with("xmlns:ssc", COMMON)
         .with("xmlns:ssd", DESCRIPTION)
+        .with("xmlns:oms", OMSIMULATOR)
         .with("version", "1.0")
-        .with("name", NAME)
+        .with("name", &variant.name())
         .with("description", "Pneumatic servo cylinder with a position controller")
         .with("license", env!("CARGO_PKG_LICENSE"))
         .with("generationTool", TOOL)
         .with("generationDateAndTime", &moment.iso());
     root.contain(&mut xml, |xml| {
         Element::new("ssd:System").with("name", NAME).contain(xml, |xml| {
-            if variant == Variant::System {
+            if let Variant::System = variant {
                 connectors(xml, &connections, None)?;
                 Element::new("ssd:ParameterBindings").contain(xml, |xml| {
                     let source = format!("resources/{DEFAULT_SET}.ssv");
@@ -169,15 +211,19 @@ fn description(variant: Variant, sets: &[ParameterSet], moment: Moment) -> Resul
                         .contain(xml, |xml| {
                             connectors(xml, &connections, Some(name))?;
                             geometry(place).write(xml)?;
-                            if variant == Variant::Components { bindings(xml, name, sets, moment) } else { Ok(()) }
+                            match variant {
+                                Variant::System => Ok(()),
+                                Variant::Components(set) => binding(xml, name, set, moment),
+                            }
                         })
                 })
             })?;
             Element::new("ssd:Connections")
-                .contain(xml, |xml| connections.iter().try_for_each(|connection| connect(xml, connection)))
+                .contain(xml, |xml| connections.iter().try_for_each(|connection| connect(xml, connection)))?;
+            simulation_information(xml)
         })?;
         let used: Vec<Unit> = units::used(ends().map(|end| end.variable));
-        units::write(xml, "ssd:Units", &used)?;
+        ssc::write_units(xml, "ssd:Units", &used)?;
         Element::new("ssd:DefaultExperiment").with("startTime", "0.0").with("stopTime", STOP_TIME).write(xml)
     })?;
     Ok(String::from_utf8(xml.into_inner()).context("the system is not UTF-8")? + "\n")
@@ -200,25 +246,43 @@ fn connectors(xml: &mut Xml, connections: &[Connection], component: Option<&str>
                 .with("kind", kind)
                 .with("description", &end.variable.description)
                 .contain(xml, |xml| {
-                    let unit = if let Kind::Real(unit) = end.variable.kind { unit.name } else { "1" };
-                    Element::new("ssc:Real").with("unit", unit).write(xml)
+                    match end.variable.kind {
+                        Kind::Real(unit) => Element::new("ssc:Real").with("unit", unit.name),
+                        Kind::Boolean => Element::new("ssc:Boolean"),
+                        Kind::Integer | Kind::Enumeration(_) => Element::new("ssc:Integer"),
+                    }
+                    .write(xml)
                 })?;
         }
         Ok(())
     })
 }
 
-/// The sets with values for a component, written out.
-fn bindings(xml: &mut Xml, component: &str, sets: &[ParameterSet], moment: Moment) -> io::Result<()> {
+/// The values of a set for a component, written out.
+fn binding(xml: &mut Xml, component: &str, set: &ParameterSet, moment: Moment) -> io::Result<()> {
     let prefix = format!("{component}.");
-    let mut sets = sets.iter().filter(|set| set.has(&prefix)).peekable();
-    if sets.peek().is_none() {
+    if !set.has(&prefix) {
         return Ok(());
     }
     Element::new("ssd:ParameterBindings").contain(xml, |xml| {
-        sets.try_for_each(|set| {
-            Element::new("ssd:ParameterBinding").contain(xml, |xml| {
-                Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, &prefix, moment))
+        Element::new("ssd:ParameterBinding")
+            .contain(xml, |xml| Element::new("ssd:ParameterValues").contain(xml, |xml| set.write(xml, &prefix, moment)))
+    })
+}
+
+/// What OMSimulator wants to know about the simulation of a system: that it takes steps of a fixed size.
+fn simulation_information(xml: &mut Xml) -> io::Result<()> {
+    Element::new("ssd:Annotations").contain(xml, |xml| {
+        Element::new("ssc:Annotation").with("type", "org.openmodelica").contain(xml, |xml| {
+            Element::new("oms:Annotations").contain(xml, |xml| {
+                Element::new("oms:SimulationInformation").contain(xml, |xml| {
+                    Element::new("oms:FixedStepMaster")
+                        .with("description", "oms-ma")
+                        .with("stepSize", STEP)
+                        .with("absoluteTolerance", "0.0001")
+                        .with("relativeTolerance", "0.0001")
+                        .write(xml)
+                })
             })
         })
     })
@@ -254,7 +318,7 @@ mod tests {
         for Connection { start, end } in Connection::all()? {
             assert!(start.component.is_none() || start.variable.role == Role::Output, "{}", start.connector);
             assert!(end.component.is_none() || end.variable.role == Role::Input, "{}", end.connector);
-            assert!(matches!(start.variable.kind, Kind::Real(_)), "{}", start.connector);
+            assert!(matches!(start.variable.kind, Kind::Real(_) | Kind::Boolean), "{}", start.connector);
             assert_eq!(start.variable.kind, end.variable.kind, "{} - {}", start.connector, end.connector);
         }
         Ok(())
@@ -274,10 +338,44 @@ mod tests {
     #[test]
     fn the_default_set_is_one_of_the_sets_and_the_reference_ends_with_the_experiment() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        assert!(parameter_sets::of(NAME, &sources)?.iter().any(|set| set.name == DEFAULT_SET));
+        let sets = sets(&sources)?;
+        assert_eq!(sets.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), [DEFAULT_SET, "Lubricated"]);
         let reference = std::fs::read_to_string(sources.join("reference.csv"))?;
         let last = reference.lines().last().and_then(|line| line.split(',').next()).context("an empty reference")?;
         assert_eq!(last.parse::<f64>()?, STOP_TIME.parse::<f64>()?);
         Ok(())
+    }
+
+    #[test]
+    fn every_description_has_a_name_of_its_own_and_one_set_of_parameters_at_a_place() -> Result<()> {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+        let moment = Moment::of_source(&sources)?;
+        let sets = sets(&sources)?;
+        let variants = [Variant::System].into_iter().chain(sets.iter().map(Variant::Components)).collect::<Vec<_>>();
+        let names: std::collections::BTreeSet<_> = variants.iter().map(|variant| variant.name()).collect();
+        assert_eq!(names.len(), variants.len());
+        for variant in variants {
+            let text = description(variant, moment)?;
+            assert_eq!(text.matches("<ssd:ParameterBinding").count(), 2, "one section, one binding: {text}");
+            assert_eq!(text.matches("<oms:FixedStepMaster").count(), 1);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn inputs_of_the_system_start_at_the_start_values_of_what_they_drive() -> Result<()> {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+        for set in sets(&sources)? {
+            let ssv = set.ssv(Moment::of_source(&sources)?)?;
+            let start = "<ssv:Parameter name=\"referencePosition\">\n      <ssv:Real value=\"0.25\" unit=\"m\"/>";
+            assert!(ssv.contains(start), "{ssv}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_name_without_a_component_is_refused() {
+        let problem = find("brake.force").err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(problem.contains("no component for brake.force"), "{problem}");
     }
 }
