@@ -2,12 +2,11 @@
 
 A PI-P controller (velocity inside, position outside) with compensation of the valve's dead zone moves the carriage
 along a smooth trajectory, at 1 ms.
-
-Usage: python examples/closed_loop.py target/fmu/PneumaticServoCylinder.fmu
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +39,9 @@ class Controller:
 
 
 def main() -> int:
-    fmu = Path(sys.argv[1] if len(sys.argv) > 1 else "target/fmu/PneumaticServoCylinder.fmu")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
+    fmu: Path = parser.parse_args().fmu
     controller = Controller()
     errors = []
     with Client(fmu) as plant:

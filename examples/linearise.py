@@ -7,12 +7,11 @@ states and inputs; they are checked against differences of short simulations.
 
 While a set-valued law sticks, the plant that is linearised is the stuck one: position and velocity do not react. Within
 the play of the valve's hysteresis the spool does not react to the voltage, so the example takes a valve without it.
-
-Usage: python examples/linearise.py target/fmu/PneumaticServoCylinder.fmu
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -28,8 +27,9 @@ STEP = 1e-6
 
 
 def main() -> int:
-    fmu = Path(sys.argv[1] if len(sys.argv) > 1 else "target/fmu/PneumaticServoCylinder.fmu")
-    with Client(fmu) as plant:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
+    with Client(parser.parse_args().fmu) as plant:
         states, derivatives = states_of(plant)
         move_to_operating_point(plant)
         a = jacobian(plant, derivatives, states)

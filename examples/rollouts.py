@@ -2,12 +2,11 @@
 
 At each decision the best of a few constant voltages over the next 50 ms is chosen by simulating all of them from the
 same saved state; restoring repeats the plant bit for bit.
-
-Usage: python examples/rollouts.py target/fmu/PneumaticServoCylinder.fmu
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -20,7 +19,9 @@ TARGET = 0.30
 
 
 def main() -> int:
-    fmu = Path(sys.argv[1] if len(sys.argv) > 1 else "target/fmu/PneumaticServoCylinder.fmu")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
+    fmu: Path = parser.parse_args().fmu
     with Client(fmu) as plant:
         plant.start({"friction.law": "LuGre", "supplyPressure": 6e5})
         while plant.time < 1.5:

@@ -134,13 +134,15 @@ def rms(one: np.ndarray, other: np.ndarray) -> float:
 
 def write(options: argparse.Namespace, rows: list[list[str | float]]) -> None:
     header = ["velocity of", "amplitude (mm/s)", "delay (deg)", "apart from the walk (mm/s rms)"]
-    scaled = [[name, 1e3 * amplitude, delay, 1e3 * apart] for name, amplitude, delay, apart in rows]
+    scaled = [(name, 1e3 * amplitude, delay, 1e3 * apart) for name, amplitude, delay, apart in rows]
     with (options.output / "DrivenSlider_period.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
-        writer.writerows(scaled)
+        # The attractor alone is not compared with the walk: an empty cell.
+        writer.writerows([*row[:3], "" if math.isnan(row[3]) else row[3]] for row in scaled)
     for name, amplitude, delay, apart in scaled:
-        print(f"  {name:40} {amplitude:6.2f} mm/s, {delay:5.1f} deg behind the tray, {apart:5.2f} mm/s from the walk")
+        from_walk = "" if math.isnan(apart) else f", {apart:5.2f} mm/s from the walk"
+        print(f"  {name:40} {amplitude:6.2f} mm/s, {delay:5.1f} deg behind the tray{from_walk}")
 
 
 def study_acceleration(options: argparse.Namespace) -> None:

@@ -25,6 +25,7 @@ from fmpy.fmi1 import FMICallException
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
 from client import Client  # noqa: E402
+from experiment import signals  # noqa: E402
 from figures import BLUE, GREY, STYLE, VERMILION  # noqa: E402
 
 LAW = "LuGre"
@@ -69,12 +70,13 @@ def main() -> int:
 
 def simulate(fmu: Path, scheme: str, size: float) -> Run:
     """Runs the experiment under a scheme."""
+    voltage = signals("PneumaticServoCylinder")["valveVoltage"]
     with Client(fmu) as client:
         client.start({"friction.law": LAW, "solver.scheme": scheme, "solver.step": size})
         rows = [client.get(SIGNALS)]
         try:
             for index in range(round(STOP / STEP)):
-                client.set({"valveVoltage": 5.0 + 2.0 * np.sin(2.0 * np.pi * index * STEP)})
+                client.set({"valveVoltage": voltage(index * STEP)})
                 client.advance((index + 1) * STEP)
                 rows.append(client.get(SIGNALS))
         except FMICallException:
@@ -84,15 +86,17 @@ def simulate(fmu: Path, scheme: str, size: float) -> Run:
 
 def write(runs: list[Run], reference: Run, file: Path) -> None:
     """One row per run; also printed."""
+    header = ["scheme", "step (s)", "reached (s)", "position deviation (m)", "friction deviation (N)"]
+    print("  ".join(f"{title:>22}" for title in header))
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["scheme", "step (s)", "reached (s)", "position deviation (m)", "friction deviation (N)"])
+        writer.writerow(header)
         for run in runs:
             reached = (len(run.rows) - 1) * STEP
             deviations = run.deviations(reference) if run.is_complete else ["", ""]
             row = [run.scheme, run.size, round(reached, 6), *deviations]
             writer.writerow(row)
-            print(*row, sep="  ")
+            print("  ".join(f"{cell:>22.3g}" if isinstance(cell, float) else f"{cell or '-':>22}" for cell in row))
 
 
 def draw(runs: list[Run], reference: Run, file: Path) -> None:

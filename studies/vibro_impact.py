@@ -171,10 +171,11 @@ def describe(amplitude: float, frequency: float, frictions: np.ndarray, results:
     """Prints the directions and periods that occur."""
     paths = np.array([path for _, path in results])
     periods = [period(rates) for rates, _ in results]
-    counts = {p: periods.count(p) for p in sorted(set(periods))}
+    kinds = [(f"period {p}" if p else "irregular", periods.count(p)) for p in sorted(set(periods))]
+    counts = ", ".join(f"{kind}: {count}" for kind, count in kinds)
     turns = [f"{f:.2f}" for f, turn in zip(frictions[1:], np.diff(np.sign(paths)), strict=True) if turn]
     print(f"chi = {amplitude}, omega = {frequency}: direction changes at f_r = {', '.join(turns) or 'none'}; "
-          f"fastest forward at {frictions[np.argmax(paths)]:.2f}; periods (0: irregular) {counts}")
+          f"fastest forward at {frictions[np.argmax(paths)]:.2f}; {counts}")
 
 
 # Basins

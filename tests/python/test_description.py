@@ -85,10 +85,13 @@ def test_outputs(description: ModelDescription) -> None:
 
 def test_friction_laws_keep_their_numbers(description: ModelDescription) -> None:
     items = {item.name: int(item.value) for item in variable(description, "friction.law").declaredType.items}
-    expected = ["None", "Coulomb", "CoulombStiction", "SmoothCoulomb", "VelocityBased", "StribeckRegularised"]
-    expected += ["Stribeck", "Karnopp", "Polito", "Dahl"]
-    assert [items[name] for name in expected] == list(range(1, 11))
-    assert items["LuGre"] == 14
+    expected = [
+        *("None", "Coulomb", "CoulombStiction", "SmoothCoulomb", "VelocityBased", "StribeckRegularised"),
+        *("Stribeck", "Karnopp", "Polito", "Dahl", "Bristle", "ResetIntegrator", "Armstrong", "LuGre"),
+        *("Leuven", "GMS", "MaxwellSlip", "DNLRX", "BlimanSorine", "ElastoPlastic", "StepRegularised"),
+        *("SineRegularised", "StickSlipSpring", "StickSlipCreep"),
+    ]
+    assert items == {name: number for number, name in enumerate(expected, start=1)}
 
 
 def test_value_references_are_unique(description: ModelDescription) -> None:

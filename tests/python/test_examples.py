@@ -14,3 +14,10 @@ def test_example_runs(example: Path, fmu: Path, tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, example, fmu], text=True, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+def test_example_tells_how_it_is_used(example: Path) -> None:
+    done = subprocess.run([sys.executable, example, "--help"], text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"usage: {example.name}")

@@ -22,7 +22,10 @@ def rows_of(file: Path) -> list[dict[str, str]]:
 
 
 def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(fmu: Path, tmp_path: Path) -> None:
-    run("integration_schemes.py", fmu, "--output", tmp_path)
+    printed = run("integration_schemes.py", fmu, "--output", tmp_path).splitlines()
+    [header] = [line for line in printed if "position deviation (m)" in line]
+    [row] = [line for line in printed if line.split()[:2] == ["ExplicitEuler", "1e-05"]]
+    assert len(header) == len(row), "the columns have no common width"
     assert (tmp_path / "integration_schemes.png").stat().st_size > 10_000
     rows = {(row["scheme"], float(row["step (s)"])): row for row in rows_of(tmp_path / "integration_schemes.csv")}
     assert float(rows["ExplicitEuler", 1e-3]["reached (s)"]) < 1.0

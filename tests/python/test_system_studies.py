@@ -32,7 +32,7 @@ def test_vibro_impact(fmus: Path, tmp_path: Path) -> None:
     # The same force ratio of 1.19: forward at low friction, backward at high friction.
     assert float(rows[2.3][3]) > 1.0
     assert float(rows[13.6][3]) < -0.5
-    assert "irregular" in text or "periods (0: irregular) {0:" in text
+    assert re.search(r"irregular: \d", text), "some motions of the diagrams never repeat"
     assert re.search(r"direction changes at f_r = \d", text)
 
 
@@ -42,6 +42,8 @@ def test_driven_slider(fmus: Path, tmp_path: Path) -> None:
     assert float(re.search(r"from period to period by ([\d.]+)", text)[1]) > 0.1, "no two periods are the same"
     with (tmp_path / "DrivenSlider_period.csv").open(encoding="utf-8") as file:
         rows = {row["velocity of"]: row for row in csv.DictReader(file)}
+    assert "nan" not in text and all(cell != "nan" for row in rows.values() for cell in row.values())
+    assert rows["stick-free attractor, flight factor 1.0"]["apart from the walk (mm/s rms)"] == ""
     walk = rows["walk, flight factor 1.0"]
     # Slower than the tray at 35 mm/s, and behind it, like the slider under the law.
     assert 20.0 < float(walk["amplitude (mm/s)"]) < float(rows["CoulombStiction"]["amplitude (mm/s)"]) < 35.0

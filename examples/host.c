@@ -1,0 +1,118 @@
+/* Runs the cylinder in real time: a position loop of 1 kHz, with histograms of how late it woke up and how long it took.
+ *
+ *     unzip -d plant target/fmu/PneumaticServoCylinder.fmu
+ *     gcc -O2 -o host examples/host.c -ldl && ./host plant 10
+ *
+ * As root, or with the limits `rtprio` and `memlock`, it runs under SCHED_FIFO with its memory locked. */
+
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <sched.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+
+enum { PERIOD = 1000000, BUCKETS = 16 }; /* ns; of 1, 2, 4, ... us */
+typedef struct { uint64_t counts[BUCKETS]; int64_t largest; double sum; } Histogram;
+
+static void fail(const char *what) {
+    fprintf(stderr, "host: %s failed\n", what);
+    exit(1);
+}
+#define CALL(call) do { if ((call) != 0) fail(#call); } while (0)
+
+static int64_t now(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return time.tv_sec * INT64_C(1000000000) + time.tv_nsec;
+}
+
+static void count(Histogram *histogram, int64_t time) {
+    int bucket = 0;
+    while (bucket < BUCKETS - 1 && time >= INT64_C(1000) << bucket) bucket++;
+    histogram->counts[bucket]++;
+    histogram->sum += (double)time;
+    if (time > histogram->largest) histogram->largest = time;
+}
+
+static void print(const char *title, const Histogram *histogram, uint64_t steps) {
+    printf("%s: mean %.1f us, largest %.1f us\n", title, 1e-3 * histogram->sum / (double)steps, 1e-3 * (double)histogram->largest);
+    for (int i = 0; i < BUCKETS; i++)
+        if (histogram->counts[i])
+            printf("  %s %6d us: %llu\n", i < BUCKETS - 1 ? "below" : "from ", 1 << (i < BUCKETS - 1 ? i : i - 1),
+                   (unsigned long long)histogram->counts[i]);
+}
+
+/* The text between a mark in the model description and the next quotation mark. */
+static const char *attribute(const char *xml, const char *mark) {
+    const char *begin = strstr(xml, mark);
+    if (!begin) fail(mark);
+    begin += strlen(mark);
+    return strndup(begin, strcspn(begin, "\""));
+}
+
+static unsigned reference(const char *xml, const char *name) {
+    char mark[128];
+    snprintf(mark, sizeof mark, "name=\"%s\" valueReference=\"", name);
+    return (unsigned)strtoul(attribute(xml, mark), NULL, 10);
+}
+
+int main(int arguments, char **argument) {
+    if (arguments < 2) fail("host FOLDER [SECONDS]");
+    uint64_t steps = (uint64_t)(1e9 * (arguments > 2 ? atof(argument[2]) : 10.0) / PERIOD);
+    static char path[4096], xml[1 << 20];
+    snprintf(path, sizeof path, "%s/modelDescription.xml", argument[1]);
+    FILE *file = fopen(path, "r");
+    if (!file || !fread(xml, 1, sizeof xml - 1, file)) fail(path);
+    fclose(file);
+    snprintf(path, sizeof path, "%s/binaries/linux64/%s.so", argument[1], attribute(xml, "modelIdentifier=\""));
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library) fail(dlerror());
+
+    /* A set of callbacks is allowed to be absent, and nothing is logged. */
+    void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int) = dlsym(library, "fmi2Instantiate");
+    int (*setup)(void *, int, double, double, int, double) = dlsym(library, "fmi2SetupExperiment");
+    int (*enter)(void *) = dlsym(library, "fmi2EnterInitializationMode");
+    int (*leave)(void *) = dlsym(library, "fmi2ExitInitializationMode");
+    int (*set_real)(void *, const unsigned *, size_t, const double *) = dlsym(library, "fmi2SetReal");
+    int (*get_real)(void *, const unsigned *, size_t, double *) = dlsym(library, "fmi2GetReal");
+    int (*do_step)(void *, double, double, int) = dlsym(library, "fmi2DoStep");
+    void (*release)(void *) = dlsym(library, "fmi2FreeInstance");
+    void *plant = instantiate("plant", 1, attribute(xml, "guid=\""), "", NULL, 0, 0);
+    if (!plant) fail("fmi2Instantiate");
+    CALL(setup(plant, 0, 0.0, 0.0, 0, 0.0));
+    CALL(enter(plant));
+    CALL(leave(plant));
+    const unsigned voltage = reference(xml, "valveVoltage"), position = reference(xml, "position");
+
+    int fifo = sched_setscheduler(0, SCHED_FIFO, &(struct sched_param){.sched_priority = 80});
+    printf("scheduler: %s\n", fifo == 0 ? "SCHED_FIFO, priority 80" : strerror(errno));
+    int locked = mlockall(MCL_CURRENT | MCL_FUTURE);
+    printf("memory: %s\n", locked == 0 ? "locked" : strerror(errno));
+
+    Histogram late = {0}, busy = {0};
+    int64_t due = now();
+    double x = 0.0;
+    CALL(get_real(plant, &position, 1, &x));
+    for (uint64_t k = 0; k < steps; k++) {
+        due += PERIOD;
+        struct timespec wake = {due / 1000000000, due % 1000000000};
+        while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL) == EINTR) {}
+        int64_t begin = now();
+        double u = 5.0 + 40.0 * (0.3 - x); /* towards 0.3 m */
+        CALL(set_real(plant, &voltage, 1, &u));
+        CALL(do_step(plant, 1e-3 * (double)k, 1e-3, 1));
+        CALL(get_real(plant, &position, 1, &x));
+        count(&busy, now() - begin);
+        count(&late, begin - due);
+    }
+    printf("steps: %llu\nposition: %.17g\n", (unsigned long long)steps, x);
+    print("late", &late, steps);
+    print("busy", &busy, steps);
+    release(plant);
+    return 0;
+}

@@ -1,0 +1,44 @@
+"""The host in C that runs the cylinder against the clock, compiled and run briefly with the rights that the tests have."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from client import Client
+from fmpy import extract
+
+SOURCE = Path(__file__).parents[2] / "examples" / "host.c"
+STEPS = 500
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the host is for Linux")
+def test_host_runs_at_a_kilohertz_and_moves_the_carriage_as_fmpy_does(fmu: Path, tmp_path: Path) -> None:
+    program = tmp_path / "host"
+    compiler = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-o", program, SOURCE, "-ldl"]
+    subprocess.run(compiler, check=True)
+    folder = extract(str(fmu), tmp_path / "plant")
+    done = subprocess.run([program, folder, str(1e-3 * STEPS)], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    text = done.stdout
+    # Whether this is allowed depends on the machine; that it is said does not.
+    assert re.search(r"^scheduler: (SCHED_FIFO|Operation not permitted)", text, re.MULTILINE), text
+    assert re.search(r"^memory: (locked|Operation not permitted|Cannot allocate memory)", text, re.MULTILINE), text
+    late, busy = text.split("late:")[1].split("busy:")
+    for histogram in (late, busy):
+        assert sum(int(count) for count in re.findall(r"us: (\d+)$", histogram, re.MULTILINE)) == STEPS, text
+
+    with Client(fmu) as plant:
+        plant.start()
+        [position] = plant.get(["position"])
+        for step in range(STEPS):
+            plant.set({"valveVoltage": 5.0 + 40.0 * (0.3 - position)})
+            plant.slave.doStep(1e-3 * step, 1e-3)
+            [position] = plant.get(["position"])
+    [found] = re.findall(r"^position: (.*)$", text, re.MULTILINE)
+    # Equal up to the rounding of the voltage, which some processors compute in one operation.
+    assert float(found) == pytest.approx(position, rel=1e-9)
+    assert abs(position - 0.25) > 1e-3, "the carriage has not moved"
