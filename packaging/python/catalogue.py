@@ -1,7 +1,7 @@
 """Compares all friction laws: steady curve, presliding hysteresis and stick-slip on the bench, and what they cost.
 
 Leaves `FrictionLaws.png` (all laws side by side) and `FrictionLaws.csv` (solver steps and time per law in the default
-experiment of the cylinder) beside the FMUs.
+experiment of the cylinder).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from client import Client
-from experiment import LAW, SIGNALS
+from experiment import LAW, signals
 from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
 
 SPEEDS = np.geomspace(1e-4, 0.1, 16)
@@ -55,8 +55,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bench", type=Path, help="FrictionBench.fmu")
     parser.add_argument("cylinder", type=Path, help="PneumaticServoCylinder.fmu")
+    parser.add_argument("--output", type=Path, help="folder of figure and table (default: beside the FMUs)")
     arguments = parser.parse_args()
-    folder = arguments.bench.parent
+    folder: Path = arguments.output or arguments.bench.parent
+    folder.mkdir(parents=True, exist_ok=True)
     with Client(arguments.bench) as client:
         laws = list(client.items(LAW))
     portraits, costs = [], []
@@ -134,11 +136,11 @@ def timed_run(client: Client, law: str) -> np.ndarray:
     """Time in s of each communication step."""
     default = client.description.defaultExperiment
     step, count = float(default.stepSize), round(float(default.stopTime) / float(default.stepSize))
-    signals = {name: SIGNALS[name] for name in client.names("input") if name in SIGNALS}
+    moving = signals(client.description.modelName)
     seconds = np.empty(count)
     client.start({LAW: law})
     for index in range(count):
-        client.set({name: signal(index * step) for name, signal in signals.items()})
+        client.set({name: signal(index * step) for name, signal in moving.items()})
         begin = time.perf_counter()
         client.advance((index + 1) * step)
         seconds[index] = time.perf_counter() - begin

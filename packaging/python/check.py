@@ -1,4 +1,4 @@
-"""Validates an FMU with FMPy, or the files of an SSP against the schemas that FMPy has; any finding is an error."""
+"""Validates FMUs with FMPy, and the files of SSPs against the schemas that FMPy has; any finding is an error."""
 
 from __future__ import annotations
 
@@ -18,13 +18,17 @@ NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("file", type=Path, help="an .fmu or .ssp")
-    file: Path = parser.parse_args().file
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="an .fmu or .ssp")
+    return 1 if sum([check(file) for file in parser.parse_args().files]) else 0
+
+
+def check(file: Path) -> int:
+    """Prints what is wrong with a file, and returns how much that is."""
     findings = [*(validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)), *invalid_sets(file)]
     for finding in findings:
         print(f"{file.name}: {finding}", file=sys.stderr)
-    print(f"{file.name}: {len(findings)} findings")
-    return 1 if findings else 0
+    print(f"{file.name}: {len(findings)} findings", flush=True)
+    return len(findings)
 
 
 def invalid_systems(file: Path) -> list[str]:

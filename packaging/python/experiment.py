@@ -1,14 +1,20 @@
-"""Runs the default experiment of an FMU under every friction law; leaves a CSV and a figure per law beside it."""
+"""Runs the default experiment of FMUs.
+
+As it is: a CSV per FMU beside it. With `--every-law`: a CSV and a figure per friction law in a folder per model.
+"""
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
+import math
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +24,26 @@ from client import Client, Value
 LAW = "friction.law"
 """The parameter that is varied, where a model has it."""
 
-SIGNALS: dict[str, Callable[[float], float]] = {
-    "valveVoltage": lambda t: 5.0 + 2.0 * np.sin(2.0 * np.pi * t),
-    # A controller alone: a carriage that lags behind its reference.
-    "referencePosition": lambda t: 0.25 + 0.1 * np.sin(np.pi * t),
-    "position": lambda t: 0.25 + 0.1 * np.sin(np.pi * (t - 0.02)),
-    "velocity": lambda t: 0.1 * np.pi * np.cos(np.pi * (t - 0.02)),
-    # The crane trolley pulls for 10 s, rests, and returns.
-    "craneVelocity": lambda t: 0.25 * ((t < 10.0) - float(15.0 <= t < 25.0)),
-}
-"""Inputs that move; all others stay at their start values. A value is set at a communication point and held."""
+EXPERIMENTS = json.loads((Path(__file__).parents[2] / "modelDescription" / "experiments.json").read_text("utf-8"))
+"""The default experiment of every model, as the plant states it."""
+
+
+def signals(model: str) -> dict[str, Callable[[float], float]]:
+    """Inputs that move in the default experiment, as functions of time; all others stay at their start values.
+
+    A value is set at a communication point and held.
+    """
+    return {signal["input"]: course(signal["course"]) for signal in EXPERIMENTS[model]["signals"]}
+
+
+def course(stated: dict[str, Any]) -> Callable[[float], float]:
+    """A course as the plant states it."""
+    match stated:
+        case {"Sine": {"mean": mean, "amplitude": amplitude, "frequency": frequency, "delay": delay}}:
+            return lambda time: mean + amplitude * math.sin(2.0 * math.pi * frequency * (time - delay))
+        case {"Steps": steps}:
+            return lambda time: next((value for begin, value in reversed(steps) if begin <= time), 0.0)
+    raise ValueError(f"{stated} is no course of an input")
 
 
 @dataclass
@@ -45,26 +61,38 @@ class Run:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("fmu", type=Path)
-    parser.add_argument("--output", type=Path, help="folder of the results (default: beside the FMU)")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
+    parser.add_argument("--every-law", action="store_true", help="run every friction law and draw figures")
+    parser.add_argument("--output", type=Path, help="folder of the results (default: beside each FMU)")
     arguments = parser.parse_args()
-    folder: Path = arguments.output or arguments.fmu.parent
-    folder.mkdir(parents=True, exist_ok=True)
+    for fmu in arguments.fmus:
+        folder: Path = arguments.output or fmu.parent
+        if arguments.every_law:
+            run_every_law(fmu, folder / fmu.stem)
+        else:
+            write_csv(timed(fmu, ""), folder / f"{fmu.stem}.csv")
+    return 0
+
+
+def run_every_law(fmu: Path, folder: Path) -> None:
+    """Leaves a CSV and a figure per law, and one figure of all."""
     runs = []
-    laws = laws_of(arguments.fmu)
-    for number, law in enumerate(laws, start=1):
-        begin = time.perf_counter()
-        run = simulate(arguments.fmu, law)
-        seconds = time.perf_counter() - begin
-        write_csv(run, folder / f"{run.name}.csv")
-        figures.draw_run(run, folder / f"{run.name}.png")
-        print(f"[{number:2}/{len(laws)}] {run.name}: {len(run.columns['time']) - 1} steps in {seconds:.2f} s", flush=True)
+    for law in laws_of(fmu):
+        run = timed(fmu, law)
+        write_csv(run, folder / f"{law or run.model}.csv")
+        figures.draw_run(run, folder / f"{law or run.model}.png")
         runs.append(run)
     if len(runs) > 1:
-        figures.draw_overview(runs, folder / f"{runs[0].model}.png")
-    print(f"results and figures: {folder}")
-    return 0
+        figures.draw_overview(runs, folder / "laws.png")
+
+
+def timed(fmu: Path, law: str) -> Run:
+    """Runs, and says how long that took."""
+    begin = time.perf_counter()
+    run = simulate(fmu, law)
+    print(f"{run.name}: {len(run.columns['time']) - 1} steps in {time.perf_counter() - begin:.2f} s", flush=True)
+    return run
 
 
 def laws_of(fmu: Path) -> list[str]:
@@ -79,16 +107,16 @@ def simulate(fmu: Path, law: str = "", parameters: dict[str, Value] | None = Non
         default = client.description.defaultExperiment
         step = float(default.stepSize)
         count = round(float(default.stopTime) / step)
-        signals = {name: SIGNALS[name] for name in client.names("input") if name in SIGNALS}
+        moving = signals(client.description.modelName)
         start: dict[str, Value] = dict(parameters or {})
-        start |= {name: signal(0.0) for name, signal in signals.items()}
+        start |= {name: signal(0.0) for name, signal in moving.items()}
         if law:
             start[LAW] = law
         names = client.names("input") + client.names("output")
         rows = np.empty((count + 1, len(names) + 1))
         client.start(start)
         for index in range(count + 1):
-            client.set({name: signal(index * step) for name, signal in signals.items()})
+            client.set({name: signal(index * step) for name, signal in moving.items()})
             rows[index] = [client.time, *client.get(names)]
             if index < count:
                 client.advance((index + 1) * step)
@@ -97,11 +125,14 @@ def simulate(fmu: Path, law: str = "", parameters: dict[str, Value] | None = Non
 
 
 def write_csv(run: Run, file: Path) -> None:
-    """Writes every number so that reading it gives the same bits."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
+    """Writes every number so that reading it gives the same bits; the file is there as a whole or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_name(f".{file.name}")
+    with partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(run.columns)
         writer.writerows(zip(*(column.tolist() for column in run.columns.values()), strict=True))
+    partial.replace(file)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+use crate::files;
 use crate::moment::Moment;
 
 /// The files of an FMU, sorted by their path.
@@ -50,7 +51,7 @@ impl Archive {
     /// # Errors
     /// Those of [`Archive::bytes`], or when the file cannot be written.
     pub fn write(&self, file: &Path, moment: Moment) -> Result<()> {
-        std::fs::write(file, self.bytes(moment)?).with_context(|| format!("cannot write {}", file.display()))
+        files::write(file, self.bytes(moment)?)
     }
 }
 

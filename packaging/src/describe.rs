@@ -1,31 +1,51 @@
-//! `cargo xtask describe`: the committed descriptions and the tables of README and docs.
+//! `cargo xtask describe`: the committed descriptions and experiments, and the tables of README and docs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
 
 use anyhow::{Context, Result};
+use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
 use crate::description::{self, Stamp};
+use crate::files;
 use crate::tables;
 use crate::workspace::Workspace;
 
-/// Writes `modelDescription/<Model>.xml` for every model, and the tables of README and docs.
-///
-/// # Errors
-/// When a file cannot be written.
-pub fn run(workspace: &Workspace) -> Result<()> {
-    for model in models::ALL {
-        let file = workspace.descriptions().join(format!("{}.xml", model.name));
-        std::fs::write(&file, committed(model)?).with_context(|| format!("cannot write {}", file.display()))?;
-        println!("{}", file.display());
+/// Rewrite what the variable tables say: XML and experiments below modelDescription, tables of README and docs.
+#[derive(Args)]
+pub struct Describe {}
+
+impl Describe {
+    /// Writes `modelDescription/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        for model in models::ALL {
+            write(&workspace.descriptions().join(format!("{}.xml", model.name)), &committed(model)?)?;
+        }
+        write(&workspace.descriptions().join("experiments.json"), &experiments()?)?;
+        for page in tables::pages() {
+            let file = workspace.root.join(page);
+            let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+            write(&file, &tables::renewed(page, &text)?)?;
+        }
+        Ok(())
     }
-    for page in tables::pages() {
-        let file = workspace.root.join(page);
-        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        std::fs::write(&file, tables::renewed(page, &text)?)
-            .with_context(|| format!("cannot write {}", file.display()))?;
-        println!("{}", file.display());
-    }
+}
+
+fn write(file: &Path, text: &str) -> Result<()> {
+    files::write(file, text)?;
+    println!("{}", file.display());
     Ok(())
+}
+
+/// The default experiment of every model, for programs that do not link the plant.
+fn experiments() -> Result<String> {
+    let all: BTreeMap<_, _> = models::ALL.iter().map(|model| (model.name, model.experiment)).collect();
+    Ok(serde_json::to_string_pretty(&all)? + "\n")
 }
 
 /// The description without what changes from build to build.
@@ -36,18 +56,25 @@ fn committed(model: &Model) -> Result<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
+
+    fn assert_committed(name: &str, expected: &str) -> Result<()> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription").join(name);
+        let found = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        assert!(found == expected, "{} is out of date: run `cargo xtask describe`", file.display());
+        Ok(())
+    }
 
     #[test]
     fn committed_descriptions_are_up_to_date() -> Result<()> {
         for model in models::ALL {
-            let name = format!("../modelDescription/{}.xml", model.name);
-            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
-            let found = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
-            assert!(found == committed(model)?, "{} is out of date: run `cargo xtask describe`", file.display());
+            assert_committed(&format!("{}.xml", model.name), &committed(model)?)?;
         }
         Ok(())
+    }
+
+    #[test]
+    fn committed_experiments_are_up_to_date() -> Result<()> {
+        assert_committed("experiments.json", &experiments()?)
     }
 }

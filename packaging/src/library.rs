@@ -1,11 +1,12 @@
 //! The shared library that every FMU holds: bytes that passed the gates of their platform.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::build;
+use crate::files;
 use crate::gates::{self, Reach};
 use crate::platform::{Binary, Platform};
 use crate::workspace::Workspace;
@@ -53,9 +54,7 @@ impl Library {
     /// When the file cannot be written.
     pub fn keep(&self, workspace: &Workspace) -> Result<PathBuf> {
         let file = kept(workspace, self.platform);
-        let folder = file.parent().unwrap_or(Path::new(""));
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        std::fs::write(&file, &self.bytes).with_context(|| format!("cannot write {}", file.display()))?;
+        files::write(&file, &self.bytes)?;
         Ok(file)
     }
 

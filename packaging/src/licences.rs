@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use serde_json::Value;
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
 use crate::process;
 use crate::workspace::Workspace;
@@ -35,61 +35,59 @@ Its library contains the Rust standard library, under the same two licences, cop
 the packages listed in third-party.txt with their licences.
 ";
 
-fn metadata(workspace: &Workspace) -> Result<Value> {
+fn metadata(workspace: &Workspace) -> Result<Metadata> {
     let version = process::output(process::cargo().arg("-vV"))?;
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).context("cargo names no host")?;
-    let mut cargo = process::cargo();
+    let mut command = MetadataCommand::new();
     // The library depends on the same packages on every platform.
-    cargo.args(["metadata", "--format-version", "1", "--locked", "--filter-platform", host]);
-    let answer = process::output(cargo.current_dir(&workspace.root))?;
-    serde_json::from_str(&answer).context("cargo metadata gave no JSON")
+    command.manifest_path(workspace.root.join("fmu/Cargo.toml"));
+    command.other_options(["--locked", "--filter-platform", host].map(str::to_owned));
+    Ok(command.exec()?)
 }
 
 /// Name, version, licence and licence texts of each package.
-fn third_party(metadata: &Value) -> Result<String> {
+fn third_party(metadata: &Metadata) -> Result<String> {
     let mut text = "Packages that the library of this FMU contains.\n".to_owned();
     for package in linked(metadata)? {
-        let field = |name: &str| package[name].as_str().unwrap_or_default();
-        let (name, version, licence) = (field("name"), field("version"), field("license"));
-        let folder = Path::new(field("manifest_path")).parent().context("a manifest without a folder")?;
+        let (name, version) = (&package.name, &package.version);
+        let (licence, source) = (package.license.as_deref(), package.repository.as_deref());
+        let folder = package.manifest_path.parent().context("a manifest without a folder")?;
         let _ = write!(
             text,
-            "\n{}\n{name} {version}\nLicence: {licence}\nSource: {}\n",
+            "\n{}\n{name} {version}\nLicence: {}\nSource: {}\n",
             "=".repeat(80),
-            field("repository")
+            licence.unwrap_or_default(),
+            source.unwrap_or_default()
         );
-        for file in licence_files(folder).with_context(|| format!("{name} {version}"))? {
+        for file in licence_files(folder.as_std_path()).with_context(|| format!("{name} {version}"))? {
             let _ = write!(text, "\n--- {} ---\n\n{}\n", file_name(&file), read(&file)?.trim_end());
         }
     }
     Ok(text)
 }
 
-/// The packages whose code is in the library, sorted by name: normal dependencies, without procedural macros, which run
-/// in the compiler.
-fn linked(metadata: &Value) -> Result<Vec<&Value>> {
-    let list = |value: &'_ Value| value.as_array().cloned().unwrap_or_default();
-    let packages = metadata["packages"].as_array().context("cargo metadata lists no packages")?;
-    let package = |id: &Value| packages.iter().find(|package| package["id"] == *id).context("an unknown package");
-    let nodes = list(&metadata["resolve"]["nodes"]);
-    let library = packages.iter().find(|package| package["name"] == LIBRARY).context("the library is no package")?;
-    let mut found = vec![library];
+/// The packages of others whose code is in the library, sorted by name: normal dependencies, without procedural macros,
+/// which run in the compiler.
+fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
+    let resolve = metadata.resolve.as_ref().context("cargo metadata resolves nothing")?;
+    let library = metadata.packages.iter().find(|package| package.name == LIBRARY);
+    let mut found = vec![library.context("the library is no package")?];
     let mut next = 0;
     while next < found.len() {
-        let node = nodes.iter().find(|node| node["id"] == found[next]["id"]).context("an unresolved package")?;
-        for dependency in list(&node["deps"]) {
-            let package = package(&dependency["pkg"])?;
-            let is_normal = list(&dependency["dep_kinds"]).iter().any(|kind| kind["kind"].is_null());
-            let is_macro =
-                list(&package["targets"]).iter().any(|target| list(&target["kind"]).contains(&"proc-macro".into()));
-            if is_normal && !is_macro && !found.iter().any(|known| known["id"] == package["id"]) {
+        let node = resolve.nodes.iter().find(|node| node.id == found[next].id).context("an unresolved package")?;
+        for dependency in &node.deps {
+            let package = &metadata[&dependency.pkg];
+            let is_normal = dependency.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
+            let is_macro = package.targets.iter().any(|target| target.kind.contains(&TargetKind::ProcMacro));
+            if is_normal && !is_macro && !found.iter().any(|known| known.id == package.id) {
                 found.push(package);
             }
         }
         next += 1;
     }
-    found.remove(0);
-    found.sort_by_key(|package| (package["name"].to_string(), package["version"].to_string()));
+    // The licence of the project itself stands beside this list.
+    found.retain(|package| !metadata.workspace_members.contains(&package.id));
+    found.sort_by_key(|package| (package.name.to_string(), package.version.clone()));
     Ok(found)
 }
 
@@ -137,7 +135,7 @@ mod tests {
         for package in ["libm", "nalgebra", "num-traits", "postcard", "serde_core"] {
             assert!(text.contains(&format!("\n{package} ")), "{package}");
         }
-        for other in ["syn", "serde_derive", "quick-xml", "serde_json", LIBRARY] {
+        for other in ["syn", "serde_derive", "quick-xml", "serde_json", "pneumatic-servo", LIBRARY] {
             assert!(!text.contains(&format!("\n{other} ")), "{other} is not in the library");
         }
         assert!(!text.contains("/home/") && !text.contains(env!("CARGO_MANIFEST_DIR")), "a path of this machine");

@@ -5,18 +5,25 @@ mod build;
 mod describe;
 mod description;
 mod documentation;
+mod experiment;
+mod files;
+mod gallery;
 mod gates;
 mod library;
 mod licences;
+mod lock;
 mod moment;
 mod package;
 mod parameter_sets;
 mod platform;
 mod platform_test;
 mod process;
+mod release;
+mod ssc;
 mod ssp;
 mod tables;
 mod test;
+mod units;
 mod valgrind;
 mod venv;
 mod workspace;
@@ -24,73 +31,75 @@ mod xml;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-use crate::platform::{Binary, Platforms};
 use crate::workspace::Workspace;
 
 /// Builds, describes, zips and checks the FMUs.
 #[derive(Parser)]
-#[command(name = "cargo xtask")]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", after_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
 
+const EXAMPLES: &str = "\
+Begin with `cargo xtask package`: it leaves the FMUs, validated and run once, in target/fmu.
+`cargo xtask help COMMAND` tells more and gives examples.";
+
+/// Each command is a file of its own.
 #[derive(Subcommand)]
 enum Command {
-    /// Build every FMU, validate it, run its default experiment and draw the figures.
-    Package {
-        /// What the FMUs run on: `linux64,win64,darwin64` or `all`; otherwise machines like this one.
-        #[arg(long)]
-        platforms: Option<Platforms>,
-        /// A library that was built elsewhere, taken instead of building one.
-        #[arg(long = "binary", value_name = "PLATFORM=PATH")]
-        binaries: Vec<Binary>,
-    },
-    /// Build the shared libraries, the first half of `package`; they are left in target/binaries.
-    Build {
-        /// `linux64,win64,darwin64` or `all`.
-        #[arg(long)]
-        platforms: Platforms,
-    },
-    /// Put shared libraries that are built into the FMUs, the second half of `package`.
-    Join {
-        /// Platforms whose libraries are in target/binaries: `linux64,win64,darwin64` or `all`.
-        #[arg(long, required_unless_present = "binaries")]
-        platforms: Option<Platforms>,
-        /// A library that was built elsewhere.
-        #[arg(long = "binary", value_name = "PLATFORM=PATH")]
-        binaries: Vec<Binary>,
-    },
-    /// Rewrite the XML below modelDescription and the tables of README and docs from the variable tables.
-    Describe,
-    /// Record the instruction counts of a communication step, which the checks compare with.
-    Record,
-    /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
-    Test {
-        /// Only build and compare the libraries of all platforms; a missing tool is an error then.
-        #[arg(long)]
-        platforms: bool,
-    },
+    Package(package::Package),
+    Gallery(gallery::Gallery),
+    Build(build::Build),
+    Join(package::Join),
+    Release(release::Release),
+    Describe(describe::Describe),
+    Record(valgrind::Record),
+    Test(test::Test),
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let outcome = Workspace::find().and_then(|workspace| match arguments.command {
-        Command::Package { platforms, binaries } => package::run(&workspace, platforms.as_ref(), &binaries),
-        Command::Build { platforms: Platforms(platforms) } => build::run(&workspace, &platforms),
-        Command::Join { platforms, binaries } => package::join_built(&workspace, platforms.as_ref(), &binaries),
-        Command::Describe => describe::run(&workspace),
-        Command::Record => valgrind::record_instructions(&workspace),
-        Command::Test { platforms: true } => platform_test::run(&workspace),
-        Command::Test { platforms: false } => test::run(&workspace),
-    });
-    match outcome {
+    match run(&Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<()> {
+    let workspace = Workspace::find()?;
+    let _alone = lock::hold(&workspace.target)?;
+    match command {
+        Command::Package(it) => it.run(&workspace),
+        Command::Gallery(it) => it.run(&workspace),
+        Command::Build(it) => it.run(&workspace),
+        Command::Join(it) => it.run(&workspace),
+        Command::Release(it) => it.run(&workspace),
+        Command::Describe(it) => it.run(&workspace),
+        Command::Record(it) => it.run(&workspace),
+        Command::Test(it) => it.run(&workspace),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn every_command_names_itself_as_it_is_typed_and_tells_what_it_does() {
+        let mut root = Arguments::command();
+        root.build();
+        for command in root.get_subcommands_mut().filter(|command| command.get_name() != "help") {
+            let help = command.render_long_help().to_string();
+            assert!(help.contains(&format!("Usage: cargo xtask {}", command.get_name())), "{help}");
+            assert!(command.get_about().is_some(), "{help}");
         }
     }
 }

@@ -1,9 +1,10 @@
-//! `cargo xtask package`: the FMUs, checked, with results and figures beside them.
+//! `cargo xtask package` and `cargo xtask join`: the FMUs, checked, with the results of their default experiments.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo_fmu::fmi2;
@@ -12,6 +13,8 @@ use crate::archive::Archive;
 use crate::build;
 use crate::description::{self, Stamp};
 use crate::documentation;
+use crate::experiment::Run;
+use crate::files;
 use crate::library::{self, Library};
 use crate::licences;
 use crate::moment::Moment;
@@ -22,104 +25,148 @@ use crate::ssp;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// `cargo xtask package`: builds what was not handed in, joins, validates every FMU, runs its default experiment and
-/// draws the figures.
+/// Build the FMUs and the SSP, validate them and run the default experiment of each.
 ///
-/// Without a choice of platforms the FMU is for machines like this one.
-///
-/// # Errors
-/// When a tool is missing, or any of these steps fails or finds something.
-pub fn run(workspace: &Workspace, platforms: Option<&Platforms>, binaries: &[Binary]) -> Result<()> {
-    let mut libraries = library::handed_in(workspace, binaries)?;
-    match platforms {
-        Some(Platforms(platforms)) => {
-            let wanted = platforms.iter().copied().filter(|platform| !libraries.contains_key(platform)).collect();
-            libraries
-                .extend(build::libraries(workspace, &wanted)?.into_iter().map(|library| (library.platform, library)));
-        }
-        None if !libraries.contains_key(&Platform::host()?) => {
-            heading("Build the shared library");
-            let library = Library::for_this_machine(workspace)?;
-            libraries.insert(library.platform, library);
-        }
-        None => (),
-    }
-
-    heading("Join the FMUs");
-    let libraries: Vec<_> = libraries.into_values().collect();
-    let fmus = join(workspace, &libraries)?;
-    check(workspace, &libraries, &fmus)
+/// Results are in target/fmu: an FMU per model, its results as CSV and its figure, and the SSP.
+#[derive(Args, Default)]
+#[command(after_help = EXAMPLES)]
+pub struct Package {
+    /// What the FMUs run on: `linux64,win64,darwin64` or `all`; otherwise machines like this one.
+    #[arg(long)]
+    platforms: Option<Platforms>,
+    /// A library that was built elsewhere, taken instead of building one.
+    #[arg(long = "binary", value_name = "PLATFORM=PATH")]
+    binaries: Vec<Binary>,
 }
 
-/// `cargo xtask join`: takes the libraries that were handed in, and those that `cargo xtask build` left.
-///
-/// # Errors
-/// When a library is not there or does not pass the gates, or an FMU cannot be written.
-pub fn join_built(workspace: &Workspace, platforms: Option<&Platforms>, binaries: &[Binary]) -> Result<()> {
-    let mut libraries = library::handed_in(workspace, binaries)?;
-    for &platform in platforms.iter().flat_map(|Platforms(platforms)| platforms) {
-        if libraries.contains_key(&platform) {
-            continue;
-        }
-        let file = library::kept(workspace, platform);
-        let built = Library::read(workspace, &Binary { platform, file });
-        let advice =
-            || format!("build it with `cargo xtask build --platforms {platform}` or add `--binary {platform}=PATH`");
-        libraries.insert(platform, built.with_context(advice)?);
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask package                                     for machines like this one
+  cargo xtask package --platforms all                     for Linux, Windows and macOS (docs/platforms.md)
+  cargo xtask package --binary darwin64=out/plant.dylib   and a library that was built on another machine
+
+After it:
+  target/venv/bin/python examples/linearise.py            programs that use the FMU
+  cargo xtask gallery                                     all friction laws, compared";
+
+impl Package {
+    /// For all platforms, with libraries that were built elsewhere.
+    pub fn for_everybody(binaries: &[Binary]) -> Self {
+        Self { platforms: Some(Platforms(Platform::ALL.into())), binaries: binaries.to_vec() }
     }
-    join(workspace, &libraries.into_values().collect::<Vec<_>>())?;
-    Ok(())
+
+    /// Builds what was not handed in, joins, validates and runs.
+    ///
+    /// # Errors
+    /// When a tool is missing, or any of these steps fails or finds something.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let mut libraries = library::handed_in(workspace, &self.binaries)?;
+        match &self.platforms {
+            Some(Platforms(platforms)) => {
+                let wanted = platforms.iter().copied().filter(|platform| !libraries.contains_key(platform)).collect();
+                let built = build::libraries(workspace, &wanted)?;
+                libraries.extend(built.into_iter().map(|library| (library.platform, library)));
+            }
+            None if !libraries.contains_key(&Platform::host()?) => {
+                heading("Build the shared library");
+                let library = Library::for_this_machine(workspace)?;
+                libraries.insert(library.platform, library);
+            }
+            None => (),
+        }
+        let libraries: Vec<_> = libraries.into_values().collect();
+        heading("Join the FMUs");
+        join(workspace, &libraries)?;
+        check(workspace, libraries.iter().map(|library| library.platform))
+    }
 }
 
-/// Validates FMUs; runs and draws them if they hold a library for this machine.
-fn check(workspace: &Workspace, libraries: &[Library], fmus: &[PathBuf]) -> Result<()> {
+/// Put shared libraries that are built into the FMUs, the second half of `package`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask join --platforms linux64,win64                     what `cargo xtask build` left in target/binaries
+  cargo xtask join --platforms linux64 --binary win64=plant.dll  and what was built elsewhere, from the same source")]
+pub struct Join {
+    /// Platforms whose libraries are in target/binaries: `linux64,win64,darwin64` or `all`.
+    #[arg(long, required_unless_present = "binaries")]
+    platforms: Option<Platforms>,
+    /// A library that was built elsewhere.
+    #[arg(long = "binary", value_name = "PLATFORM=PATH")]
+    binaries: Vec<Binary>,
+}
+
+impl Join {
+    /// Takes the libraries that were handed in, and those that `cargo xtask build` left.
+    ///
+    /// # Errors
+    /// When a library is not there or does not pass the gates, or an FMU cannot be written.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let mut libraries = library::handed_in(workspace, &self.binaries)?;
+        for &platform in self.platforms.iter().flat_map(|Platforms(platforms)| platforms) {
+            if libraries.contains_key(&platform) {
+                continue;
+            }
+            let file = library::kept(workspace, platform);
+            let built = Library::read(workspace, &Binary { platform, file });
+            let advice = || {
+                format!("build it with `cargo xtask build --platforms {platform}` or add `--binary {platform}=PATH`")
+            };
+            libraries.insert(platform, built.with_context(advice)?);
+        }
+        join(workspace, &libraries.into_values().collect::<Vec<_>>())
+    }
+}
+
+/// The FMU files, in the order of the models.
+pub fn fmus(workspace: &Workspace) -> impl Iterator<Item = PathBuf> {
+    models::ALL.iter().map(|model| workspace.fmus().join(format!("{}.fmu", model.name)))
+}
+
+/// Validates FMUs and SSP; runs them and draws what came out if they hold a library for this machine.
+fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -> Result<()> {
     heading("Prepare the Python environment");
-    let venv = Venv::prepare(workspace, Requirements::Checks)?;
-    println!("{}", venv.python().display());
+    let venv = Venv::prepare(workspace, Requirements::PACKAGE)?;
+
+    heading("Validate");
+    let script = |name: &str| {
+        let mut command = venv.command();
+        command.arg(workspace.python().join(name));
+        command
+    };
+    process::run(script("check.py").args(fmus(workspace)).arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
 
     let host = Platform::host()?;
-    let runs = libraries.iter().any(|library| library.platform == host);
-    for fmu in fmus {
-        heading(&format!("Validate {}", file_name(fmu)));
-        process::run(venv.command().arg(workspace.python().join("check.py")).arg(fmu))?;
-        if runs {
-            heading(&format!("Run the default experiment of {}", file_name(fmu)));
-            process::run(venv.command().arg(workspace.python().join("experiment.py")).arg(fmu))?;
-        }
-    }
-    if !runs {
+    if !platforms.any(|platform| platform == host) {
         println!("not run here: the FMUs hold no library for {host}");
         return Ok(());
     }
-    let drive = workspace.fmus().join(format!("{}.ssp", ssp::NAME));
-    heading(&format!("Validate and run {}", file_name(&drive)));
-    process::run(venv.command().arg(workspace.python().join("check.py")).arg(&drive))?;
-    process::run(venv.command().arg(workspace.python().join("drive.py")).arg(&drive))?;
-
-    heading("Compare the friction laws");
-    let of = |model: &str| workspace.fmus().join(format!("{model}.fmu"));
-    let catalogue = workspace.python().join("catalogue.py");
-    process::run(venv.command().arg(catalogue).arg(of("FrictionBench")).arg(of("PneumaticServoCylinder")))
+    heading("Run the default experiments");
+    process::run(script("experiment.py").args(fmus(workspace)))?;
+    for model in models::ALL {
+        let file = workspace.fmus().join(format!("{}.csv", model.name));
+        let run = Run::read(model, &text(&file)?).with_context(|| file.display().to_string())?;
+        if let Some(svg) = documentation::figure(&run)? {
+            files::write(&file.with_extension("svg"), svg)?;
+        }
+    }
+    println!("\nFMUs, results and figures: {}", workspace.fmus().display());
+    Ok(())
 }
 
-/// Puts libraries for any number of platforms into one FMU per model, and returns the files.
+/// Puts libraries for any number of platforms into one FMU per model.
 ///
 /// # Errors
 /// When a source file is missing or an FMU cannot be written.
-pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<Vec<PathBuf>> {
-    let folder = workspace.fmus();
-    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
     let moment = Moment::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
-    let mut fmus = Vec::new();
-    for model in models::ALL {
-        let fmu = folder.join(format!("{}.fmu", model.name));
+    for (model, fmu) in models::ALL.iter().zip(fmus(workspace)) {
         contents(workspace, model, libraries, &licences, moment)?.write(&fmu, moment)?;
         println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
-        fmus.push(fmu);
     }
-    println!("{}", ssp::write(&folder, &workspace.descriptions(), moment)?.display());
-    Ok(fmus)
+    println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
+    Ok(())
 }
 
 /// Everything that is in the FMU of a model.
@@ -141,16 +188,16 @@ fn contents(
     for (name, text) in licences {
         archive.add(&format!("documentation/licenses/{name}"), text.as_bytes())?;
     }
-    for set in parameter_sets::of(model.name, &workspace.descriptions())? {
+    for set in parameter_sets::of(model, &workspace.descriptions())? {
         archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
         archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
-    archive.add("model.png", bytes(&workspace.descriptions().join("model.png"))?)?;
+    archive.add("model.png", bytes(&workspace.descriptions().join(format!("icons/{}.png", model.name)))?)?;
     Ok(archive)
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+fn text(file: &Path) -> Result<String> {
+    std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 fn bytes(file: &Path) -> Result<Vec<u8>> {

@@ -1,14 +1,37 @@
-//! Running other programs.
+//! Running other programs, with a sign of life at least every few seconds.
 
 use std::ffi::OsStr;
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+
+/// How long nobody says anything at most.
+const SILENCE: Duration = Duration::from_secs(4);
 
 /// The Cargo that runs this program.
 pub fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// Whether a machine runs the checks, for which what cannot be checked is an error (the variable `CI` is set).
+pub fn under_ci() -> bool {
+    std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")
+}
+
+/// Says that a check is left out, which is an error under CI.
+///
+/// # Errors
+/// Under CI.
+pub fn leave_out(what: &str, reason: &str) -> Result<()> {
+    if under_ci() {
+        bail!("{what}: {reason}; with CI set nothing is left out");
+    }
+    heading(&format!("{what}: left out"));
+    println!("{reason}");
+    Ok(())
 }
 
 /// Prints the heading of a section.
@@ -18,12 +41,30 @@ pub fn heading(text: &str) {
     std::io::stdout().flush().ok();
 }
 
+/// Does something, and says every few seconds that it is still under way.
+pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let begin = Instant::now();
+    std::thread::scope(|scope| {
+        let (done, wait) = channel::<()>();
+        scope.spawn(move || {
+            while wait.recv_timeout(SILENCE) == Err(RecvTimeoutError::Timeout) {
+                println!("  {what}: {:.0} s", begin.elapsed().as_secs_f64());
+                std::io::stdout().flush().ok();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
 /// Runs a command whose output the user sees.
 ///
 /// # Errors
 /// When it cannot be started or fails; the message holds the command line.
 pub fn run(command: &mut Command) -> Result<()> {
-    let status = command.status().with_context(|| format!("cannot start `{}`", line(command)))?;
+    let status = with_progress(&brief(command), || command.status());
+    let status = status.with_context(|| format!("cannot start `{}`", line(command)))?;
     if !status.success() {
         bail!("`{}` failed ({status})", line(command));
     }
@@ -35,8 +76,8 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// # Errors
 /// When it cannot be started, fails, or prints something that is not UTF-8.
 pub fn output(command: &mut Command) -> Result<String> {
-    let output =
-        command.stderr(Stdio::inherit()).output().with_context(|| format!("cannot start `{}`", line(command)))?;
+    let output = with_progress(&brief(command), || command.stderr(Stdio::inherit()).output());
+    let output = output.with_context(|| format!("cannot start `{}`", line(command)))?;
     if !output.status.success() {
         bail!("`{}` failed ({})", line(command), output.status);
     }
@@ -47,4 +88,32 @@ pub fn output(command: &mut Command) -> Result<String> {
 fn line(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+}
+
+/// The program without its folder, and the first of its arguments that are words.
+fn brief(command: &Command) -> String {
+    let program = std::path::Path::new(command.get_program()).file_stem().unwrap_or_default().to_string_lossy();
+    let arguments = command.get_args().map(OsStr::to_string_lossy).filter(|argument| !argument.starts_with('-'));
+    let names = arguments.map(|argument| argument.rsplit(['/', '\\']).next().unwrap_or_default().to_owned());
+    std::iter::once(program.into_owned()).chain(names.take(2)).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_command_is_named_briefly() {
+        let mut command = Command::new("/usr/bin/python3");
+        assert_eq!(
+            brief(command.args(["-m", "/a/b/check.py", "Model.fmu", "Other.fmu"])),
+            "python3 check.py Model.fmu"
+        );
+    }
+
+    #[test]
+    fn a_command_that_fails_is_quoted() {
+        let problem = run(cargo().args(["no-such-command"])).map_err(|error| error.to_string());
+        assert!(problem.is_err_and(|text| text.contains("no-such-command` failed")));
+    }
 }

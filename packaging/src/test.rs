@@ -5,31 +5,56 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 
-use crate::package;
+use crate::gallery::Gallery;
+use crate::package::Package;
 use crate::platform_test;
 use crate::process::{self, heading};
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// Runs everything; the first failure ends it.
+/// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
-/// # Errors
-/// When a tool is missing or a check fails.
-pub fn run(workspace: &Workspace) -> Result<()> {
+/// Takes about half an hour. A check whose tool is missing is left out with a message; with the variable CI set that is
+/// an error.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask test                 everything that the tools of this machine allow
+  CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
+  cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else")]
+pub struct Test {
+    /// Only build and compare the libraries of all platforms; a missing tool is an error then.
+    #[arg(long)]
+    platforms: bool,
+}
+
+impl Test {
+    /// Runs the checks; the first failure ends it.
+    ///
+    /// # Errors
+    /// When a tool is missing or a check fails.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        if self.platforms { platform_test::run(workspace) } else { run(workspace) }
+    }
+}
+
+fn run(workspace: &Workspace) -> Result<()> {
     heading("Prepare the Python environment");
-    let venv = Venv::prepare(workspace, Requirements::Checks)?;
+    Venv::prepare(workspace, Requirements::PACKAGE)?;
+    let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let checks = Checks { workspace, bindgen: bindgen(&venv)? };
 
     heading("Format");
     checks.cargo(&["fmt", "--all", "--check"])?;
 
     heading("Lints");
-    checks.cargo(&["clippy", "--workspace", "--exclude", "benchmark", "--all-targets", "--", "--deny", "warnings"])?;
-    // The benchmark's rival takes longer to compile than everything else together; `cargo bench` compiles it.
-    let benchmark = ["--package", "benchmark", "--no-default-features", "--all-targets"];
-    checks.cargo(&[&["clippy"], &benchmark[..], &["--", "--deny", "warnings"]].concat())?;
+    // The benchmark's rivals take longer to compile than everything else together; `cargo bench` compiles them.
+    let features = ["--features", "importer/fmi,benchmark/calls"];
+    let all = ["--workspace", "--all-targets"];
+    checks.cargo(&[&["clippy"], &all[..], &features, &["--", "--deny", "warnings"]].concat())?;
 
     heading("Documentation");
     checks.documentation()?;
@@ -43,16 +68,17 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         heading("Instructions of a communication step");
         valgrind::check_instructions(workspace)?;
     } else {
-        heading("Not run: memory checks and instruction counts, which need valgrind");
+        process::leave_out("Memory checks and instruction counts", "valgrind is missing (apt install valgrind)")?;
     }
 
     heading("Packaging: unit tests");
-    checks.cargo(&["test", "--package", "packaging"])?;
+    checks.cargo(&["test", "--profile", "xtask", "--package", "packaging"])?;
 
-    package::run(workspace, None, &[])?;
+    Package::default().run(workspace)?;
+    Gallery {}.run(workspace)?;
 
     heading("Import with the crate fmi");
-    checks.cargo(&["test", "--package", "importer"])?;
+    checks.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
 
     heading("Import with FMPy");
     checks.pytest(&venv)?;
@@ -74,7 +100,7 @@ impl Checks<'_> {
     fn documentation(&self) -> Result<()> {
         let mut cargo = process::cargo();
         cargo
-            .args(["doc", "--workspace", "--exclude", "benchmark", "--no-deps"])
+            .args(["doc", "--workspace", "--no-deps", "--features", "importer/fmi"])
             .env("RUSTDOCFLAGS", "--deny warnings");
         process::run(self.prepared(&mut cargo))
     }
@@ -90,13 +116,14 @@ impl Checks<'_> {
             .current_dir(&self.workspace.root)
             .env("CARGO_TARGET_DIR", &self.workspace.target)
             .env("FMU_FOLDER", self.workspace.fmus())
+            .env("GALLERY_FOLDER", self.workspace.gallery())
             .envs(self.bindgen.iter().map(|(name, value)| (name, value)))
     }
 }
 
 /// What the crate `fmi` needs in order to read the C headers of FMI: libclang, and the compiler's own headers.
 fn bindgen(venv: &Venv) -> Result<Vec<(&'static str, OsString)>> {
-    let mut variables = vec![("LIBCLANG_PATH", venv.libclang()?.into_os_string())];
+    let mut variables = vec![("LIBCLANG_PATH", venv.module("clang")?.join("native").into_os_string())];
     if cfg!(target_os = "linux") {
         let mut include = OsString::from("-I");
         include.push(compiler_headers()?);

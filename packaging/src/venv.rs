@@ -1,43 +1,34 @@
-//! The Python environments of the packaging: made under the target directory, with pinned packages.
+//! The Python environments of the packaging: made under the target directory by `venv` and `pip`, with pinned packages.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow};
 
 use crate::build::tools::Tool;
+use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
-/// What an environment is for.
+/// What an environment is for: the folder it is made in, and the packages.
 #[derive(Clone, Copy)]
-pub enum Requirements {
-    /// The checks, the figures and the tests: `packaging/requirements.txt`.
-    Checks,
-    /// Linking for other machines: `packaging/requirements-zig.txt`.
-    Zig,
-}
+pub struct Requirements(&'static str, &'static str);
 
 impl Requirements {
-    fn file(self) -> &'static str {
-        match self {
-            Self::Checks => "packaging/requirements.txt",
-            Self::Zig => "packaging/requirements-zig.txt",
-        }
-    }
-
-    fn folder(self) -> &'static str {
-        match self {
-            Self::Checks => "venv",
-            Self::Zig => "venv-zig",
-        }
-    }
+    /// Validating and running FMUs, drawing results.
+    pub const PACKAGE: Self = Self("venv", "packaging/requirements.txt");
+    /// The tests too; in the same folder, which holds the packages above already.
+    pub const TESTS: Self = Self("venv", "packaging/requirements-tests.txt");
+    /// Linking for other machines.
+    pub const ZIG: Self = Self("venv-zig", "packaging/requirements-zig.txt");
 }
 
-/// A virtual environment that holds exactly the packages it was asked for.
+/// A virtual environment.
 pub struct Venv {
     folder: PathBuf,
+    /// Where Matplotlib keeps its list of fonts.
+    cache: PathBuf,
 }
 
 impl Venv {
@@ -45,39 +36,35 @@ impl Venv {
     ///
     /// # Errors
     /// When Python or its venv module is missing (the message says what to install), or a package is.
-    pub fn prepare(workspace: &Workspace, requirements: Requirements) -> Result<Self> {
-        let venv = Self { folder: workspace.environments.join(requirements.folder()) };
-        let file = workspace.root.join(requirements.file());
-        let requirements = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        let stamp = venv.folder.join("requirements.txt");
-        if std::fs::read_to_string(&stamp).is_ok_and(|made_from| made_from == requirements) && venv.python().exists() {
+    pub fn prepare(workspace: &Workspace, Requirements(folder, list): Requirements) -> Result<Self> {
+        let cache = workspace.environments.join("cache");
+        let venv = Self { folder: workspace.environments.join(folder), cache };
+        let list = workspace.root.join(list);
+        let wanted = std::fs::read_to_string(&list).with_context(|| format!("cannot read {}", list.display()))?;
+        // What was installed last is kept beside the packages.
+        let stamp = venv.folder.join(list.file_name().context("requirements without a name")?);
+        if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             return Ok(venv);
         }
-        venv.make(&file)?;
-        std::fs::write(&stamp, requirements).with_context(|| format!("cannot write {}", stamp.display()))?;
-        Ok(venv)
-    }
-
-    fn make(&self, requirements: &Path) -> Result<()> {
-        println!("making {} (once per set of packages)", self.folder.display());
-        let python = find_python().map_err(|tool| anyhow::anyhow!("missing: {tool}"))?;
-        if self.folder.exists() {
-            let problem = || format!("cannot remove the old {}", self.folder.display());
-            std::fs::remove_dir_all(&self.folder).with_context(problem)?;
+        println!("installing the packages of {} into {}", list.display(), venv.folder.display());
+        // The last thing that is made of an environment is its pip.
+        if !venv.program("pip").exists() {
+            let python = find_python().map_err(|tool| anyhow!("missing: {tool}"))?;
+            process::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&venv.folder))?;
         }
-        process::run(Command::new(python).args(["-m", "venv"]).arg(&self.folder))?;
-        process::run(
-            Command::new(self.python())
-                .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--requirement"])
-                .arg(requirements),
-        )?;
-        process::run(Command::new(self.python()).args(["-m", "pip", "check", "--disable-pip-version-check"]))
-            .with_context(|| format!("{} is not complete", requirements.display()))
-    }
-
-    /// The Python of the environment.
-    pub fn python(&self) -> PathBuf {
-        self.program("python")
+        let mut pip = venv.command();
+        pip.args([
+            "-m",
+            "pip",
+            "install",
+            "--disable-pip-version-check",
+            "--no-compile",
+            "--no-deps",
+            "--progress-bar=off",
+        ]);
+        process::run(pip.env("PIP_CACHE_DIR", venv.cache.join("pip")).arg("--requirement").arg(&list))?;
+        files::write(&stamp, wanted)?;
+        Ok(venv)
     }
 
     /// A program of the environment.
@@ -101,9 +88,10 @@ impl Venv {
 
     /// A command that runs a script or module in the environment.
     pub fn command(&self) -> Command {
-        let mut command = Command::new(self.python());
+        let mut command = Command::new(self.program("python"));
         // Figures need no display, and nothing of the user's own packages may leak in.
         command.env("MPLBACKEND", "Agg").env("PYTHONNOUSERSITE", "1").env_remove("PYTHONPATH");
+        command.env("MPLCONFIGDIR", self.cache.join("matplotlib")).env("PYTHONUNBUFFERED", "1");
         command
     }
 
@@ -115,18 +103,6 @@ impl Venv {
         let script = format!("import {name}, pathlib; print(pathlib.Path({name}.__file__).parent)");
         Ok(process::output(self.command().args(["-c", &script]))?.trim().into())
     }
-
-    /// The folder of the libclang that is in the environment.
-    ///
-    /// # Errors
-    /// When the package `libclang` is not there.
-    pub fn libclang(&self) -> Result<PathBuf> {
-        let folder = self.module("clang")?.join("native");
-        if !folder.is_dir() {
-            bail!("the Python package libclang has no folder {}", folder.display());
-        }
-        Ok(folder)
-    }
 }
 
 /// The Python that a virtual environment needs, if it is missing.
@@ -134,22 +110,17 @@ pub fn missing() -> Option<Tool> {
     find_python().err()
 }
 
-/// The name of a Python 3 that can make virtual environments.
+/// A Python for which the pinned packages exist and that can make virtual environments.
 fn find_python() -> Result<&'static str, Tool> {
-    const INSTALL: &str = "on Debian or Ubuntu: apt install python3 python3-venv";
-    let works = |program: &str, code: &str| {
+    const CHECK: &str = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+    let works = |program: &&str| {
         let mut command = Command::new(program);
-        command.args(["-c", code]).stdout(Stdio::null()).stderr(Stdio::null());
+        command.args(["-c", CHECK]).stdout(Stdio::null()).stderr(Stdio::null());
         command.status().is_ok_and(|status| status.success())
     };
-    let Some(python) = ["python3", "python"].into_iter().find(|name| works(name, REQUIRED)) else {
-        return Err(Tool::new("Python 3.11 or newer", INSTALL));
+    let tool = || {
+        let install = "on Debian or Ubuntu: apt install python3 python3-venv";
+        Tool::new("Python 3.11 or newer with its modules venv and ensurepip", install)
     };
-    if !works(python, "import venv, ensurepip") {
-        return Err(Tool::new(format!("the modules venv and ensurepip of {python}"), INSTALL));
-    }
-    Ok(python)
+    ["python3", "python"].into_iter().find(works).ok_or_else(tool)
 }
-
-/// Fails on a Python for which the pinned packages do not exist.
-const REQUIRED: &str = "import sys; sys.exit(sys.version_info < (3, 11))";

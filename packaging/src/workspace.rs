@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-
-use crate::process;
+use anyhow::Result;
+use cargo_metadata::MetadataCommand;
 
 /// The folders that the commands work in.
 pub struct Workspace {
@@ -20,15 +19,9 @@ impl Workspace {
     /// Asks Cargo.
     pub fn find() -> Result<Self> {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
-        let answer = process::output(
-            process::cargo().args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"]).arg(manifest),
-        )?;
-        let metadata: serde_json::Value = serde_json::from_str(&answer).context("cargo metadata gave no JSON")?;
-        let folder = |key: &str| {
-            metadata[key].as_str().map(PathBuf::from).with_context(|| format!("cargo metadata has no {key}"))
-        };
-        let target = folder("target_directory")?;
-        Ok(Self { root: folder("workspace_root")?, environments: target.clone(), target })
+        let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec()?;
+        let target = metadata.target_directory.into_std_path_buf();
+        Ok(Self { root: metadata.workspace_root.into(), environments: target.clone(), target })
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
@@ -36,9 +29,14 @@ impl Workspace {
         Self { root: self.root.clone(), target: self.target.join(folder), environments: self.environments.clone() }
     }
 
-    /// Where the FMUs, results and figures go.
+    /// Where the FMUs go, with the results of their default experiments.
     pub fn fmus(&self) -> PathBuf {
         self.target.join("fmu")
+    }
+
+    /// Where the results of all laws, the catalogue and the comparison go.
+    pub fn gallery(&self) -> PathBuf {
+        self.target.join("gallery")
     }
 
     /// Where generated descriptions and hand-written parts of the FMU are kept.

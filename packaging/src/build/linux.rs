@@ -22,7 +22,7 @@ pub fn missing() -> Result<Vec<Tool>> {
 
 /// Builds the library.
 pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
-    let venv = Venv::prepare(workspace, Requirements::Zig)?;
+    let venv = Venv::prepare(workspace, Requirements::ZIG)?;
     let (major, minor) = gates::NEWEST_GLIBC;
     Recipe::for_target(workspace, Toolchain::in_use()?, &format!("{TRIPLE}.{major}.{minor}"))
         .through(venv.program("cargo-zigbuild"))

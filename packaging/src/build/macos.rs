@@ -9,7 +9,7 @@ use fat_macho::FatWriter;
 
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
-use super::tools::{self, Tool};
+use super::tools::Tool;
 use crate::gates;
 use crate::venv::{self, Requirements, Venv};
 use crate::workspace::Workspace;
@@ -62,12 +62,12 @@ fn thin(workspace: &Workspace, triple: &'static str) -> Result<Vec<u8>> {
 }
 
 fn linker() -> Result<Option<PathBuf>> {
-    Ok(Toolchain::in_use()?.rust_lld().or_else(|| tools::find("ld64.lld")))
+    Ok(Toolchain::in_use()?.rust_lld().or_else(|| which::which("ld64.lld").ok()))
 }
 
 /// A folder in the form of Apple's SDK with the one thing that is needed of it.
 fn sdk(workspace: &Workspace) -> Result<PathBuf> {
-    let zig = Venv::prepare(workspace, Requirements::Zig)?.module("ziglang")?.join("lib/libc/darwin");
+    let zig = Venv::prepare(workspace, Requirements::ZIG)?.module("ziglang")?.join("lib/libc/darwin");
     let sdk = workspace.target.join("macos-sdk");
     let libraries = sdk.join("usr/lib");
     std::fs::create_dir_all(&libraries).with_context(|| format!("cannot make {}", libraries.display()))?;

@@ -11,24 +11,38 @@ mod windows;
 use std::collections::BTreeSet;
 
 use anyhow::Result;
+use clap::Args;
 
 use self::recipe::Recipe;
 use self::toolchain::Toolchain;
 use self::tools::Tool;
 use crate::library::Library;
-use crate::platform::Platform;
+use crate::platform::{Platform, Platforms};
 use crate::process::heading;
 use crate::workspace::Workspace;
 
-/// `cargo xtask build`: leaves the library of each platform below `target/binaries`.
-///
-/// # Errors
-/// When a tool is missing, a build fails or a library does not pass the gates.
-pub fn run(workspace: &Workspace, platforms: &BTreeSet<Platform>) -> Result<()> {
-    for library in libraries(workspace, platforms)? {
-        println!("{}", library.keep(workspace)?.display());
+/// Build the shared libraries, the first half of `package`; they are left in target/binaries.
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  cargo xtask build --platforms win64     leaves target/binaries/win64/pneumatic_servo_fmu.dll")]
+pub struct Build {
+    /// `linux64,win64,darwin64` or `all`.
+    #[arg(long)]
+    platforms: Platforms,
+}
+
+impl Build {
+    /// Leaves the library of each platform below `target/binaries`.
+    ///
+    /// # Errors
+    /// When a tool is missing, a build fails or a library does not pass the gates.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        for library in libraries(workspace, &self.platforms.0)? {
+            println!("{}", library.keep(workspace)?.display());
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Builds the library of each platform.

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use cargo_metadata::Message;
+use cargo_metadata::camino::Utf8PathBuf;
 
 use super::toolchain::Toolchain;
 use crate::process;
@@ -87,13 +89,15 @@ impl<'a> Recipe<'a> {
     /// When Cargo fails or its library cannot be read.
     pub fn run(self) -> Result<Vec<u8>> {
         let messages = process::output(&mut self.command())?;
-        let file = messages
-            .lines()
-            .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-            .filter(|message| message["target"]["name"] == "pneumatic_servo_fmu")
-            .find_map(|message| message["filenames"].as_array()?.iter().find_map(|name| shared_library(name.as_str()?)))
-            .context("cargo rustc reported no shared library")?;
-        std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))
+        let artifacts = Message::parse_stream(messages.as_bytes()).filter_map(|message| match message {
+            Ok(Message::CompilerArtifact(artifact)) => Some(artifact),
+            _ => None,
+        });
+        let files = artifacts.filter(|artifact| artifact.target.name == "pneumatic_servo_fmu");
+        let is_library = |file: &Utf8PathBuf| ["so", "dll", "dylib"].into_iter().any(|it| file.extension() == Some(it));
+        let file = files.flat_map(|artifact| artifact.filenames).find(is_library);
+        let file = file.context("cargo rustc reported no shared library")?;
+        std::fs::read(&file).with_context(|| format!("cannot read {file}"))
     }
 
     fn command(&self) -> Command {
@@ -144,10 +148,6 @@ impl<'a> Recipe<'a> {
         remap(&self.folder, "target");
         flags.join(OsStr::new("\x1f"))
     }
-}
-
-fn shared_library(name: &str) -> Option<PathBuf> {
-    [".so", ".dll", ".dylib"].iter().any(|extension| name.ends_with(extension)).then(|| PathBuf::from(name))
 }
 
 fn users_flags() -> Vec<String> {

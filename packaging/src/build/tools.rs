@@ -1,7 +1,6 @@
 //! Tools that a build needs: whether they are there, and how to get them.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
@@ -22,7 +21,7 @@ impl Tool {
 
     /// The tool, if no program of that name can be found.
     pub fn unless_found(program: &str, package: &str) -> Option<Self> {
-        find(program).is_none().then(|| Self::new(program, format!("apt install {package}")))
+        which::which(program).is_err().then(|| Self::new(program, format!("apt install {package}")))
     }
 }
 
@@ -30,13 +29,6 @@ impl fmt::Display for Tool {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{} ({})", self.name, self.install)
     }
-}
-
-/// Looks for a program as a shell does.
-pub fn find(program: &str) -> Option<PathBuf> {
-    let name = Path::new(program).with_extension(std::env::consts::EXE_EXTENSION);
-    let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).map(|folder| folder.join(&name)).find(|file| file.is_file())
 }
 
 /// Fails when anything is missing, and then says everything that is.
@@ -71,8 +63,7 @@ mod tests {
 
     #[test]
     fn programs_are_found_on_the_path() {
-        assert!(find("cargo").is_some());
-        assert!(find("no-such-program").is_none());
+        assert_eq!(Tool::unless_found("cargo", "cargo"), None);
         assert_eq!(
             Tool::unless_found("no-such-program", "package"),
             Some(Tool::new("no-such-program", "apt install package"))

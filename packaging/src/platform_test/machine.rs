@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 
 use crate::build::aarch64;
-use crate::build::tools::{self, Tool};
+use crate::build::tools::Tool;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -116,5 +116,5 @@ const QEMU: &str = "qemu-aarch64";
 /// Debian keeps the program off the search path.
 fn wine() -> Option<PathBuf> {
     let debian = PathBuf::from("/usr/lib/wine/wine64");
-    tools::find("wine64").or_else(|| debian.is_file().then_some(debian))
+    which::which("wine64").ok().or_else(|| debian.is_file().then_some(debian))
 }

@@ -1,0 +1,40 @@
+//! Files that are there as a whole or not at all.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+/// Writes a file under another name first, so that whoever interrupts this leaves the old file or the new one.
+///
+/// # Errors
+/// When the folder cannot be made or the file cannot be written.
+pub fn write(file: &Path, contents: impl AsRef<[u8]>) -> Result<()> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let mut name = std::ffi::OsString::from(".");
+    name.push(file.file_name().context("a file without a name")?);
+    let partial = folder.join(name);
+    std::fs::write(&partial, contents).with_context(|| format!("cannot write {}", partial.display()))?;
+    std::fs::rename(&partial, file).with_context(|| format!("cannot write {}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_as_a_whole() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("files-{}", std::process::id()));
+        let file = folder.join("deep/Model.fmu");
+        write(&file, "old")?;
+        write(&file, "new")?;
+        assert_eq!(std::fs::read(&file)?, b"new");
+        assert_eq!(std::fs::read_dir(folder.join("deep"))?.count(), 1, "something half-written is left");
+        // A folder of that name: the new contents cannot take its place, and the message names the file.
+        std::fs::create_dir_all(folder.join("taken/inside"))?;
+        let problem = write(&folder.join("taken"), "new").map_err(|error| error.to_string());
+        assert!(problem.is_err_and(|text| text.contains("cannot write") && text.contains("taken")));
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+}

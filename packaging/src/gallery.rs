@@ -1,0 +1,44 @@
+//! `cargo xtask gallery`: what the FMUs do under every friction law.
+
+use anyhow::{Result, ensure};
+use clap::Args;
+
+use crate::package;
+use crate::process::{self, heading};
+use crate::ssp;
+use crate::venv::{Requirements, Venv};
+use crate::workspace::Workspace;
+
+/// Run and draw every friction law in every model, compare the laws, and run the drive; needs `package`.
+///
+/// Results are in target/gallery, in a folder per model.
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  cargo xtask package && cargo xtask gallery     about five minutes; figures in target/gallery")]
+pub struct Gallery {}
+
+impl Gallery {
+    /// Runs everything, one program after the other.
+    ///
+    /// # Errors
+    /// When the FMUs are missing or a run fails.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        for fmu in package::fmus(workspace) {
+            ensure!(fmu.is_file(), "{} is missing: run `cargo xtask package` first", fmu.display());
+        }
+        let venv = Venv::prepare(workspace, Requirements::PACKAGE)?;
+        let script = |name: &str| {
+            let mut command = venv.command();
+            command.arg(workspace.python().join(name)).arg("--output").arg(workspace.gallery());
+            command
+        };
+        heading("Run the default experiments under every friction law");
+        process::run(script("experiment.py").arg("--every-law").args(package::fmus(workspace)))?;
+        heading("Run the drive");
+        process::run(script("drive.py").arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
+        heading("Compare the friction laws");
+        let of = |model: &str| workspace.fmus().join(format!("{model}.fmu"));
+        process::run(script("catalogue.py").arg(of("FrictionBench")).arg(of("PneumaticServoCylinder")))
+    }
+}

@@ -1,0 +1,119 @@
+//! `cargo xtask release`: the files that are published.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use sha2::{Digest, Sha256};
+
+use crate::files;
+use crate::package::{self, Package};
+use crate::platform::{self, Binary, Platform};
+use crate::process::{self, heading};
+use crate::ssp;
+use crate::workspace::Workspace;
+
+/// Build FMUs for all platforms and put what is published into target/release-files.
+///
+/// FMUs, SSP, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
+/// built here.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask release                                   build everything here (docs/platforms.md says what that needs)
+  cargo xtask release --binary win64=plant.dll --binary darwin64=plant.dylib   libraries from native machines
+
+Afterwards:
+  cd target/release-files && sha256sum --check SHA256SUMS")]
+pub struct Release {
+    /// A library that was built elsewhere from the same source.
+    #[arg(long = "binary", value_name = "PLATFORM=PATH")]
+    binaries: Vec<Binary>,
+}
+
+impl Release {
+    /// Packages for all platforms and collects the files.
+    ///
+    /// # Errors
+    /// When `package` fails or a file cannot be written.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        Package::for_everybody(&self.binaries).run(workspace)?;
+        heading("Collect the files");
+        let sources: Vec<_> =
+            package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]).collect();
+        let mut contents = Vec::new();
+        for file in &sources {
+            let name = file.file_name().context("a file without a name")?.to_string_lossy().into_owned();
+            contents.push((name, std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?));
+        }
+        contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
+        publish(&workspace.target.join("release-files"), contents)
+    }
+}
+
+/// Writes files and their checksums into a folder that holds nothing else, and that is there when all is written.
+fn publish(folder: &Path, contents: Vec<(String, Vec<u8>)>) -> Result<()> {
+    ensure!(!contents.is_empty(), "there is nothing to publish");
+    let partial = folder.with_extension("partial");
+    for old in [folder, &partial].into_iter().filter(|old| old.exists()) {
+        std::fs::remove_dir_all(old).with_context(|| format!("cannot remove the old {}", old.display()))?;
+    }
+    let mut sums = String::new();
+    for (name, bytes) in contents {
+        // As `sha256sum --check` reads it.
+        let digest = Sha256::digest(&bytes);
+        digest.iter().try_for_each(|byte| write!(sums, "{byte:02x}"))?;
+        writeln!(sums, "  {name}")?;
+        files::write(&partial.join(&name), bytes)?;
+        println!("{}", folder.join(name).display());
+    }
+    files::write(&partial.join("SHA256SUMS"), sums)?;
+    std::fs::rename(&partial, folder).with_context(|| format!("cannot make {}", folder.display()))
+}
+
+fn revision(root: &Path) -> String {
+    let mut git = std::process::Command::new("git");
+    let commit = process::output(git.args(["rev-parse", "HEAD"]).current_dir(root));
+    commit.map_or_else(|_| "a folder without history".to_owned(), |commit| commit.trim().to_owned())
+}
+
+fn readme(revision: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let platforms = platform::names(Platform::ALL);
+    format!(
+        "Pneumatic servo cylinder {version}\n\n\
+         Functional mock-up units (FMI 2.0) for {platforms}, and a drive of cylinder and controller (SSP 1.0).\n\
+         Import an .fmu into your tool, or run it from Python:\n\n    \
+         pip install fmpy\n    \
+         fmpy validate PneumaticServoCylinder.fmu\n\n\
+         Each FMU explains itself in documentation/index.html inside; licences are beside it.\n\
+         On macOS, a downloaded FMU is in quarantine until `xattr -dr com.apple.quarantine FILE` takes it out.\n\
+         Checksums: sha256sum --check SHA256SUMS\n\n\
+         Built from commit {revision}.\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_files_come_with_their_checksums_and_without_those_of_the_last_time() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("release-{}", std::process::id()));
+        publish(&folder, vec![("Old.fmu".to_owned(), vec![1])])?;
+        publish(&folder, vec![("README.txt".to_owned(), b"abc".to_vec())])?;
+        assert!(!folder.join("Old.fmu").exists());
+        // FIPS 180-4 has this example.
+        let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  README.txt\n";
+        assert_eq!(std::fs::read_to_string(folder.join("SHA256SUMS"))?, expected);
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+
+    #[test]
+    fn the_readme_names_every_platform_and_the_commit() {
+        let text = readme("0123abc");
+        assert!(text.contains("linux64, win64, darwin64") && text.contains("commit 0123abc"), "{text}");
+    }
+}
