@@ -30,8 +30,9 @@ pub const MODEL: Model = Model {
     name: "Lag",
     description: "A first-order lag",
     variables: || &TABLE,
+    indicators: Vec::new,
     start: |start| Ok(Box::new(Lag::new(start)?)),
-    experiment: Experiment { stop_time: 1.0, step_size: 0.1 },
+    experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[] },
 };
 
 /// What goes wrong.
