@@ -29,6 +29,8 @@ from experiment import signals  # noqa: E402
 from figures import BLUE, GREY, STYLE, VERMILION  # noqa: E402
 
 LAW = "LuGre"
+BRISTLE = {"friction.lugre.sigma0": 1e4, "friction.lugre.sigma1": 2500.0, "friction.lugre.vd": 1e3}
+"""The strongly damped bristle of the set TransitionLuGre."""
 STOP, STEP = 3.0, 1e-3
 SCHEMES = ["ExplicitEuler", "ImplicitEuler", "RK3", "RK4"]
 SIZES = [1e-3, 1e-4, 1e-5]
@@ -72,7 +74,7 @@ def simulate(fmu: Path, scheme: str, size: float) -> Run:
     """Runs the experiment under a scheme."""
     voltage = signals("PneumaticServoCylinder")["valveVoltage"]
     with Client(fmu) as client:
-        client.start({"friction.law": LAW, "solver.scheme": scheme, "solver.step": size})
+        client.start({"friction.law": LAW, **BRISTLE, "solver.scheme": scheme, "solver.step": size})
         rows = [client.get(SIGNALS)]
         try:
             for index in range(round(STOP / STEP)):

@@ -12,9 +12,11 @@ Usage: python studies/vibro_impact.py [target/fmu/VibroImpact.fmu] [--small]
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from common import arguments, parallel, run
@@ -40,6 +42,10 @@ DIAGRAMS = ((0.5, 1.56), (0.5, 1.0), (1.0, 1.0), (1.5, 1.0))
 
 BASINS = ((1.0, 0.1), (1.5, 0.95), (1.5, 1.06))
 """Amplitude and friction of the basins at the frequency 1: two that are published, and one with irregular motion."""
+
+SETS = Path(__file__).parents[1] / "modelDescription" / "parameter_sets.json"
+SYSTEM = next(s["values"] for s in json.loads(SETS.read_text()) if s["name"] == "Bifurcations")
+"""The dimensionless system of the bifurcations and basins."""
 
 SAME = 2e-3
 """Points of the map that are closer count as one, dimensionless."""
@@ -105,9 +111,7 @@ class Drive:
 
     def start(self) -> dict[str, float | str]:
         return {
-            "form": "Dimensionless",
-            "friction.law": "Coulomb",
-            "friction.ratio": 1.0,
+            **SYSTEM,
             "dimensionless.chi": self.amplitude,
             "dimensionless.omega": self.frequency,
             "dimensionless.fr": self.friction,

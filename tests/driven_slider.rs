@@ -197,7 +197,8 @@ fn motion_is_odd_in_time_after_the_start() {
 /// m*dv = -integral of friction over a long run, by Simpson's rule on samples of a smooth law.
 #[test]
 fn momentum_comes_from_friction_alone() {
-    let mut run = slider("LuGre", 0.4, 0.32, 0.5).set("friction.lugre.sigma0", 5e3).start().unwrap();
+    let rig = slider("LuGre", 0.4, 0.32, 0.5).set("friction.lugre.sigma0", 5e3);
+    let mut run = rig.set("friction.lugre.sigma1", 20.03).set("friction.lugre.vd", 1e3).start().unwrap();
     let interval = PERIOD / 2000.0;
     let before = run.get("velocity");
     let (mut impulse, mut index) = (run.get("frictionForce"), 0);

@@ -59,7 +59,15 @@ fn coulomb_with_stiction_sticks_and_slips_as_the_closed_form_says() {
 
 /// The parameters of Canudas de Wit et al. (1995).
 fn lugre_1995(drive: &str) -> Rig {
-    let values = [("sigma0", 1e5), ("sigma1", 1e5f64.sqrt()), ("sigma2", 0.4), ("Fc", 1.0), ("Fs", 1.5), ("vs", 1e-3)];
+    let values = [
+        ("sigma0", 1e5),
+        ("sigma1", 1e5f64.sqrt()),
+        ("sigma2", 0.4),
+        ("vd", 1e3),
+        ("Fc", 1.0),
+        ("Fs", 1.5),
+        ("vs", 1e-3),
+    ];
     let rig = Rig::bench("LuGre", drive).set("driveVelocity", 0.1).set("solver.relativeTolerance", 1e-8);
     values.into_iter().fold(rig, |rig, (name, value)| rig.set(&format!("friction.lugre.{name}"), value))
 }

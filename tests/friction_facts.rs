@@ -202,6 +202,30 @@ fn armstrong_friction_follows_a_ramp_of_the_speed_after_the_delay() {
     }
 }
 
+/// With a delay of 0.2 s a speed that oscillates with 20 and 60 Hz comes back with the error that the law states:
+/// `6.2e-5*(f*tauL)^3` of its amplitude, times the steepest slope of the Stribeck part, `0.65*2.7 N/v_s`. Ramps of 0.1 ms
+/// through the sine add `(w*h)^2/12` of it.
+#[test]
+fn armstrong_long_delay_is_as_accurate_as_stated() {
+    const DELAY: f64 = 0.2;
+    for frequency in [20.0, 60.0] {
+        let speed = |time: f64| 0.03 + 0.02 * (TAU * frequency * time.max(0.0)).sin();
+        let rig = moved("Armstrong", "armstrong").set("friction.armstrong.tauL", DELAY);
+        let mut run = rig.set("driveVelocity", speed(0.0)).start().unwrap();
+        let mut worst = 0.0f64;
+        for step in 0..6000 {
+            let (from, to) = (f64::from(step) * 1e-4, f64::from(step + 1) * 1e-4);
+            run.ramp("driveVelocity", speed(from), (speed(to) - speed(from)) / 1e-4);
+            run.advance(to).unwrap();
+            let expected = 8.3 + 2.7 / (1.0 + (speed(to - DELAY) / 0.01).powi(2));
+            worst = worst.max((run.get("frictionForce") - expected).abs());
+        }
+        let relative = 6.2e-5 * (frequency * DELAY).powi(3) + (TAU * frequency * 1e-4).powi(2) / 12.0;
+        let bound = 0.65 * 2.7 / 0.01 * 0.02 * relative;
+        assert!(worst < bound, "{worst} N at {frequency} Hz, more than {bound} N");
+    }
+}
+
 /// At the start all bonds are stretched alike.
 #[test]
 fn bristles_first_break_together() {

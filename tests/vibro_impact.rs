@@ -176,6 +176,30 @@ fn both_forms_give_the_same_motion() {
     assert!(dimensional.get("position").abs() > 1e-4, "it progresses");
 }
 
+/// The defaults of the two forms describe one apparatus, counted in some force `F_b`: the definitions of the
+/// dimensionless numbers hold to the digits given.
+#[test]
+fn defaults_of_both_forms_describe_one_apparatus() {
+    let start = |name: &str| {
+        let model = pneumatic_servo::models::ALL.iter().find(|model| model.name == "VibroImpact").expect("the model");
+        let variable = (model.variables)().iter().find(|variable| variable.name == name);
+        variable.and_then(|variable| variable.start).unwrap_or_else(|| panic!("{name} has no start value"))
+    };
+    let (m1, k1) = (start("internal.mass"), start("spring.k1"));
+    let beta = start("dimensionless.beta");
+    let fb = (beta * k1.powi(3) / start("spring.k2")).sqrt();
+    assert!((fb - 9.23).abs() < 0.01, "beta counts in {fb} N");
+    for (name, expected) in [
+        ("zeta", start("spring.damping") / (2.0 * (k1 * m1).sqrt())),
+        ("sigma", start("impact.stiffness") / k1),
+        ("gamma", k1 * start("impact.gap") / fb),
+        ("mu", start("mass") / m1),
+    ] {
+        let found = start(&format!("dimensionless.{name}"));
+        assert!((found - expected).abs() <= 5e-4 * expected, "{name} is {found}, not {expected}");
+    }
+}
+
 /// The law of the source: Stribeck's with F_c = F_s/2 and delta = 1.
 #[test]
 fn default_law_is_the_coulomb_stribeck_law() {
@@ -216,6 +240,9 @@ fn period(friction: f64) -> usize {
         .choose("form", "Dimensionless")
         .choose("friction.law", "Coulomb")
         .set("friction.ratio", 1.0)
+        .set("dimensionless.zeta", 0.03)
+        .set("dimensionless.sigma", 144.0)
+        .set("dimensionless.gamma", 0.038)
         .set("dimensionless.chi", 1.5)
         .set("dimensionless.fr", friction)
         .start()

@@ -77,6 +77,7 @@ impl Case {
 /// LuGre with a bristle as stiff as Dahl's.
 fn stiff_lugre() -> Option<Case> {
     let stiff = Case::of("LuGre")?.with("friction.lugre.sigma0", 8e6).with("friction.lugre.sigma1", 500.0);
+    let stiff = stiff.with("friction.lugre.vd", 1e3);
     Some(stiff.named("LuGre, stiff"))
 }
 

@@ -23,6 +23,8 @@ pub struct ParameterSet {
     description: String,
     /// Where the values are from, unless they are examples.
     source: Option<String>,
+    /// The experiment that the values belong to: start, inputs, what is seen; every set with a source has one.
+    experiment: Option<String>,
     values: Vec<(Variable, Value)>,
 }
 
@@ -66,7 +68,9 @@ impl ParameterSet {
         });
         let values: Vec<_> = values.collect::<Result<_>>().with_context(|| format!("the set {name}"))?;
         ensure!(!values.is_empty(), "{name} is empty");
-        Ok(Self { name, description: text("description")?, source: text("source").ok(), values })
+        let [source, experiment] = ["source", "experiment"].map(|key| text(key).ok());
+        ensure!(source.is_none() || experiment.is_some(), "{name} has a source but no experiment");
+        Ok(Self { name, description: text("description")?, source, experiment, values })
     }
 
     /// As JSON: names and values, with items of enumerations by name.
@@ -77,7 +81,8 @@ impl ParameterSet {
         let values: Map<String, Value> =
             self.values.iter().map(|(variable, value)| (variable.name.clone(), value.clone())).collect();
         let set = json!({
-            "name": self.name, "description": self.description, "source": self.source, "values": values,
+            "name": self.name, "description": self.description, "source": self.source,
+            "experiment": self.experiment, "values": values,
         });
         Ok(serde_json::to_string_pretty(&set)? + "\n")
     }
@@ -111,13 +116,14 @@ impl ParameterSet {
                 self.values.iter().map(|(variable, value)| (variable.name.strip_prefix(prefix), variable, value));
             named.filter_map(|(name, variable, value)| Some((name?, variable, value)))
         };
-        let source = self.source.as_ref().map(|source| format!("; {source}"));
+        let parts = [Some(&self.description), self.source.as_ref(), self.experiment.as_ref()];
+        let description = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join("; ");
         let root = Element::new("ssv:ParameterSet")
             .with("xmlns:ssc", ssc::COMMON)
             .with("xmlns:ssv", ssc::PARAMETER_VALUES)
             .with("version", "1.0")
             .with("name", &self.name)
-            .with("description", &format!("{}{}", self.description, source.unwrap_or_default()))
+            .with("description", &description)
             .with("generationTool", ssc::TOOL)
             .with("generationDateAndTime", &moment.iso());
         root.contain(xml, |xml| {
@@ -178,7 +184,7 @@ mod tests {
     use super::*;
 
     fn set(values: Value) -> Value {
-        json!({ "name": "Test", "description": "", "source": "", "values": values })
+        json!({ "name": "Test", "description": "", "source": "", "experiment": "", "values": values })
     }
 
     const CYLINDER: &Model = &models::pneumatic_servo_cylinder::MODEL;
@@ -191,7 +197,19 @@ mod tests {
     fn the_sets_of_the_repository_are_legal() -> Result<()> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
         assert_eq!(of(CYLINDER, &folder)?.len(), 8);
+        let vibro_impact = of(&models::vibro_impact::MODEL, &folder)?;
+        assert_eq!(vibro_impact.into_iter().map(|set| set.name).collect::<Vec<_>>(), ["Bifurcations"]);
         Ok(())
+    }
+
+    /// Identified values mean little without what they were identified from.
+    #[test]
+    fn set_with_a_source_states_its_experiment() {
+        let mut set = set(json!({ "mass.moving": 0.88 }));
+        set.as_object_mut().expect("an object").remove("experiment");
+        let refused = ParameterSet::read(&set, |name| settable(CYLINDER, name).cloned());
+        let error = refused.err().expect("a refusal");
+        assert_eq!(error.to_string(), "Test has a source but no experiment");
     }
 
     #[test]

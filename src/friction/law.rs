@@ -29,7 +29,8 @@ pub struct Contact<S> {
     pub velocity: S,
     /// Sum of all other forces on the mass in N, positive towards positive velocity.
     pub applied: S,
-    /// Load level (1 at rated load), which multiplies every force-valued parameter of the law.
+    /// Load level (1 at rated load), which multiplies every force-valued parameter of the law, or the limits of its
+    /// deflections where these stand for forces.
     pub level: S,
     /// Whether the contact is moved by forces or by a prescribed motion.
     pub drive: Drive,

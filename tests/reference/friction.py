@@ -641,39 +641,47 @@ class ResetIntegrator:
 
 @dataclass(frozen=True)
 class ResetStraining(Undirected):
-    """The integrator follows the motion."""
+    """The integrator follows the motion; the strain differs from it by what a varying limit made."""
 
     friction: ResetIntegrator
+    offset: float = 0.0
 
     def force(self, c: Contact) -> float:
         f = self.friction
-        return (1.0 + f.a) * f.sigma0 * c.z[0] + (f.sigma1 + f.sigma2) * c.v
+        return (1.0 + f.a) * f.sigma0 * self._strain(c) + (f.sigma1 + f.sigma2) * c.v
 
     def rates(self, c: Contact) -> Sequence[float]:
         return (c.v,)
 
     def margins(self, c: Contact) -> Sequence[float]:
-        return (self.friction.z0 - c.z[0], self.friction.z0 + c.z[0])
+        limit = c.level * self.friction.z0
+        return (limit - self._strain(c), limit + self._strain(c))
 
     def expired(self, c: Contact, which: int) -> Regime:
         return ResetSliding(self.friction, 1 if which == 0 else -1)
 
+    def _strain(self, c: Contact) -> float:
+        return c.z[0] + self.offset
+
 
 @dataclass(frozen=True)
 class ResetSliding(Regime):
-    """The integrator rests at its limit."""
+    """The strain is at its limit, and the integrator rests."""
 
     friction: ResetIntegrator
     direction: int
 
     def force(self, c: Contact) -> float:
-        return self.friction.sigma0 * c.z[0] + self.friction.sigma2 * c.v
+        return self.friction.sigma0 * self._strain(c) + self.friction.sigma2 * c.v
 
     def rates(self, c: Contact) -> Sequence[float]:
         return (0.0,)
 
     def at_rest(self, c: Contact) -> Regime:
-        return ResetStraining(self.friction)
+        return ResetStraining(self.friction, self._strain(c) - c.z[0])
+
+    def _strain(self, c: Contact) -> float:
+        return self.direction * c.level * self.friction.z0
 
 
 # Stick-slip with an anchored spring
@@ -970,7 +978,7 @@ LAWS: dict[str, Entry] = {
     ),
     "LuGre": Entry(
         "lugre",
-        {**STRIBECK_DEFAULTS, "sigma0": 1e4, "sigma1": 2500.0, "sigma2": 30.0, "vd": 1e3},
+        {**STRIBECK_DEFAULTS, "sigma0": 1e6, "sigma1": 1e3, "sigma2": 30.0, "vd": 1e-2},
         lambda p: LuGre(_steady(p), p["sigma0"], p["sigma1"], p["sigma2"], p["vd"]).law(),
     ),
     "Leuven": Entry(

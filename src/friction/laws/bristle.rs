@@ -20,7 +20,7 @@ parameters! {
         viscous: f64 = viscous(30.0);
         count: f64 = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
         stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
-        strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks");
+        strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load level 1");
         seed: f64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
         window: f64 = Variable::parameter(9, "window", units::SECOND, 1e-4)
             .range(0.0, 1e-2)
@@ -30,21 +30,23 @@ parameters! {
     }
 }
 
-/// Bristle friction: `N` bonds that break when stretched by `deltaS` and form anew at a random place.
+/// Bristle friction: `N` bonds that break when stretched by `d = lambda*deltaS` and form anew at a random place.
 ///
 /// ```text
-/// F   = sum sigma0*(x - b_i) + sigma2*v                                          [N]
-/// b_i = x(0) at first, and b_i + sgn(x - b_i)*deltaS*U when |x - b_i| = deltaS   [m], U uniform in (0, 1]
+/// F   = sum sigma0*(x - b_i) + sigma2*v                             [N]
+/// b_i = x(0) at first, and b_i + sgn(x - b_i)*d*U when |x - b_i| = d   [m], U uniform in (0, 1]
 /// ```
 ///
-/// Mean sliding force `2/3*N*sigma0*deltaS`; the first break-away takes `N*sigma0*deltaS`, since all bonds are then
-/// stretched alike. Each bristle draws from a generator of its own, so that where bonds break and form depends on the
-/// path alone, and the same `seed` gives the same sequence.
+/// Mean sliding force `2/3*N*sigma0*d`; the first break-away takes `N*sigma0*d`, since all bonds are then stretched
+/// alike. Each bristle draws from a generator of its own, so that at constant load where bonds break and form depends on
+/// the path alone, and the same `seed` gives the same sequence.
 ///
 /// # Validity
-/// None of the parameters is a force: the load level has no effect. In sliding a bond breaks every `deltaS/(2*N)`;
-/// where that is more than four times in `window` seconds, the bonds break and form as before but the force is the mean
-/// over the path covered in that time. With `window = 0` each break is located, at about two million breaks per metre.
+/// None of the parameters is a force: the load level `lambda` scales the strength of the bonds, not their stiffness; it
+/// counts as 1e-6 at least, which leaves micronewtons. In sliding a bond breaks every `d/(2*N)`; where that is more than
+/// four times in `window` seconds, the bonds break and form as before but the force is the mean over the path covered in
+/// that time, at the load level of its beginning. With `window = 0` each break is located, at about two million breaks
+/// per metre with the defaults.
 ///
 /// # Source
 /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
@@ -121,7 +123,7 @@ impl FrictionLaw for Bristle {
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
         let Some(Window { start, end, least_speed, .. }) = memory.window else {
             let deflections = memory.bonds.iter().map(|bond| (contact.position - bond.anchor).abs());
-            out[Event::Distance] = self.limit() - deflections.fold(0.0, f64::max);
+            out[Event::Distance] = limit(self.strength(contact)) - deflections.fold(0.0, f64::max);
             return;
         };
         let direction = sign(end - start);
@@ -130,67 +132,77 @@ impl FrictionLaw for Bristle {
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
-        let x = contact.position;
+        let (x, strength) = (contact.position, self.strength(contact));
         if let Some(window) = memory.window {
             for bond in memory.bonds.iter_mut() {
-                self.travel(bond, window.start, x);
+                bond.travel(window.start, x, strength);
             }
         }
         for bond in memory.bonds.iter_mut() {
-            self.renew(bond, x);
+            bond.renew(x, strength);
         }
         memory.window = self.window_ahead(contact, &memory.bonds);
     }
 }
 
-impl Bristle {
-    /// Deflection at which a bond counts as broken: the strength but for rounding.
-    fn limit(&self) -> f64 {
-        self.strength * (1.0 - 1e-12)
+/// Deflection at which a bond of a strength in m counts as broken: the strength but for rounding.
+fn limit(strength: f64) -> f64 {
+    strength * (1.0 - 1e-12)
+}
+
+impl Bond {
+    /// Breaks if it is stretched to its limit, until it holds.
+    fn renew(&mut self, x: f64, strength: f64) {
+        let stretch = x - self.anchor;
+        if stretch.abs() > 2.0 * strength {
+            self.anchor = x - strength.copysign(stretch);
+        }
+        while (x - self.anchor).abs() >= limit(strength) {
+            self.anchor += (strength * random::uniform(&mut self.generator)).copysign(x - self.anchor);
+        }
     }
 
-    /// Breaks a bond that is stretched to its limit, until it holds.
-    fn renew(&self, bond: &mut Bond, x: f64) {
-        let stretch = x - bond.anchor;
-        if stretch.abs() > 2.0 * self.strength {
-            bond.anchor = x - self.strength.copysign(stretch);
-        }
-        while (x - bond.anchor).abs() >= self.limit() {
-            bond.anchor += (self.strength * random::uniform(&mut bond.generator)).copysign(x - bond.anchor);
-        }
-    }
-
-    /// Moves a bond's bristle along a path; returns its mean deflection on the way.
-    fn travel(&self, bond: &mut Bond, start: f64, end: f64) -> f64 {
+    /// Moves the bristle along a path; returns its mean deflection on the way.
+    fn travel(&mut self, start: f64, end: f64, strength: f64) -> f64 {
         /// Bonds forget the past within a few deflections; of a longer path the rest is followed.
         const LONGEST: f64 = 100.0;
         let direction = sign(end - start);
-        let path = (end - start).abs().min(LONGEST * self.strength);
+        let path = (end - start).abs().min(LONGEST * strength);
         if path == 0.0 {
-            return end - bond.anchor;
+            return end - self.anchor;
         }
-        let mut deflection = direction * (start - bond.anchor);
+        let mut deflection = direction * (start - self.anchor);
         let (mut left, mut area) = (path, 0.0);
-        while deflection + left >= self.limit() {
-            let stretch = self.strength - deflection;
+        while deflection + left >= limit(strength) {
+            // A bond that was stronger when it formed may be stretched beyond the present strength.
+            let stretch = (strength - deflection).max(0.0);
             area += stretch * (deflection + 0.5 * stretch);
             left -= stretch;
-            deflection = self.strength * (1.0 - random::uniform(&mut bond.generator));
+            deflection = strength * (1.0 - random::uniform(&mut self.generator));
         }
         area += left * (deflection + 0.5 * left);
-        bond.anchor = end - direction * (deflection + left);
+        self.anchor = end - direction * (deflection + left);
         direction * area / path
+    }
+}
+
+impl Bristle {
+    /// Deflection in m at which bonds break under the present load.
+    fn strength(&self, contact: &Contact<f64>) -> f64 {
+        /// Bonds of no strength at all would break without end.
+        const LEAST_LEVEL: f64 = 1e-6;
+        contact.level.max(LEAST_LEVEL) * self.strength
     }
 
     /// The window that begins here, if the bonds break fast.
     fn window_ahead(&self, contact: &Contact<f64>, bonds: &[Bond]) -> Option<Window> {
         const FEWEST_BREAKS: f64 = 4.0;
-        let path = contact.velocity * self.window;
-        if path.abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * self.strength {
+        let (path, strength) = (contact.velocity * self.window, self.strength(contact));
+        if path.abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * strength {
             return None;
         }
         let (start, end) = (contact.position, contact.position + path);
-        let sum: f64 = bonds.iter().copied().map(|mut bond| self.travel(&mut bond, start, end)).sum();
+        let sum: f64 = bonds.iter().copied().map(|mut bond| bond.travel(start, end, strength)).sum();
         Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: self.stiffness * sum })
     }
 }

@@ -18,9 +18,9 @@ parameters! {
         stribeck_velocity: f64 = stribeck_velocity(0.01);
         exponent: f64 = exponent();
         viscous: f64 = viscous(30.0);
-        stiffness: f64 = stiffness(5, "sigma0", 1e4).text("Bristle stiffness");
-        damping: f64 = damping(6, "sigma1", 2500.0).text("Bristle damping at zero velocity");
-        damping_velocity: f64 = velocity(7, "vd", 1e3).text("Velocity above which the bristle damping has decayed");
+        stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
+        damping: f64 = damping(6, "sigma1", 1000.0).text("Bristle damping at zero velocity");
+        damping_velocity: f64 = velocity(7, "vd", 0.01).text("Velocity above which the bristle damping has decayed");
     }
 }
 
@@ -34,8 +34,12 @@ parameters! {
 /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Drifts under oscillating loads below `F_s`.
 ///
 /// # Validity
-/// `|z| <= lambda*F_s/sigma0` is invariant; passive with constant damping only if
-/// `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
+/// `|z| <= lambda*F_s/sigma0` is invariant. Passive if `sigma1*v_d <= 9.3*lambda*F_c`, with the defaults by a factor of 8:
+/// the energy `sigma0*z^2/2` never grows by more than the work of `F` where `sigma1*exp(-(v/v_d)^2)*|v| <= 4*s(v)`, whose
+/// left side is at most `sigma1*v_d/sqrt(2*e)`. With constant damping (a large `v_d`) only if
+/// `sigma2 > sigma1*(F_s - F_c)/F_c`; beyond, the damping adds to the friction force while the bristle bends, which then
+/// exceeds `F_s` by far and breaks away later the faster the load grows. Where `s` falls to 0, within the last
+/// micronewton, `z` goes to 0.
 ///
 /// # Errors
 /// [`ParameterError`] for `F_c > F_s`.

@@ -39,6 +39,12 @@ parameters! {
 /// constant and friction balances the applied force. Where `F1 < F2` both branches can be consistent; the one in
 /// force is kept until it is not. Sliding starts on the accelerating branch.
 ///
+/// # Validity
+/// In the band of forces between `F2` and `F1`, 3 N wide at rest with the defaults, the mass keeps its speed: where the
+/// drive gives way after break-away, it goes on creeping while a Stribeck curve makes it slip and stop. Explicit Euler
+/// with the same equations takes the sign of the last acceleration for that of the present one, jumps from branch to
+/// branch and slips: those pulses are of the method, not of the law. For stick-slip choose another law.
+///
 /// # Errors
 /// [`ParameterError`] for `F_c1 > F_s` or `F_c2 > F_s`.
 #[derive(Clone, Debug)]

@@ -9,27 +9,29 @@ use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
-    /// Reset-integrator friction: one state, the strain `z` in m of a bond that yields at `z0`.
+    /// Reset-integrator friction: one state, the strain `z` in m of a bond that yields at `lambda*z0`.
     ///
     /// ```text
-    /// dz/dt = 0   at z = z0 while v > 0, and at z = -z0 while v < 0
-    ///       = v   otherwise                                              [m/s]
-    /// F     = (1 + a(z))*sigma0*z + sigma1*dz/dt + sigma2*v              [N]
-    /// a(z)  = a for |z| < z0, otherwise 0
+    /// z     = lambda*z0    while v > 0, once there; -lambda*z0 while v < 0   [m]
+    /// dz/dt = v            otherwise                                         [m/s]
+    /// F     = (1 + a(z))*sigma0*z + sigma1*dz/dt + sigma2*v                  [N], dz/dt = 0 at the limit
+    /// a(z)  = a for |z| < lambda*z0, otherwise 0
     /// ```
     ///
-    /// The bond holds up to `(1 + a)*sigma0*z0` and carries `sigma0*z0` while sliding. Without drift; when the motion
-    /// turns back the force jumps to that of the bond.
+    /// The bond holds up to `(1 + a)*sigma0*lambda*z0` and carries `sigma0*lambda*z0` while sliding. Without drift; when
+    /// the motion turns back the force jumps to that of the bond.
     ///
     /// # Validity
-    /// None of the parameters is a force: the load level has no effect. `|z| <= z0` is invariant.
+    /// None of the parameters is a force: the load level `lambda` scales the limit of the strain, not the stiffness. At
+    /// constant level `|z| <= lambda*z0` is invariant; a bond stretched beyond a limit that falls yields as soon as the
+    /// motion stretches it further. While it yields, the state stays where yielding began.
     ///
     /// # Source
     /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
     ResetIntegrator {
         viscous: f64 = viscous(30.0);
         stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Stiffness of the bond while sliding");
-        yield_strain: f64 = length(6, "z0", 8.3e-6).text("Strain at which the bond yields");
+        yield_strain: f64 = length(6, "z0", 8.3e-6).text("Strain at which the bond yields at load level 1");
         stiction_gain: f64 = Variable::parameter(7, "a", units::ONE, 0.325)
             .range(0.0, 100.0)
             .tunable()
@@ -63,15 +65,22 @@ impl FrictionLaw for ResetIntegrator {
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], mode: &Mode, rates: &mut [S]) -> S {
         rates[0] = mode.rate(contact.velocity);
         let gain = if *mode == Mode::Following { 1.0 + self.stiction_gain } else { 1.0 };
-        let strain = mode.deflection(z[0], self.yield_strain);
+        let strain = mode.deflection(z[0], self.limit(contact.level));
         strain * (gain * self.stiffness) + rates[0] * self.damping + contact.velocity * self.viscous
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z[0], self.yield_strain, out);
+        mode.indicate(contact.velocity, z[0], self.limit(contact.level), out);
     }
 
-    fn switch(&self, _event: Event, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
-        *mode = mode.switched(&mut z[0], self.yield_strain);
+    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+        *mode = mode.switched(&mut z[0], self.limit(contact.level));
+    }
+}
+
+impl ResetIntegrator {
+    /// Strain in m at which the bond yields at a load level.
+    fn limit<S: Scalar>(&self, level: S) -> S {
+        level * self.yield_strain
     }
 }

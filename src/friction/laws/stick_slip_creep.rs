@@ -74,7 +74,7 @@ impl FrictionLaw for StickSlipCreep {
         if *mode == Mode::Following {
             rates[0] += fading_rate(z[0], limit);
         }
-        let displacement = mode.deflection(z[0], self.displacement);
+        let displacement = mode.deflection(z[0], S::constant(self.displacement));
         let stiction = limit * displacement / self.displacement + rates[0] * self.damping;
         let kinetic = contact.level * (self.coulomb_force * sign(v.value()));
         let share = self.stiction_share(v.abs());

@@ -1,4 +1,6 @@
 //! A deflection that follows the motion up to limits, where it waits until the motion turns back.
+//!
+//! A limit that falls below a deflection that follows takes effect as soon as the motion adds to the deflection.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,10 +21,10 @@ pub enum Mode {
 
 impl Mode {
     /// The deflection in m, of which `z` is the state.
-    pub fn deflection<S: Scalar>(self, z: S, limit: f64) -> S {
+    pub fn deflection<S: Scalar>(self, z: S, limit: S) -> S {
         match self {
             Self::Following => z,
-            Self::Limited(direction) => S::constant(direction * limit),
+            Self::Limited(direction) => limit * direction,
         }
     }
 

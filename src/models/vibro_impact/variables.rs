@@ -158,13 +158,13 @@ parameters! {
             .text("Amplitude of the harmonic force, A/F_b");
         omega: f64 = Variable::parameter(1022, "dimensionless.omega", units::ONE, 1.0).range(1e-3, 1e3)
             .text("Angular frequency of the harmonic force times sqrt(m_1/k_1)");
-        zeta: f64 = Variable::parameter(1023, "dimensionless.zeta", units::ONE, 0.03).range(0.0, 1e3)
+        zeta: f64 = Variable::parameter(1023, "dimensionless.zeta", units::ONE, 0.1733).range(0.0, 1e3)
             .text("Damping ratio, c/(2*sqrt(k_1*m_1))");
-        sigma: f64 = Variable::parameter(1024, "dimensionless.sigma", units::ONE, 144.0).range(0.0, 1e9)
+        sigma: f64 = Variable::parameter(1024, "dimensionless.sigma", units::ONE, 16.35).range(0.0, 1e9)
             .text("Stiffness of the impact spring, k_0/k_1");
         beta: f64 = Variable::parameter(1025, "dimensionless.beta", units::ONE, 1.03).range(0.0, 1e9)
             .text("Cubic stiffness, k_2*F_b^2/k_1^3");
-        gamma: f64 = Variable::parameter(1026, "dimensionless.gamma", units::ONE, 0.038).range(-1e3, 1e3)
+        gamma: f64 = Variable::parameter(1026, "dimensionless.gamma", units::ONE, 0.0).range(-1e3, 1e3)
             .text("Gap before the impact spring, k_1*G/F_b");
         mass_ratio: f64 = Variable::parameter(1027, "dimensionless.mu", units::ONE, 1.336).range(1e-6, 1e6)
             .text("Mass of the body divided by the internal mass");
