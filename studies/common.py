@@ -1,32 +1,46 @@
-"""What the studies share: many runs of an FMU on all cores, with a progress bar."""
+"""What the studies share: many runs of a model on all cores, with a progress bar, and figures of one style."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing import Pool
 from pathlib import Path
 from typing import TypeVar
 
+import matplotlib as mpl
+import pneumatic_servo as ps
 from tqdm import tqdm
 
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402 - after the choice of a backend without a display
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "packaging" / "python"))
-from client import Client, Value  # noqa: E402
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_client: Client | None = None
-"""The instance of this process; it is reset for every run."""
+
+class Plant:
+    """A running model that is advanced to points of time."""
+
+    def __init__(self, model: str, parameters: Mapping[str, ps.Value]) -> None:
+        self.simulation = ps.Model(model).start(parameters)
+        self.set, self.get = self.simulation.set, self.simulation.get
+
+    @property
+    def time(self) -> float:
+        return self.simulation.time
+
+    def advance(self, end: float) -> None:
+        self.simulation.step(end - self.simulation.time)
 
 
-def arguments(text: str, model: str) -> argparse.Namespace:
-    """FMU, folder of the results, and size."""
-    parser = argparse.ArgumentParser(description=text.partition("\n")[0])
-    parser.add_argument("fmu", type=Path, nargs="?", default=ROOT / "target" / "fmu" / f"{model}.fmu")
+def arguments(text: str) -> argparse.Namespace:
+    """Folder of the results, size, and number of processes."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of figures and tables")
     parser.add_argument("--small", action="store_true", help="a few points only, in seconds")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
@@ -38,20 +52,12 @@ def arguments(text: str, model: str) -> argparse.Namespace:
 def parallel(
     options: argparse.Namespace, label: str, function: Callable[[Task], Result], tasks: Iterable[Task]
 ) -> list[Result]:
-    """The results of a function that uses `run`, in the order of the tasks."""
+    """The results of a function, in the order of the tasks."""
     tasks = list(tasks)
-    with Pool(options.workers, _open, [options.fmu]) as pool:
+    with Pool(options.workers) as pool:
         return list(tqdm(pool.imap(function, tasks, chunksize=1), label, len(tasks), disable=None))
 
 
-def run(parameters: dict[str, Value]) -> Client:
-    """The instance of this process, started anew."""
-    assert _client is not None, "runs are made by `parallel`"
-    _client.slave.reset()
-    _client.start(parameters)
-    return _client
-
-
-def _open(fmu: Path) -> None:
-    global _client
-    _client = Client(fmu)
+def save(figure: plt.Figure, file: Path) -> None:
+    figure.savefig(file, metadata={"Software": None})
+    plt.close(figure)

@@ -5,7 +5,7 @@ Leaves two figures and a table:
 - velocities over one period, averaged over 18: tray, stick-free attractor, walk, and friction laws;
 - amplitude and phase of the slider over the acceleration of the tray: onset, stick-slip, and the stick-free limit.
 
-Usage: python studies/driven_slider.py [target/fmu/DrivenSlider.fmu] [--small]
+Usage: python studies/driven_slider.py [--small]
 """
 
 from __future__ import annotations
@@ -17,10 +17,8 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
-from common import arguments, parallel, run
-
-import figures  # found through common
-from figures import plt
+from common import Plant, arguments, parallel, plt, save
+from pneumatic_servo import figures
 
 GRAVITY = 9.80665
 FREQUENCY = 20.0
@@ -63,7 +61,7 @@ class Course:
 
 
 def course(shake: Shake) -> Course:
-    client = run(
+    plant = Plant("DrivenSlider", 
         {
             "friction.law": shake.law,
             "muStatic": MU_STATIC,
@@ -73,12 +71,12 @@ def course(shake: Shake) -> Course:
             "walk.seed": shake.seed,
         }
     )
-    client.advance(FORGET / FREQUENCY)
+    plant.advance(FORGET / FREQUENCY)
     names = ["velocity", "walk.velocity", "tray.velocity", "walk.stickFreeVelocity"]
     rows = np.empty((PERIODS * SAMPLES, len(names)))
     for index in range(len(rows)):
-        rows[index] = client.get(names)
-        client.advance((FORGET + (index + 1) / SAMPLES) / FREQUENCY)
+        rows[index] = plant.get(names)
+        plant.advance((FORGET + (index + 1) / SAMPLES) / FREQUENCY)
     periods = rows.reshape(PERIODS, SAMPLES, len(names))
     return Course(*periods.mean(axis=0).T, walks=periods[:, :, 1])
 
@@ -91,7 +89,7 @@ def fundamental(velocity: np.ndarray) -> tuple[float, float]:
 
 
 def main() -> int:
-    options = arguments(__doc__ or "", "DrivenSlider")
+    options = arguments(__doc__ or "")
     study_period(options)
     study_acceleration(options)
     print(f"figures and table: {options.output}")
@@ -125,7 +123,7 @@ def study_period(options: argparse.Namespace) -> None:
             axis.margins(x=0)
         axes[0].set_ylabel("velocity (mm/s)")
         axes[0].legend()
-        figures.save(figure, options.output / "DrivenSlider_period.png")
+        save(figure, options.output / "DrivenSlider_period.png")
 
 
 def rms(one: np.ndarray, other: np.ndarray) -> float:
@@ -164,7 +162,7 @@ def study_acceleration(options: argparse.Namespace) -> None:
         axes[0].set(ylabel="amplitude / that of the tray", title="first harmonic of the slider's velocity")
         axes[1].set(ylabel="delay (deg)", xlabel="largest acceleration of the tray (g)")
         axes[0].legend()
-        figures.save(figure, options.output / "DrivenSlider_acceleration.png")
+        save(figure, options.output / "DrivenSlider_acceleration.png")
 
 
 def draw(axes: np.ndarray, accelerations: np.ndarray, velocities: list[np.ndarray], colour: str, label: str) -> None:

@@ -7,7 +7,7 @@ Leaves a table (CSV and Markdown) and a figure. Per law:
 - break-away: how far a pulse of 0.1 s moves a trolley;
 - slow towing through the elastic rope: number of slips within 20 s.
 
-Usage: python studies/festoon.py [target/fmu/Festoon.fmu] [--small]
+Usage: python studies/festoon.py [--small]
 """
 
 from __future__ import annotations
@@ -19,12 +19,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from common import arguments, parallel, run
-
-import figures  # found through common
-from client import Client
-from experiment import LAW, laws_of, signals
-from figures import plt
+import pneumatic_servo as ps
+from common import Plant, arguments, parallel, plt, save
+from pneumatic_servo import figures
 
 PULSES = (5.0, 10.0, 12.0, 20.0)
 """Strengths in N; the break-away force of most laws is 11 N."""
@@ -34,6 +31,9 @@ SLOW = {"trolleys": 1, "spacing0": 0.999, "rope.damping": 0.0, "craneVelocity": 
 TAUT = {"trolleys": 1, "spacing0": 1.0, "craneVelocity": 2e-3}
 TAUT_TIME = 2.0
 """Time in s in which the rope is stretched by 4 mm: 8 N."""
+
+LAW = "friction.law"
+MODEL = ps.Model("Festoon")
 
 SMALL = ["None", "Stribeck", "StribeckRegularised", "LuGre"]
 
@@ -63,21 +63,24 @@ def study(law: str) -> Record:
 
 def default_experiment(law: str) -> tuple[float, list[int], int]:
     """Wall time in s, steps, rejected steps and events, and changes of sign of the friction forces."""
-    client = run({LAW: law})
-    default = client.description.defaultExperiment
-    step = float(default.stepSize)
-    crane = signals("Festoon")["craneVelocity"]
+    plant = Plant("Festoon", {LAW: law})
+    step = MODEL.step
     forces = [f"trolley[{number}].frictionForce" for number in (1, 2, 3)]
     begin, seconds, signs = 0.0, 0.0, []
-    for index in range(round(float(default.stopTime) / step)):
-        client.set({"craneVelocity": crane(index * step)})
+    for index in range(round(MODEL.stop / step)):
+        plant.set({"craneVelocity": crane_velocity(index * step)})
         begin = time.perf_counter()
-        client.advance((index + 1) * step)
+        plant.advance((index + 1) * step)
         seconds += time.perf_counter() - begin
         # Forces below 1 N, of a load that swings out, do not count.
-        signs.append(np.sign(np.trunc(client.get(forces))))
-    counters = client.get([f"solver.{name}" for name in ("steps", "rejectedSteps", "events")])
+        signs.append(np.sign(np.trunc(plant.get(forces))))
+    counters = plant.get([f"solver.{name}" for name in ("steps", "rejectedSteps", "events")])
     return seconds, [int(count) for count in counters], changes(np.array(signs))
+
+
+def crane_velocity(t: float) -> float:
+    """In m/s: the crane trolley pulls for 10 s, rests, and returns."""
+    return 0.25 * ((t < 10.0) - float(15.0 <= t < 25.0))
 
 
 def changes(signs: np.ndarray) -> int:
@@ -90,37 +93,37 @@ def changes(signs: np.ndarray) -> int:
 
 
 def creep(law: str) -> float:
-    client = run({LAW: law, **TAUT})
-    client.advance(TAUT_TIME)
-    client.set({"craneVelocity": 0.0})
-    [before] = client.get(["trolley[1].position"])
-    client.advance(TAUT_TIME + 60.0)
-    return client.get(["trolley[1].position"])[0] - before
+    plant = Plant("Festoon", {LAW: law, **TAUT})
+    plant.advance(TAUT_TIME)
+    plant.set({"craneVelocity": 0.0})
+    [before] = plant.get(["trolley[1].position"])
+    plant.advance(TAUT_TIME + 60.0)
+    return plant.get(["trolley[1].position"])[0] - before
 
 
 def moved(law: str, pulse: float) -> float:
-    client = run({LAW: law, "trolleys": 1, "load.mass": 0.01, "pulseForce": pulse})
-    [before] = client.get(["trolley[1].position"])
-    client.advance(PULSE_TIME)
-    client.set({"pulseForce": 0.0})
-    client.advance(1.0)
-    return client.get(["trolley[1].position"])[0] - before
+    plant = Plant("Festoon", {LAW: law, "trolleys": 1, "load.mass": 0.01, "pulseForce": pulse})
+    [before] = plant.get(["trolley[1].position"])
+    plant.advance(PULSE_TIME)
+    plant.set({"pulseForce": 0.0})
+    plant.advance(1.0)
+    return plant.get(["trolley[1].position"])[0] - before
 
 
 def towed(law: str) -> tuple[int, np.ndarray]:
     """Number of slips in 20 s of slow towing: times at which the trolley passes the speed of the crane."""
-    client: Client = run({LAW: law, **SLOW})
+    plant = Plant("Festoon", {LAW: law, **SLOW})
     rows = np.empty((2000, 3))
     for index in range(len(rows)):
-        client.advance((index + 1) * 0.01)
-        rows[index] = [client.time, *client.get(["trolley[1].position", "trolley[1].velocity"])]
+        plant.advance((index + 1) * 0.01)
+        rows[index] = [plant.time, *plant.get(["trolley[1].position", "trolley[1].velocity"])]
     fast = rows[:, 2] > 1.5 * SLOW["craneVelocity"]
     return int(np.count_nonzero(fast[1:] & ~fast[:-1])), rows[:, :2]
 
 
 def main() -> int:
-    options = arguments(__doc__ or "", "Festoon")
-    laws = SMALL if options.small else laws_of(options.fmu)
+    options = arguments(__doc__ or "")
+    laws = SMALL if options.small else list(MODEL.parameters[LAW].items)
     records = parallel(options, "laws", study, laws)
     write(records, options.output / "Festoon")
     draw(records, options.output / "Festoon_laws.png")
@@ -167,7 +170,7 @@ def draw(records: list[Record], file: Path) -> None:
         figure.supxlabel("time (s)")
         figure.supylabel("position (mm)")
         figure.suptitle("a trolley towed slowly through its elastic rope", fontweight="bold")
-        figures.save(figure, file)
+        save(figure, file)
 
 
 if __name__ == "__main__":

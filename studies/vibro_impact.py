@@ -6,7 +6,7 @@ Leaves three figures and prints the numbers behind them:
 - the Poincare map of the relative velocity over friction, 200 cycles after 100 that are dropped, and the progression;
 - which attractor a start on the plane of relative position and velocity leads to.
 
-Usage: python studies/vibro_impact.py [target/fmu/VibroImpact.fmu] [--small]
+Usage: python studies/vibro_impact.py [--small]
 """
 
 from __future__ import annotations
@@ -19,10 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from common import arguments, parallel, run
-
-import figures  # found through common
-from figures import plt
+from common import Plant, arguments, parallel, plt, save
+from pneumatic_servo import figures
 
 FREQUENCY = 15.0
 DURATION = 3.0
@@ -52,7 +50,7 @@ SAME = 2e-3
 
 
 def main() -> int:
-    options = arguments(__doc__ or "", "VibroImpact")
+    options = arguments(__doc__ or "")
     study_progression(options)
     study_bifurcations(options)
     study_basins(options)
@@ -66,9 +64,9 @@ def main() -> int:
 def progression(point: tuple[float, float]) -> float:
     """Path of the body in m at a static friction in N and a force ratio."""
     level, ratio = point
-    client = run({"friction.Fs": level, "excitation.amplitude": ratio * level, "excitation.frequency": FREQUENCY})
-    client.advance(DURATION)
-    return client.get(["position"])[0]
+    plant = Plant("VibroImpact", {"friction.Fs": level, "excitation.amplitude": ratio * level, "excitation.frequency": FREQUENCY})
+    plant.advance(DURATION)
+    return plant.get(["position"])[0]
 
 
 def study_progression(options: argparse.Namespace) -> None:
@@ -93,7 +91,7 @@ def study_progression(options: argparse.Namespace) -> None:
         axis.set_title("progression of the body in 3 s; dashed: neither forward nor backward")
         axis.legend(loc="lower left", frameon=True)
         figure.colorbar(filled, label="progression (mm)")
-        figures.save(figure, options.output / "VibroImpact_progression.png")
+        save(figure, options.output / "VibroImpact_progression.png")
 
 
 # Bifurcations
@@ -126,21 +124,21 @@ class Drive:
 
 def poincare(drive: Drive, dropped: int = DROPPED, kept: int = KEPT) -> np.ndarray:
     """Rows of displacement and its rate at the end of each cycle."""
-    client = run(drive.start())
-    client.advance(dropped * drive.cycle)
+    plant = Plant("VibroImpact", drive.start())
+    plant.advance(dropped * drive.cycle)
     rows = np.empty((kept, 2))
     for index in range(kept):
-        client.advance((dropped + index + 1) * drive.cycle)
-        rows[index] = client.get(["displacement", "displacementRate"])
+        plant.advance((dropped + index + 1) * drive.cycle)
+        rows[index] = plant.get(["displacement", "displacementRate"])
     return rows
 
 
 def bifurcation(drive: Drive) -> tuple[np.ndarray, float]:
     """The map of the relative velocity, and the path of the body in the time 100."""
     rates = poincare(drive)[:, 1]
-    client = run(drive.start())
-    client.advance(100.0)
-    return rates, client.get(["position"])[0]
+    plant = Plant("VibroImpact", drive.start())
+    plant.advance(100.0)
+    return rates, plant.get(["position"])[0]
 
 
 def period(points: np.ndarray) -> int:
@@ -168,7 +166,7 @@ def study_bifurcations(options: argparse.Namespace) -> None:
             describe(amplitude, frequency, frictions, own)
         axes[0, 0].set_ylabel("relative velocity, once per cycle")
         axes[1, 0].set_ylabel(r"progression in $\tau$ = 100")
-        figures.save(figure, options.output / "VibroImpact_bifurcation.png")
+        save(figure, options.output / "VibroImpact_bifurcation.png")
 
 
 def describe(amplitude: float, frequency: float, frictions: np.ndarray, results: list[tuple[np.ndarray, float]]) -> None:
@@ -214,7 +212,7 @@ def study_basins(options: argparse.Namespace) -> None:
             axis.set(title=rf"$\chi$ = {amplitude}, $\omega$ = 1, $f_r$ = {friction}", xlabel="relative position")
             axis.legend(loc="upper left", frameon=True)
         axes[0].set_ylabel("relative velocity")
-        figures.save(figure, options.output / "VibroImpact_basins.png")
+        save(figure, options.output / "VibroImpact_basins.png")
 
 
 def classify(results: list[tuple[int, np.ndarray]]) -> tuple[list[tuple[int, np.ndarray]], list[int]]:

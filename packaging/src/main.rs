@@ -26,6 +26,7 @@ mod test;
 mod units;
 mod valgrind;
 mod venv;
+mod wheel;
 mod workspace;
 mod xml;
 
@@ -58,6 +59,7 @@ enum Command {
     Release(release::Release),
     Describe(describe::Describe),
     Record(valgrind::Record),
+    Wheel(wheel::Wheel),
     Test(test::Test),
 }
 
@@ -82,6 +84,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Release(it) => it.run(&workspace),
         Command::Describe(it) => it.run(&workspace),
         Command::Record(it) => it.run(&workspace),
+        Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),
     }
 }

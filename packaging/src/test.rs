@@ -13,6 +13,7 @@ use crate::platform_test;
 use crate::process::{self, heading};
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
+use crate::wheel;
 use crate::workspace::Workspace;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
@@ -76,6 +77,7 @@ fn run(workspace: &Workspace) -> Result<()> {
 
     Package::default().run(workspace)?;
     Gallery {}.run(workspace)?;
+    wheel::install(&venv, &wheel::build(workspace)?)?;
 
     heading("Import with the crate fmi");
     checks.cargo(&["test", "--package", "importer", "--features", "fmi"])?;

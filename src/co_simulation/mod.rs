@@ -47,6 +47,14 @@ pub trait Simulation: Send {
     /// rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
+    /// The place among the states of a [`Snapshot`] of a continuous state, numbered as in a [`Direction`], if it is
+    /// integrated.
+    ///
+    /// A model without continuous states has nothing to say.
+    fn state_index(&self, _state: usize) -> Option<usize> {
+        None
+    }
+
     /// Everything that changes while running, apart from inputs and parameters.
     fn save(&self) -> Snapshot;
 

@@ -3,7 +3,7 @@
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
 use crate::solver::StepError;
-use crate::variables::{Place, Role, Table};
+use crate::variables::{Entry, Place, Role, Table, Variable};
 
 /// A running model.
 ///
@@ -187,6 +187,34 @@ impl Plant {
         self.slopes.clone_from(&saved.slopes);
         self.inputs_changed();
         Ok(())
+    }
+
+    /// The continuous states that are integrated under the present parameters, in the order of their derivatives.
+    pub fn states(&self) -> impl Iterator<Item = &'static Variable> {
+        let table = self.table();
+        let states = table.iter().filter_map(|variable| table.by_reference(variable.derivative_of?));
+        states.filter(|entry| self.place_of(entry).is_some()).map(|entry| entry.variable)
+    }
+
+    /// Moves a continuous state to another value, at the present time and with the present modes.
+    ///
+    /// # Errors
+    /// [`SettingError`] if it is no continuous state that is integrated, or the value is not finite; nothing is
+    /// changed then.
+    pub fn move_state(&mut self, name: &str, value: f64) -> Result<(), SettingError> {
+        let entry = find(self.table(), name)?;
+        let refuse = |reason| SettingError::NotSettable { name: name.to_owned(), reason };
+        let place = self.place_of(&entry).ok_or_else(|| refuse("it is no continuous state of this run"))?;
+        let mut snapshot = self.simulation.save();
+        snapshot.states[place] = value;
+        self.simulation.restore(&snapshot).map_err(|_| refuse("the value must be a finite number"))?;
+        self.is_computed = false;
+        Ok(())
+    }
+
+    /// The place of a variable among the states of a snapshot.
+    fn place_of(&self, entry: &Entry) -> Option<usize> {
+        self.simulation.state_index(entry.state?)
     }
 
     /// The simulation behind it, for what has no names.

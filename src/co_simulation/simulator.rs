@@ -108,6 +108,10 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
         self.differentiate(direction.time, states, inputs(direction.inputs), computed);
     }
 
+    fn state_index(&self, state: usize) -> Option<usize> {
+        self.run.system().state_index(state)
+    }
+
     fn save(&self) -> Snapshot {
         let (x, memory) = self.run.state();
         let memory = postcard::to_allocvec(&(memory, self.run.progress())).expect("a memory holds plain data");

@@ -12,8 +12,8 @@ import pytest
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-def run(script: str, fmu: Path, output: Path) -> str:
-    command = [sys.executable, str(STUDIES / script), str(fmu), "--small", "--output", str(output)]
+def run(script: str, output: Path) -> str:
+    command = [sys.executable, str(STUDIES / script), "--small", "--output", str(output)]
     process = subprocess.run(
         command, capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"}, timeout=300, check=False
     )
@@ -25,8 +25,8 @@ def pictures(folder: Path) -> set[str]:
     return {file.stem for file in folder.glob("*.png") if file.stat().st_size > 10_000}
 
 
-def test_vibro_impact(fmus: Path, tmp_path: Path) -> None:
-    text = run("vibro_impact.py", fmus / "VibroImpact.fmu", tmp_path)
+def test_vibro_impact(tmp_path: Path) -> None:
+    text = run("vibro_impact.py", tmp_path)
     assert pictures(tmp_path) == {f"VibroImpact_{kind}" for kind in ("progression", "bifurcation", "basins")}
     rows = {float(level): row.split() for level, row in re.findall(r"([\d.]+) N:(.*)", text)}
     # The same force ratio of 1.19: forward at low friction, backward at high friction.
@@ -36,8 +36,8 @@ def test_vibro_impact(fmus: Path, tmp_path: Path) -> None:
     assert re.search(r"direction changes at f_r = \d", text)
 
 
-def test_driven_slider(fmus: Path, tmp_path: Path) -> None:
-    text = run("driven_slider.py", fmus / "DrivenSlider.fmu", tmp_path)
+def test_driven_slider(tmp_path: Path) -> None:
+    text = run("driven_slider.py", tmp_path)
     assert pictures(tmp_path) == {"DrivenSlider_period", "DrivenSlider_acceleration"}
     assert float(re.search(r"from period to period by ([\d.]+)", text)[1]) > 0.1, "no two periods are the same"
     with (tmp_path / "DrivenSlider_period.csv").open(encoding="utf-8") as file:
@@ -51,9 +51,9 @@ def test_driven_slider(fmus: Path, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def festoon(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
+def festoon(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
     folder = tmp_path_factory.mktemp("festoon")
-    run("festoon.py", fmus / "Festoon.fmu", folder)
+    run("festoon.py", folder)
     assert pictures(folder) == {"Festoon_laws"}
     with (folder / "Festoon.csv").open(encoding="utf-8") as file:
         return {row["law"]: row for row in csv.DictReader(file)}

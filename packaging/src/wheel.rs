@@ -1,0 +1,102 @@
+//! `cargo xtask wheel`: the Python package with the FMUs inside, as a wheel in `target/wheels`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+
+use crate::gates;
+use crate::process::{self, heading};
+use crate::venv::{Requirements, Venv};
+use crate::workspace::Workspace;
+
+/// Build the Python package with the FMUs of target/fmu inside, as a wheel in target/wheels.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask package && cargo xtask wheel
+  pip install target/wheels/*.whl          into an environment of yours")]
+pub struct Wheel {}
+
+impl Wheel {
+    /// Builds the wheel.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        build(workspace).map(|_| ())
+    }
+}
+
+/// Builds the wheel. On Linux it runs wherever the FMUs do; elsewhere on machines like this one.
+///
+/// # Errors
+/// When there are no FMUs yet, or a tool is missing or fails.
+pub fn build(workspace: &Workspace) -> Result<PathBuf> {
+    heading("Build the wheel");
+    let package = workspace.root.join("python");
+    bundle(&workspace.fmus(), &package.join("pneumatic_servo/fmu_files"))?;
+    let wheels = workspace.target.join("wheels");
+    if wheels.exists() {
+        fs::remove_dir_all(&wheels).with_context(|| format!("cannot remove the old {}", wheels.display()))?;
+    }
+    let venv = Venv::prepare(workspace, Requirements::ZIG)?;
+    let mut maturin = venv.command();
+    maturin.args(["-m", "maturin", "build", "--release", "--locked", "--out"]).arg(&wheels);
+    if cfg!(target_os = "linux") {
+        let (major, minor) = gates::NEWEST_GLIBC;
+        maturin.args(["--zig", "--compatibility", &format!("manylinux_{major}_{minor}")]);
+    }
+    let cache = workspace.environments.join("zig-cache");
+    maturin
+        .current_dir(&package)
+        .env("PATH", venv.path()?)
+        .env("CARGO_TARGET_DIR", workspace.target.join("cross"))
+        .env("CARGO_ZIGBUILD_CACHE_DIR", &cache)
+        .env("ZIG_GLOBAL_CACHE_DIR", &cache);
+    process::run(&mut maturin)?;
+    let wheel = only_file(&wheels)?;
+    println!("{}", wheel.display());
+    Ok(wheel)
+}
+
+/// Installs the wheel into an environment, in place of one installed before.
+///
+/// # Errors
+/// When pip fails.
+pub fn install(venv: &Venv, wheel: &Path) -> Result<()> {
+    let options = ["--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall"];
+    process::run(venv.command().args(["-m", "pip", "install"]).args(options).arg(wheel))
+}
+
+/// Copies the FMUs and the drive into the package, and nothing else.
+fn bundle(from: &Path, to: &Path) -> Result<()> {
+    if to.exists() {
+        fs::remove_dir_all(to).with_context(|| format!("cannot remove the old {}", to.display()))?;
+    }
+    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
+    let mut copied = 0;
+    for file in files(from).with_context(|| format!("no FMUs in {}: run `cargo xtask package`", from.display()))? {
+        if file.extension().is_some_and(|extension| extension == "fmu" || extension == "ssp") {
+            let name = file.file_name().context("a file without a name")?;
+            fs::copy(&file, to.join(name)).with_context(|| format!("cannot copy {}", file.display()))?;
+            copied += 1;
+        }
+    }
+    if copied == 0 {
+        bail!("no FMUs in {}: run `cargo xtask package`", from.display());
+    }
+    Ok(())
+}
+
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect()
+}
+
+fn only_file(folder: &Path) -> Result<PathBuf> {
+    match &files(folder)?[..] {
+        [file] => Ok(file.clone()),
+        found => bail!("{} files in {}, not one wheel", found.len(), folder.display()),
+    }
+}

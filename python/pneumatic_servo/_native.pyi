@@ -1,0 +1,87 @@
+from collections.abc import Callable, Sequence
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Array = NDArray[np.float64]
+_Value = float | bool | str
+_Setting = tuple[str, _Value]
+_Grid = tuple[float, float, int, int]
+_Course = float | tuple[_Array, _Array] | Callable[[float], float]
+_Courses = float | _Array | tuple[_Array, _Array]
+_Progress = Callable[[int], None] | None
+
+class Description(TypedDict):
+    name: str
+    role: str
+    kind: str
+    unit: str
+    start: float | None
+    minimum: float | None
+    maximum: float | None
+    nominal: float | None
+    display: tuple[str, float, float] | None
+    items: list[tuple[int, str, str]]
+    derivative_of: str | None
+    text: str
+
+class Model:
+    def __init__(self, name: str) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def experiment(self) -> tuple[float, float]: ...
+    def variables(self) -> list[Description]: ...
+    def start(self, settings: Sequence[_Setting], time: float) -> Simulation: ...
+
+class SavedState: ...
+
+class Simulation:
+    @property
+    def time(self) -> float: ...
+    def set(self, settings: Sequence[_Setting]) -> None: ...
+    def set_one(self, name: str, value: _Value) -> None: ...
+    def get(self, name: str) -> float: ...
+    def step(self, size: float) -> None: ...
+    def save(self) -> SavedState: ...
+    def restore(self, saved: SavedState) -> None: ...
+    def states(self) -> list[str]: ...
+    def move_states(self, states: Sequence[tuple[str, float]]) -> None: ...
+    def jacobian(self, of: Sequence[str], to: Sequence[str]) -> _Array: ...
+
+class Fleet:
+    def __init__(
+        self,
+        model: Model,
+        number: int,
+        settings: Sequence[_Setting],
+        input: str,  # noqa: A002
+        observed: Sequence[str],
+        workers: int,
+    ) -> None: ...
+    def restart(self, fresh: Sequence[tuple[int, Sequence[_Setting]]]) -> None: ...
+    def observe(self) -> _Array: ...
+    def step(self, inputs: _Array, size: float, steps: int) -> _Array: ...
+
+def models() -> list[str]: ...
+def simulate(
+    model: Model,
+    settings: Sequence[_Setting],
+    inputs: Sequence[tuple[str, _Course]],
+    grid: _Grid,
+    outputs: Sequence[str],
+    progress: _Progress,
+) -> tuple[_Array, int, str | None, BaseException | None]: ...
+def simulate_many(
+    model: Model,
+    settings: Sequence[_Setting],
+    runs: Sequence[Sequence[_Setting]],
+    inputs: Sequence[tuple[str, _Courses]],
+    grid: _Grid,
+    outputs: Sequence[str],
+    workers: int,
+    progress: _Progress,
+) -> tuple[_Array, list[tuple[int, str | None]], BaseException | None]: ...

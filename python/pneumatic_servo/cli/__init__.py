@@ -1,0 +1,72 @@
+"""The command line `pneumatic-servo`.
+
+Exit codes: 0 done, 1 a run could not go on, 2 something given is wrong, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from pneumatic_servo.cli import compare, fmu, linearise, simulate, variables
+from pneumatic_servo.errors import MissingPackage, SimulationError
+
+COMMANDS = [simulate, compare, linearise, variables, fmu]
+"""Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
+
+EPILOG = """\
+examples:
+  pneumatic-servo variables valve                 what can be set, with units, ranges and defaults
+  pneumatic-servo simulate my.csv --law LuGre --set valve.C=5e-9 --out run.csv --plot run.png
+  pneumatic-servo compare my.csv --laws Stribeck,LuGre,GMS --out laws.csv --plot laws.png
+  pneumatic-servo linearise --at velocity=0.05,valve.hysteresis=0
+  pneumatic-servo fmu --out .
+
+my.csv has a column `time` in s and one per input, named as the input and in its SI unit:
+  time,valveVoltage
+  0,5
+  0.5,6.5
+
+exit codes: 0 done, 1 a run could not go on, 2 something given is wrong, 130 interrupted"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="pneumatic-servo",
+        description="Simulates a friction-loaded pneumatic servo cylinder, compares friction laws, linearises.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(metavar="command", required=True)
+    for command in COMMANDS:
+        text = (command.__doc__ or "").strip()
+        own = commands.add_parser(
+            command.NAME,
+            help=text.partition("\n")[0],
+            description=text,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.add(own)
+        own.set_defaults(run=command.run)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    options = parser().parse_args(arguments)
+    try:
+        options.run(options)
+    except SimulationError as error:
+        return _fail(error, 1)
+    except (ValueError, OSError, MissingPackage) as error:
+        return _fail(error, 2)
+    except KeyboardInterrupt as error:
+        return _fail(error or "interrupted", 130)
+    return 0
+
+
+def _fail(error: object, code: int) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return code

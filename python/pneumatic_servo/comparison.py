@@ -1,0 +1,94 @@
+"""One experiment under several friction laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumatic_servo.files import write_csv
+from pneumatic_servo.run import Run, Runs
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+COLUMNS = ["law", "travel (m)", "largest speed (m/s)", "largest friction (N)", "time at rest (s)", "apart (m rms)"]
+RECORDED = ["position", "velocity", "frictionForce", "sticking"]
+"""What the table is made from."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs of one experiment under several friction laws.
+
+    Attributes
+    ----------
+    laws : tuple of str
+        The laws.
+    runs : Runs
+        A run for each.
+    """
+
+    laws: tuple[str, ...]
+    runs: Runs
+
+    def __getitem__(self, law: str) -> Run:
+        """Return the run under a law."""
+        if law not in self.laws:
+            raise KeyError(f"{law} was not compared; there are {', '.join(self.laws)}")
+        return self.runs[self.laws.index(law)]
+
+    def rows(self) -> list[tuple[str, float, float, float, float, float]]:
+        """Return the table: travel and largest values, time at rest, and the position's rms distance from the first.
+
+        The columns are those of `COLUMNS`. A law that does not come to its end is measured as far as it comes.
+        """
+        return [(law, *self._facts(run)) for law, run in zip(self.laws, self.runs, strict=True)]
+
+    def _facts(self, run: Run) -> tuple[float, float, float, float, float]:
+        position, first = run["position"], self.runs[0]["position"]
+        common = min(len(position), len(first))
+        apart = float(np.sqrt(np.mean((position[:common] - first[:common]) ** 2)))
+        rest = float(np.sum(np.diff(run.time) * (run["velocity"][:-1] == 0.0)))
+        largest = (float(np.max(np.abs(run[name]))) for name in ("velocity", "frictionForce"))
+        return float(np.ptp(position)), *largest, rest, apart  # type: ignore[return-value]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the table with the laws as its index."""
+        from pneumatic_servo.errors import MissingPackage
+
+        try:
+            import pandas
+        except ImportError as error:
+            raise MissingPackage("pandas", "pandas") from error
+        return pandas.DataFrame(self.rows(), columns=COLUMNS).set_index("law")
+
+    def to_csv(self, file: str | Path) -> None:
+        """Write the table; the file appears as a whole or not at all."""
+        write_csv(Path(file), COLUMNS, self.rows())
+
+    def plot(self, *names: str) -> Figure:
+        """Draw variables under all laws over each other, by default position, velocity and friction force."""
+        from pneumatic_servo.figures import draw_laws
+
+        return draw_laws(dict(zip(self.laws, self.runs, strict=True)), names or RECORDED[:3])
+
+    def __repr__(self) -> str:
+        width = max(len(law) for law in self.laws)
+        head = f"{'law':{width}}" + "".join(f"{column:>22}" for column in COLUMNS[1:])
+        body = (f"{law:{width}}" + "".join(f"{fact:22.6g}" for fact in facts) for law, *facts in self.rows())
+        return "\n".join([head, *body])
+
+
+def check_laws(laws: Sequence[str]) -> tuple[str, ...]:
+    """Refuse an empty list and repetitions."""
+    if not laws:
+        raise ValueError("laws is empty: name at least one friction law")
+    twice = next((law for law in laws if list(laws).count(law) > 1), None)
+    if twice is not None:
+        raise ValueError(f"laws has {twice} twice")
+    return tuple(laws)

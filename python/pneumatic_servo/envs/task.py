@@ -1,0 +1,123 @@
+"""The positioning task: what is asked, what is seen, what is rewarded, and what varies between episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+OBSERVED = ["position", "velocity", "chamberA.pressure", "chamberB.pressure"]
+"""Variables of the plant behind an observation."""
+SIGNALS = 5
+"""Length of an observation: error, position, velocity and both pressures."""
+
+RANDOM: Mapping[str, tuple[float, float]] = {
+    "mass.moving": (0.8, 1.6),
+    "valve.deadZone": (0.04, 0.12),
+    "supplyPressure": (4.5e5, 7e5),
+    "valve.C": (3e-9, 5e-9),
+}
+"""Ranges of parameters that are drawn for each episode if nothing else is asked for, in SI units."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Move the carriage to a target and keep it there.
+
+    Attributes
+    ----------
+    law : str
+        Friction law, unless `laws` are given.
+    laws : sequence of str
+        Friction laws to draw from for each episode.
+    ranges : mapping
+        Parameters to draw uniformly for each episode: name, and smallest and largest value in SI units.
+    parameters : mapping
+        Parameters and start values that stay.
+    targets : pair of float
+        Range of targets in m.
+    period : float
+        Time between actions in s.
+    substeps : int
+        Communication steps of the plant between actions.
+    duration : float
+        Length of an episode in s; it is truncated then.
+    effort : float
+        Weight of the voltage's square in the reward.
+    """
+
+    law: str = "Stribeck"
+    laws: Sequence[str] = ()
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    targets: tuple[float, float] = (0.1, 0.4)
+    period: float = 1e-3
+    substeps: int = 1
+    duration: float = 1.5
+    effort: float = 1e-3
+
+    def check(self) -> None:
+        """Refuse what cannot be meant."""
+        low, high = self.targets
+        if not 0.0 <= low < high:
+            raise ValueError(f"targets = {self.targets} is refused: it must be an increasing pair of positions in m")
+        for name, value in [("period", self.period), ("duration", self.duration), ("substeps", self.substeps)]:
+            if not value > 0:
+                raise ValueError(f"{name} = {value} is refused: it must be positive")
+        for name, (smallest, largest) in self.ranges.items():
+            if not smallest <= largest:
+                raise ValueError(f"ranges: {name} is refused: {smallest} is larger than {largest}")
+            if name in self.parameters:
+                raise ValueError(f"{name} is given twice, among the ranges and among the parameters")
+
+    @property
+    def steps(self) -> int:
+        """Actions in an episode."""
+        return round(self.duration / self.period)
+
+    def settings(self) -> list[tuple[str, Value]]:
+        """Return what all plants share."""
+        return [("friction.law", self.law), ("supplyPressure", 6e5), *self.parameters.items()]
+
+    def draw(self, random: np.random.Generator) -> tuple[float, list[tuple[str, Value]]]:
+        """Draw an episode: its target in m, and the settings of its plant."""
+        low, high = self.targets
+        target, start = random.uniform(low, high, size=2)
+        settings: list[tuple[str, Value]] = [("position0", float(start))]
+        if self.laws:
+            settings.append(("friction.law", self.laws[int(random.integers(len(self.laws)))]))
+        settings += [(name, float(random.uniform(*ends))) for name, ends in self.ranges.items()]
+        return float(target), settings
+
+
+def observations(model: Model, seen: Array, targets: Array) -> NDArray[np.float32]:
+    """Scale what is seen of plants, of shape (plants, 4), to observations of shape (plants, 5).
+
+    Error and position in units of the stroke, velocity in m/s, pressures in 10 bar: within -1 and 1 while nothing
+    unusual happens.
+    """
+    stroke = float(model.parameters["cylinder.stroke"].default or 1.0)
+    scaled = np.empty((len(seen), SIGNALS), dtype=np.float32)
+    scaled[:, 0] = (targets - seen[:, 0]) / stroke
+    scaled[:, 1] = seen[:, 0] / stroke
+    scaled[:, 2] = seen[:, 1]
+    scaled[:, 3:] = seen[:, 2:] * 1e-6
+    return scaled
+
+
+def voltages(actions: Array) -> Array:
+    """Turn actions from -1 to 1 into voltages from 0 to 10 V; what lies beyond is an end of the range."""
+    return np.ascontiguousarray(5.0 + 5.0 * np.clip(actions, -1.0, 1.0), dtype=np.float64)
+
+
+def rewards(task: Task, seen: Array, targets: Array, actions: Array) -> Array:
+    """Return ``-|error| / 0.1 m - effort * action^2`` for each plant."""
+    error = np.abs(targets - seen[:, 0])
+    reward: Array = -10.0 * error - task.effort * np.clip(actions, -1.0, 1.0) ** 2
+    return reward

@@ -1,0 +1,41 @@
+"""Files that appear as a whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def whole(file: Path) -> Iterator[Path]:
+    """Yield a name in the same folder; what is written there takes the file's name once all of it is."""
+    handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=file.parent)
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        # Temporary files are for their owner only; this one is to be as others are.
+        umask = os.umask(0)
+        os.umask(umask)
+        part.chmod(0o666 & ~umask)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_csv(file: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table; numbers as the shortest text that reads back to the same bits."""
+    with whole(file) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+def write(file: Path, save: Callable[[Path], object]) -> None:
+    """Let a function write a file."""
+    with whole(file) as part:
+        save(part)

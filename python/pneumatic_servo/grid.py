@@ -1,0 +1,54 @@
+"""The communication points of a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Points ``start + index * step``; a row is recorded at the start and after every so many steps.
+
+    Each step ends exactly at its point plus its size, as one of an FMU does.
+    """
+
+    start: float
+    step: float
+    count: int
+    every: int
+
+    @staticmethod
+    def of(start: float, stop: float, step: float, every: int) -> Grid:
+        """Check a duration in s, a step size in s and the number of steps per row."""
+        for name, value in [("start", start), ("stop", stop), ("step", step)]:
+            if not math.isfinite(value):
+                raise ValueError(f"{name} = {value} is refused: it must be a finite number of seconds")
+        if step <= 0.0:
+            raise ValueError(f"step = {step} is refused: it must be positive")
+        if stop < start:
+            raise ValueError(f"stop = {stop} is refused: the run starts at {start} s")
+        if every < 1:
+            raise ValueError(f"every = {every} is refused: it must be at least 1")
+        steps = (stop - start) / step
+        count = round(steps)
+        # A quotient of decimal fractions is off by rounding only.
+        if abs(steps - count) > 1e-6:
+            raise ValueError(f"stop = {stop} is refused: from {start} s it is no whole number of steps of {step} s")
+        return Grid(start, step, count, every)
+
+    def points(self) -> NDArray[np.float64]:
+        """Return the times in s at which inputs are applied, and the end."""
+        return np.arange(self.count + 1, dtype=np.float64) * self.step + self.start
+
+    def times(self) -> NDArray[np.float64]:
+        """Return the times in s of the rows."""
+        return self.points()[:: self.every]
+
+    @property
+    def numbers(self) -> tuple[float, float, int, int]:
+        """Start, step, count and steps per row, as the extension module takes them."""
+        return self.start, self.step, self.count, self.every

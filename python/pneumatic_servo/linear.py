@@ -1,0 +1,277 @@
+"""The plant linearised at an operating point, for controller design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.variables import Value, Variables
+
+if TYPE_CHECKING:
+    import control
+
+    from pneumatic_servo.model import Model
+    from pneumatic_servo.simulation import Simulation
+
+Array = NDArray[np.float64]
+
+
+class TrimError(ValueError):
+    """An operating point that cannot be found; the message says what does not come to rest."""
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """``dx/dt = A x + B u``, ``y = C x + D u`` for small deviations from an operating point.
+
+    It can be taken apart: ``A, B, C, D = linearisation``.
+
+    Attributes
+    ----------
+    A, B, C, D : ndarray
+        Of shapes (states, states), (states, inputs), (outputs, states), (outputs, inputs), in SI units.
+    states, inputs, outputs : tuple of str
+        Names of rows and columns.
+    x, u, y : ndarray
+        The operating point, in SI units.
+    variables : Variables
+        All variables of the model.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    x: Array
+    u: Array
+    y: Array
+    variables: Variables
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.A, self.B, self.C, self.D))
+
+    def scaled(self) -> Linearisation:
+        """Return the same with every state, input and output in units of its nominal value.
+
+        Matrices in SI units mix pascal and metre; scaled ones have entries of like size, which is better for design
+        and for comparing directions.
+        """
+        x, u, y = (self._nominal(names) for names in (self.states, self.inputs, self.outputs))
+        return Linearisation(
+            self.A * x / x[:, None],
+            self.B * u / x[:, None],
+            self.C * x / y[:, None],
+            self.D * u / y[:, None],
+            self.states,
+            self.inputs,
+            self.outputs,
+            self.x / x,
+            self.u / u,
+            self.y / y,
+            self.variables,
+        )
+
+    def _nominal(self, names: Sequence[str]) -> Array:
+        return np.array([self.variables[name].nominal or 1.0 for name in names])
+
+    def to_control(self) -> control.StateSpace:
+        """Return a state space of python-control, with names."""
+        try:
+            import control
+        except ImportError as error:
+            raise MissingPackage("python-control", "control") from error
+        # Its names of signals may have no dots.
+        names = {
+            key: [name.replace(".", "_") for name in values]
+            for key, values in [("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs)]
+        }
+        return control.ss(self.A, self.B, self.C, self.D, **names)
+
+    def __repr__(self) -> str:
+        blocks = [
+            _block("A", self.A, self.states, self.states),
+            _block("B", self.B, self.states, self.inputs),
+            _block("C", self.C, self.outputs, self.states),
+            _block("D", self.D, self.outputs, self.inputs),
+        ]
+        return "\n".join([*self._point(), *blocks])
+
+    def _point(self) -> Iterator[str]:
+        for names, values in [(self.states, self.x), (self.inputs, self.u)]:
+            for name, value in zip(names, values, strict=True):
+                yield f"{name} = {value:.6g} {self.variables[name].unit}"
+
+
+def _block(title: str, matrix: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
+    width = max([12, *(len(name) + 2 for name in columns)])
+    margin = max(len(name) for name in [title, *rows])
+    head = f"\n{title:{margin}}" + "".join(f"{name:>{width}}" for name in columns)
+    body = (
+        f"{name:{margin}}" + "".join(f"{x:{width}.4g}" for x in row) for name, row in zip(rows, matrix, strict=True)
+    )
+    return "\n".join([head, *body])
+
+
+def linearise(
+    model: Model,
+    at: Mapping[str, Value],
+    states: Sequence[str] | None,
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    trim: bool,
+) -> Linearisation:
+    """Linearise a model; see `Model.linearise`."""
+    point = _Point(model, at, inputs)
+    if trim:
+        point.trim()
+    simulation = point.simulation
+    chosen = tuple(states if states is not None else simulation.states)
+    unknown = [name for name in chosen if name not in simulation.states]
+    if unknown:
+        raise ValueError(f"{unknown[0]} is no state of this run; the states are {', '.join(simulation.states)}")
+    rates = [point.rates[name] for name in chosen]
+    return Linearisation(
+        simulation.jacobian(rates, chosen),
+        simulation.jacobian(rates, inputs),
+        simulation.jacobian(outputs, chosen),
+        simulation.jacobian(outputs, inputs),
+        chosen,
+        tuple(inputs),
+        tuple(outputs),
+        simulation.get(chosen),
+        simulation.get(inputs),
+        simulation.get(outputs),
+        model.variables,
+    )
+
+
+class _Point:
+    """An operating point: a plant that has just been started, whose states and inputs are moved."""
+
+    def __init__(self, model: Model, at: Mapping[str, Value], inputs: Sequence[str]) -> None:
+        variables = model.variables
+        self.variables = variables
+        self.rates = {v.derivative_of: v.name for v in variables.values() if v.derivative_of is not None}
+        self.simulation, given = _start(model, at, self.rates)
+        states = self.simulation.states
+        # A state whose rate is given moves on, from where it starts: at a given velocity the position does.
+        carried = {name for name in states if self.rates[name] in given}
+        self.held = {name: self.simulation[name] for name in states if name in given | carried}
+        self.moving = [self.rates[name] for name in states if name not in carried]
+        self.free_inputs = [name for name in inputs if name not in at]
+        self.free = [*(name for name in states if name not in self.held), *self.free_inputs]
+        self.units = self._nominal(self.free)
+        self.scale = self._nominal(self.moving)
+
+    def _nominal(self, names: Sequence[str]) -> Array:
+        return np.array([self.variables[name].nominal or 1.0 for name in names])
+
+    def trim(self) -> None:
+        """Find free states and inputs for which all rates vanish.
+
+        Around a dead zone Newton's method finds the way only from a valve that is open to the right side, so that it
+        starts from several inputs.
+        """
+        start = self.simulation.save()
+        inputs = self.simulation.get(self.free_inputs)
+        best = np.full(len(self.moving), np.inf)
+        for offset in OFFSETS if self.free_inputs else OFFSETS[:1]:
+            self.simulation.restore(start)
+            self.simulation.set(self._named(self.free_inputs, inputs + offset * self._nominal(self.free_inputs)))
+            self._settle()
+            residual = self._newton()
+            if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
+                return
+            if np.linalg.norm(residual) < np.linalg.norm(best):
+                best = residual
+        worst = int(np.argmax(np.abs(best)))
+        rate = self.moving[worst]
+        raise TrimError(
+            f"no operating point was found: {rate} stays at {best[worst] * self.scale[worst]:.3g} "
+            f"{self.variables[rate].unit}. Within the play of valve.hysteresis and within a dead zone without leakage "
+            "the valve does not react; a mass that sticks does not either"
+        )
+
+    def _settle(self) -> None:
+        """Let everything follow the inputs while the given states are held."""
+        for _ in range(SETTLING_STEPS):
+            self.simulation.step(SETTLING_STEP)
+            self.simulation.move_states(self.held)
+
+    def _newton(self) -> Array:
+        """Take Newton's steps in nominal units; return the rates that are left."""
+        residual = self._residual()
+        for _ in range(NEWTON_STEPS):
+            if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
+                break
+            jacobian = self.simulation.jacobian(self.moving, self.free) * self.units / self.scale[:, None]
+            # The shortest step, where some directions change nothing.
+            move = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0] * self.units
+            residual = self._walk(move, float(np.linalg.norm(residual)))
+        return residual
+
+    def _residual(self) -> Array:
+        return self.simulation.get(self.moving) / self.scale
+
+    def _walk(self, move: Array, before: float) -> Array:
+        """Go along a direction, half as far until that is better; return the rates there."""
+        origin = self.simulation.get(self.free)
+        share = 1.0
+        while True:
+            self._go(origin + share * move)
+            residual = self._residual()
+            if np.linalg.norm(residual) < before or share < 1e-3:
+                return residual
+            share /= 2.0
+
+    def _go(self, values: Array) -> None:
+        number = len(self.free) - len(self.free_inputs)
+        self.simulation.move_states(self._named(self.free[:number], values[:number]))
+        self.simulation.set(self._named(self.free_inputs, values[number:]))
+
+    @staticmethod
+    def _named(names: Sequence[str], values: Array) -> dict[str, float]:
+        return dict(zip(names, values.tolist(), strict=True))
+
+
+NEWTON_STEPS = 100
+OFFSETS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8)
+"""Inputs that are tried, as distances from their values in nominal units."""
+SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000
+"""In s, so short that no mass comes to rest within one; and enough of them for the chambers to fill."""
+TOLERANCE = 1e-9
+"""Largest rate at rest, in nominal units: far below what a run at the default tolerance resolves."""
+
+
+def _start(model: Model, at: Mapping[str, Value], rates: Mapping[str, str]) -> tuple[Simulation, set[str]]:
+    """Start a plant at given parameters, inputs and states; also return which states are given."""
+    settings: dict[str, Value] = {}
+    moved: dict[str, float] = {}
+    given: set[str] = set()
+    for name, value in at.items():
+        if name not in rates:
+            settings[name] = value
+            continue
+        given.add(name)
+        initial = f"{name}0"
+        # Through the parameter the law starts in the mode that belongs to the state, sliding or sticking.
+        if initial in model.parameters:
+            settings[initial] = value
+        else:
+            moved[name] = float(value)
+    for name in given:
+        if f"{name}0" in at:
+            raise ValueError(f"{name} is given twice, as itself and as {name}0")
+    simulation = model.start(settings)
+    simulation.move_states(moved)
+    # The initial position and velocity, given as parameters, stay as they are too.
+    started = {name.removesuffix("0") for name in at if name.endswith("0")} & set(simulation.states)
+    return simulation, given | started

@@ -1,0 +1,163 @@
+"""What runs have recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.variables import Variables
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+
+class Run:
+    """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
+
+    Attributes
+    ----------
+    time : ndarray of shape (rows,)
+        Times in s.
+    settings : dict
+        Parameters and start values that were given.
+    variables : Variables
+        What is recorded.
+    """
+
+    def __init__(self, time: Array, values: Array, variables: Variables, settings: Mapping[str, object]) -> None:
+        self.time = time
+        self.settings = dict(settings)
+        self.variables = variables
+        self._values = values
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a recorded variable, of shape (rows,), in its SI unit."""
+        row: Array = self._values[_place(self.variables, name)]
+        return row
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __repr__(self) -> str:
+        end = f" to {self.time[-1]:g} s" if len(self) else ""
+        return f"<Run of {len(self)} rows{end}: {', '.join(self.variables)}>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a table with a column per variable and the time in s as its index."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise MissingPackage("pandas", "pandas") from error
+        return pandas.DataFrame(
+            self._values.T, index=pandas.Index(self.time, name="time"), columns=list(self.variables)
+        )
+
+    def to_csv(self, file: str | Path) -> None:
+        """Write a table with a column per variable; the file appears as a whole or not at all."""
+        from pneumatic_servo.files import write_csv
+
+        columns = [self.time, *self._values]
+        write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
+
+    def plot(self, *names: str) -> Figure:
+        """Draw variables over time, one panel per unit.
+
+        Parameters
+        ----------
+        *names : str
+            What to draw; by default position, valve voltage, pressures and friction force, as far as recorded.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            With units on its axes.
+        """
+        from pneumatic_servo.figures import draw_run
+
+        for name in names:
+            _place(self.variables, name)
+        return draw_run(self, names)
+
+
+class Runs(Sequence[Run]):
+    """Many runs of one model over the same times.
+
+    Attributes
+    ----------
+    time : ndarray of shape (rows,)
+        Times in s.
+    rows : ndarray of shape (runs,)
+        Rows that each run has; fewer than ``len(time)`` where it could not go on, and NaN behind them.
+    failures : dict
+        Why runs stopped early, by their number.
+    variables : Variables
+        What is recorded.
+    """
+
+    def __init__(
+        self,
+        time: Array,
+        values: Array,
+        variables: Variables,
+        settings: Sequence[Mapping[str, object]],
+        rows: NDArray[np.int64],
+        failures: Mapping[int, str],
+    ) -> None:
+        self.time = time
+        self.variables = variables
+        self.rows = rows
+        self.failures = dict(failures)
+        self._values = values
+        self._settings = settings
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __iter__(self) -> Iterator[Run]:
+        return (self._run(index) for index in range(len(self)))
+
+    @overload
+    def __getitem__(self, key: str) -> Array: ...
+    @overload
+    def __getitem__(self, key: int) -> Run: ...
+    @overload
+    def __getitem__(self, key: slice) -> list[Run]: ...
+    def __getitem__(self, key: str | int | slice) -> Array | Run | list[Run]:
+        """Return a variable of all runs, of shape (runs, rows), by its name, or one run by its number."""
+        if isinstance(key, str):
+            return self._of_all(key)
+        if isinstance(key, slice):
+            return [self._run(index) for index in range(*key.indices(len(self)))]
+        if not -len(self) <= key < len(self):
+            raise IndexError(f"there are {len(self)} runs, and none of number {key}")
+        return self._run(key % len(self))
+
+    def _of_all(self, name: str) -> Array:
+        values: Array = self._values[:, _place(self.variables, name)]
+        return values
+
+    def _run(self, index: int) -> Run:
+        rows = int(self.rows[index])
+        return Run(self.time[:rows], self._values[index, :, :rows], self.variables, self._settings[index])
+
+    @property
+    def is_complete(self) -> NDArray[np.bool_]:
+        """Whether each run came to its end, of shape (runs,)."""
+        return np.asarray(self.rows == len(self.time))
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} runs of {len(self.time)} rows: {', '.join(self.variables)}>"
+
+
+def _place(variables: Variables, name: str) -> int:
+    if name not in variables:
+        raise KeyError(f"{name} was not recorded; there are {', '.join(variables)}")
+    return list(variables).index(name)

@@ -1,0 +1,149 @@
+"""The variables of a model, as its table states them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pneumatic_servo._native import Description
+
+Value = float | int | bool | str
+"""A value as programs write it: a number in SI units, the name of an item of an enumeration, or true or false."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit to show values in: ``factor * value + offset``."""
+
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a model.
+
+    Attributes
+    ----------
+    name : str
+        Structured name, for example ``chamberA.pressure``.
+    role : str
+        ``input``, ``fixed`` (parameter), ``tunable`` (parameter that may change while running), ``output``,
+        ``local`` (computed, for analysis) or ``time``.
+    kind : str
+        ``real``, ``integer``, ``boolean`` or ``enumeration``.
+    unit : str
+        SI unit of the value.
+    default : float, bool, str or None
+        Start value; None for what is computed.
+    minimum, maximum : float or None
+        Smallest and largest legal value, where there is one.
+    nominal : float or None
+        Order of magnitude.
+    shown : Unit
+        Unit to show values in.
+    items : dict
+        Text of each item of an enumeration, by its name.
+    text : str
+        What it means.
+    """
+
+    name: str
+    role: str
+    kind: str
+    unit: str
+    default: Value | None
+    minimum: float | None
+    maximum: float | None
+    nominal: float | None
+    shown: Unit
+    items: Mapping[str, str]
+    ids: Mapping[str, int]
+    derivative_of: str | None
+    text: str
+
+    @staticmethod
+    def of(description: Description) -> Variable:
+        """Read what the extension module says of a variable."""
+        items = description["items"]
+        start = description["start"]
+        default: Value | None = start
+        if start is not None and description["kind"] == "enumeration":
+            default = next(name for number, name, _ in items if number == start)
+        elif start is not None and description["kind"] != "real":
+            default = bool(start) if description["kind"] == "boolean" else int(start)
+        display = description["display"]
+        return Variable(
+            name=description["name"],
+            role=description["role"],
+            kind=description["kind"],
+            unit=description["unit"],
+            default=default,
+            minimum=description["minimum"],
+            maximum=description["maximum"],
+            nominal=description["nominal"],
+            shown=Unit(*display) if display else Unit(description["unit"]),
+            items={name: text for _, name, text in items},
+            ids={name: number for number, name, _ in items},
+            derivative_of=description["derivative_of"],
+            text=description["text"],
+        )
+
+    @property
+    def range(self) -> str:
+        """The legal values, for people."""
+        if self.items:
+            return ", ".join(self.items)
+        if self.minimum is not None and self.maximum is not None:
+            return f"{self.minimum:g} to {self.maximum:g}"
+        if self.minimum is not None:
+            return f"at least {self.minimum:g}"
+        return "" if self.maximum is None else f"at most {self.maximum:g}"
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        default = "" if self.default is None else f" = {self.default}{unit}"
+        limits = f" ({self.range})" if self.range else ""
+        return f"{self.name}{default}{limits}: {self.text}"
+
+
+class Variables(Mapping[str, Variable]):
+    """Variables by name, in the order of the table; shown as a table."""
+
+    def __init__(self, variables: Iterable[Variable]) -> None:
+        self._variables = {variable.name: variable for variable in variables}
+
+    def __getitem__(self, name: str) -> Variable:
+        if name not in self._variables:
+            near = difflib.get_close_matches(name, self._variables, n=3)
+            raise KeyError(f"there is no {name} here" + (f"; did you mean {' or '.join(near)}?" if near else ""))
+        return self._variables[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._variables)
+
+    def __len__(self) -> int:
+        return len(self._variables)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._variables
+
+    def matching(self, words: str) -> Variables:
+        """Only those whose name or text has all the words, whatever the case."""
+        wanted = words.lower().split()
+        found = (v for v in self.values() if all(word in f"{v.name} {v.text}".lower() for word in wanted))
+        return Variables(found)
+
+    def __repr__(self) -> str:
+        return "\n".join(str(variable) for variable in self.values())
+
+    def _repr_html_(self) -> str:
+        head = "<tr><th>name</th><th>default</th><th>unit</th><th>range</th><th>text</th></tr>"
+        cells = ([v.name, "" if v.default is None else str(v.default), v.unit, v.range, v.text] for v in self.values())
+        rows = ("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in cells)
+        return f"<table>{head}{''.join(rows)}</table>"

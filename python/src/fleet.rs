@@ -1,0 +1,116 @@
+//! Many plants of one model that are stepped together, for learning and for predictive control.
+
+use std::sync::Mutex;
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
+use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::variables::{Place, Variable};
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use rayon::prelude::*;
+
+use crate::failure::{refused, stopped};
+use crate::many::pool;
+use crate::model::Model;
+use crate::recording::places;
+use crate::value::{Setting, apply, setup};
+
+/// Plants of one model with one driven input, stepped together.
+#[pyclass(frozen)]
+pub struct Fleet {
+    setup: Setup,
+    input: (usize, &'static Variable),
+    observed: Vec<Place>,
+    pool: rayon::ThreadPool,
+    plants: Mutex<Vec<Plant>>,
+}
+
+#[pymethods]
+impl Fleet {
+    /// A number of plants, all started alike.
+    #[new]
+    fn new(
+        model: &Model,
+        number: usize,
+        settings: Vec<Setting>,
+        input: &str,
+        observed: Vec<String>,
+        workers: usize,
+    ) -> PyResult<Self> {
+        let setup = setup(model.model, &settings)?;
+        let table = setup.table();
+        let entry = table.find(input).ok_or_else(|| refused(format!("there is no variable {input}")))?;
+        let Place::Input(place) = entry.place else { return Err(refused(format!("{input} is not an input"))) };
+        let observed = places(table, &observed)?;
+        let plants: Result<Vec<_>, _> = (0..number).map(|_| setup.start(0.0)).collect();
+        let plants = Mutex::new(plants.map_err(refused)?);
+        Ok(Self { setup, input: (place, entry.variable), observed, pool: pool(workers)?, plants })
+    }
+
+    /// Starts some plants anew at time 0, each with settings of its own on top of the common ones.
+    fn restart(&self, py: Python<'_>, fresh: Vec<(usize, Vec<Setting>)>) -> PyResult<()> {
+        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        for (index, settings) in fresh {
+            let mut setup = self.setup.clone();
+            apply(&mut setup, &settings).map_err(refused)?;
+            plants[index] = setup.start(0.0).map_err(refused)?;
+        }
+        Ok(())
+    }
+
+    /// The observed variables of all plants, `[plant, variable]`.
+    fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let seen: Vec<f64> = plants.iter_mut().flat_map(|plant| self.look(plant)).collect();
+        self.array(py, plants.len(), seen)
+    }
+
+    /// Sets the input of each plant, makes steps of a size in s with it, and returns what is then observed.
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        inputs: PyReadonlyArray1<'py, f64>,
+        size: f64,
+        steps: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let inputs = inputs.as_slice()?;
+        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        if inputs.len() != plants.len() {
+            return Err(refused(format!("{} inputs for {} plants", inputs.len(), plants.len())));
+        }
+        let (place, variable) = self.input;
+        inputs.iter().try_for_each(|value| variable.check(*value)).map_err(refused)?;
+        let plants = &mut *plants;
+        let width = self.observed.len();
+        let mut seen = vec![0.0; plants.len() * width];
+        let outcome: Result<(), String> = py.detach(|| {
+            self.pool.install(|| {
+                let work = plants.par_iter_mut().zip(inputs.par_iter()).zip(seen.par_chunks_mut(width)).enumerate();
+                work.with_min_len(16).try_for_each(|(index, ((plant, input), row))| {
+                    plant.set_input(place, *input);
+                    for _ in 0..steps {
+                        plant.step(size).map_err(|error| format!("plant {index}: {error}"))?;
+                    }
+                    row.iter_mut().zip(self.look(plant)).for_each(|(slot, value)| *slot = value);
+                    Ok(())
+                })
+            })
+        });
+        outcome.map_err(stopped)?;
+        Ok(self.array(py, plants.len(), seen))
+    }
+}
+
+impl Fleet {
+    fn look<'a>(&'a self, plant: &'a mut Plant) -> impl Iterator<Item = f64> + 'a {
+        self.observed.iter().map(|place| plant.value(*place))
+    }
+
+    fn array<'py>(&self, py: Python<'py>, number: usize, seen: Vec<f64>) -> Bound<'py, PyArray2<f64>> {
+        let array =
+            Array2::from_shape_vec((number, self.observed.len()), seen).expect("one slot per plant and variable");
+        array.into_pyarray(py)
+    }
+}

@@ -1,0 +1,31 @@
+//! The plant as an extension module of Python, `pneumatic_servo._native`.
+//!
+//! It knows variable tables and runs, no physics; what users see, with units and shapes, is the Python package around
+//! it. The interpreter's lock is released while plants run.
+
+mod failure;
+mod fleet;
+mod many;
+mod model;
+mod recording;
+mod signal;
+mod simulation;
+mod single;
+mod value;
+mod watch;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::fleet::Fleet;
+    #[pymodule_export]
+    use crate::many::simulate_many;
+    #[pymodule_export]
+    use crate::model::{Model, models};
+    #[pymodule_export]
+    use crate::simulation::{SavedState, Simulation};
+    #[pymodule_export]
+    use crate::single::simulate;
+}

@@ -1,0 +1,165 @@
+//! Many runs of one model on all cores, each with the same bits as alone.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use numpy::ndarray::Array3;
+use numpy::{IntoPyArray, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::variables::Place;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::failure::refused;
+use crate::model::Model;
+use crate::recording::{Driven, Grid, Reached, places, record};
+use crate::signal::Signal;
+use crate::value::{Setting, apply, setup};
+use crate::watch::{INTERVAL, STEPS_PER_LOOK, Watch};
+
+/// An input of all runs as the Python package hands it over.
+#[derive(FromPyObject)]
+pub enum Courses<'py> {
+    /// One value for all runs.
+    Constant(f64),
+    /// One value per run.
+    Constants(PyReadonlyArray1<'py, f64>),
+    /// Times in s, and values `[run, time]`; a single row is for all runs.
+    Table(PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>),
+}
+
+/// [`Courses`] without Python, for all threads.
+enum Signals<'a> {
+    Constant(f64),
+    Constants(&'a [f64]),
+    Table { times: &'a [f64], values: &'a [f64] },
+}
+
+impl Courses<'_> {
+    fn signals(&self) -> PyResult<Signals<'_>> {
+        Ok(match self {
+            Self::Constant(value) => Signals::Constant(*value),
+            Self::Constants(values) => Signals::Constants(values.as_slice()?),
+            Self::Table(times, values) => Signals::Table { times: times.as_slice()?, values: values.as_slice()? },
+        })
+    }
+}
+
+impl Signals<'_> {
+    fn of(&self, run: usize) -> Signal<'_> {
+        match *self {
+            Self::Constant(value) => Signal::Constant(value),
+            Self::Constants(values) => Signal::Constant(values[run]),
+            Self::Table { times, values } => {
+                let first = if values.len() == times.len() { 0 } else { run * times.len() };
+                Signal::Table { times, values: &values[first..first + times.len()] }
+            }
+        }
+    }
+}
+
+/// Everything the runs need, shared by all threads.
+struct Plan<'a> {
+    setup: Setup,
+    runs: Vec<Vec<Setting>>,
+    inputs: Vec<(String, Signals<'a>)>,
+    grid: Grid,
+    outputs: Vec<Place>,
+    /// Set when no run is to go on.
+    halted: AtomicBool,
+    finished: AtomicUsize,
+}
+
+impl Plan<'_> {
+    /// Makes one run; an error names what is wrong with it.
+    fn run(&self, index: usize, slots: &mut [f64]) -> (usize, Option<String>) {
+        let mut reached = Reached { rows: 0, failure: None };
+        let mut setup = self.setup.clone();
+        let outcome = apply(&mut setup, &self.runs[index]).map_err(refused).and_then(|()| {
+            let driven = self.inputs.iter().map(|(name, signals)| Driven::find(setup.table(), name, signals.of(index)));
+            let driven = driven.collect::<PyResult<Vec<_>>>()?;
+            record(setup.clone(), driven, self.grid, &self.outputs, slots, &mut reached, |step| {
+                Ok(step % STEPS_PER_LOOK != 0 || !self.halted.load(Ordering::Relaxed))
+            })
+        });
+        self.finished.fetch_add(1, Ordering::Relaxed);
+        let problem = outcome.err().map(|error| Python::attach(|py| error.value(py).to_string()));
+        (reached.rows, problem.or(reached.failure))
+    }
+
+    /// Makes all runs on a number of threads.
+    fn run_all(&self, pool: &rayon::ThreadPool, slots: &mut [f64]) -> Vec<(usize, Option<String>)> {
+        let size = self.outputs.len() * self.grid.rows();
+        pool.install(|| {
+            slots.par_chunks_mut(size.max(1)).enumerate().map(|(index, slots)| self.run(index, slots)).collect()
+        })
+    }
+}
+
+/// What `simulate_many` returns: values `[run, output, row]`, for each run the rows recorded and why it stopped early,
+/// and an exception that ended all of them.
+type Outcome<'py> = (Bound<'py, PyArray3<f64>>, Vec<(usize, Option<String>)>, Option<PyErr>);
+
+/// Runs a model as often as there are lists in `runs`, whose settings come on top of `settings`.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python package calls it, and names them")]
+pub fn simulate_many<'py>(
+    py: Python<'py>,
+    model: &Model,
+    settings: Vec<Setting>,
+    runs: Vec<Vec<Setting>>,
+    inputs: Vec<(String, Courses<'py>)>,
+    grid: (f64, f64, usize, usize),
+    outputs: Vec<String>,
+    workers: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Outcome<'py>> {
+    let (start, step, count, every) = grid;
+    let grid = Grid { start, step, count, every };
+    let setup = setup(model.model, &settings)?;
+    let outputs = places(setup.table(), &outputs)?;
+    let inputs = inputs.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?)));
+    let inputs = inputs.collect::<PyResult<Vec<_>>>()?;
+    let number = runs.len();
+    let plan =
+        Plan { setup, runs, inputs, grid, outputs, halted: AtomicBool::new(false), finished: AtomicUsize::new(0) };
+    let mut slots = vec![f64::NAN; number * plan.outputs.len() * grid.rows()];
+    let pool = pool(workers)?;
+    let watch = Watch::new(progress);
+    let (reached, ended) = py.detach(|| watched(&plan, &pool, &mut slots, watch));
+    let shape = (number, plan.outputs.len(), grid.rows());
+    let values = Array3::from_shape_vec(shape, slots).expect("one slot per run, output and row");
+    Ok((values.into_pyarray(py), reached, ended.err()))
+}
+
+/// Makes all runs on other threads, while this one watches.
+fn watched(
+    plan: &Plan<'_>,
+    pool: &rayon::ThreadPool,
+    slots: &mut [f64],
+    mut watch: Watch,
+) -> (Vec<(usize, Option<String>)>, PyResult<()>) {
+    let (sender, receiver) = mpsc::channel();
+    thread::scope(|scope| {
+        scope.spawn(move || sender.send(plan.run_all(pool, slots)));
+        let mut ended = Ok(());
+        loop {
+            if let Ok(reached) = receiver.recv_timeout(INTERVAL) {
+                let told = Python::attach(|py| watch.tell(py, plan.finished.load(Ordering::Relaxed)));
+                return (reached, ended.and(told));
+            }
+            if ended.is_ok() {
+                ended = watch.look(plan.finished.load(Ordering::Relaxed));
+                plan.halted.store(ended.is_err(), Ordering::Relaxed);
+            }
+        }
+    })
+}
+
+/// Threads of this call's own: they end with it, so that a process may fork between calls.
+pub fn pool(workers: usize) -> PyResult<rayon::ThreadPool> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(workers);
+    builder.build().map_err(|error| PyRuntimeError::new_err(format!("cannot start {workers} threads: {error}")))
+}

@@ -1,0 +1,123 @@
+//! What can be simulated, and its variables.
+
+use pneumatic_servo::model;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+use pyo3::prelude::*;
+
+use crate::failure::refused;
+use crate::simulation::Simulation;
+use crate::value::{Setting, setup};
+
+/// The names of all models.
+#[pyfunction]
+pub fn models() -> Vec<&'static str> {
+    pneumatic_servo::models::ALL.iter().map(|model| model.name).collect()
+}
+
+/// A model of the library.
+#[pyclass(frozen, subclass)]
+pub struct Model {
+    pub model: &'static model::Model,
+}
+
+/// A variable as the Python package describes it.
+#[derive(IntoPyObject)]
+struct Description {
+    name: &'static str,
+    role: &'static str,
+    kind: &'static str,
+    unit: &'static str,
+    start: Option<f64>,
+    minimum: Option<f64>,
+    maximum: Option<f64>,
+    nominal: Option<f64>,
+    /// Name, factor and offset of the unit to show the variable in.
+    display: Option<(&'static str, f64, f64)>,
+    /// Id, name and text of each item of an enumeration.
+    items: &'static [(i32, &'static str, &'static str)],
+    derivative_of: Option<&'static str>,
+    text: &'static str,
+}
+
+#[pymethods]
+impl Model {
+    #[new]
+    fn new(name: &str) -> PyResult<Self> {
+        let found = pneumatic_servo::models::find(name);
+        let model = found
+            .ok_or_else(|| refused(format!("there is no model {name}; it must be one of {}", models().join(", "))))?;
+        Ok(Self { model })
+    }
+
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.model.name
+    }
+
+    #[getter]
+    fn description(&self) -> &'static str {
+        self.model.description
+    }
+
+    /// Stop time and step size in s of the default experiment.
+    #[getter]
+    fn experiment(&self) -> (f64, f64) {
+        (self.model.experiment.stop_time, self.model.experiment.step_size)
+    }
+
+    /// All variables, in the order of the table.
+    fn variables(&self) -> Vec<Description> {
+        (self.model.variables)().into_iter().map(|variable| self.describe(variable)).collect()
+    }
+
+    /// Starts a run at a time in s.
+    #[pyo3(signature = (settings, time))]
+    fn start(&self, settings: Vec<Setting>, time: f64) -> PyResult<Simulation> {
+        let plant = setup(self.model, &settings)?.start(time).map_err(refused)?;
+        Ok(Simulation::new(plant))
+    }
+}
+
+impl Model {
+    fn describe(&self, variable: &'static Variable) -> Description {
+        let (kind, unit, items) = match variable.kind {
+            Kind::Real(unit) => ("real", unit.name, &[][..]),
+            Kind::Integer => ("integer", "1", &[][..]),
+            Kind::Boolean => ("boolean", "1", &[][..]),
+            Kind::Enumeration(of) => ("enumeration", "1", of.items),
+        };
+        let shown = match variable.kind {
+            Kind::Real(unit) => {
+                unit.display.iter().find(|shown| Some(shown.name) == variable.display).or(unit.display.first())
+            }
+            _ => None,
+        };
+        let table = (self.model.variables)();
+        let state = variable.derivative_of.and_then(|reference| table.by_reference(reference));
+        Description {
+            name: &variable.name,
+            role: role(variable.role),
+            kind,
+            unit,
+            start: variable.start,
+            minimum: variable.min,
+            maximum: variable.max,
+            nominal: variable.nominal,
+            display: shown.map(|shown| (shown.name, shown.factor, shown.offset)),
+            items,
+            derivative_of: state.map(|entry| entry.variable.name.as_str()),
+            text: &variable.description,
+        }
+    }
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Time => "time",
+        Role::Input => "input",
+        Role::Fixed => "fixed",
+        Role::Tunable => "tunable",
+        Role::Output => "output",
+        Role::Local => "local",
+    }
+}

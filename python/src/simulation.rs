@@ -1,0 +1,122 @@
+//! A running plant, step by step.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
+use pneumatic_servo::co_simulation::{Direction, Plant, Saved};
+use pneumatic_servo::variables::Place;
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use std::sync::{Mutex, MutexGuard};
+
+use crate::failure::{refused, stopped};
+use crate::recording::places;
+use crate::value::{Given, Setting};
+
+/// A running plant.
+#[pyclass(frozen, subclass)]
+pub struct Simulation {
+    plant: Mutex<Plant>,
+}
+
+/// A saved state.
+#[pyclass(frozen)]
+pub struct SavedState(Saved);
+
+impl Simulation {
+    /// A plant that has been started.
+    pub fn new(plant: Plant) -> Self {
+        Self { plant: Mutex::new(plant) }
+    }
+
+    fn plant<'a>(&'a self, py: Python<'a>) -> MutexGuard<'a, Plant> {
+        // A plant that has panicked would still be whole; it never does.
+        self.plant.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[getter]
+    fn time(&self, py: Python<'_>) -> f64 {
+        self.plant(py).time()
+    }
+
+    /// Sets inputs and tunable parameters; on an error those before it are set.
+    fn set(&self, py: Python<'_>, settings: Vec<Setting>) -> PyResult<()> {
+        let mut plant = self.plant(py);
+        settings.iter().try_for_each(|(name, given)| plant.set(name, given.value())).map_err(refused)
+    }
+
+    /// Sets one input or tunable parameter.
+    fn set_one(&self, py: Python<'_>, name: &str, value: Given) -> PyResult<()> {
+        self.plant(py).set(name, value.value()).map_err(refused)
+    }
+
+    /// The value of one variable.
+    fn get(&self, py: Python<'_>, name: &str) -> PyResult<f64> {
+        self.plant(py).get(name).map_err(refused)
+    }
+
+    /// Integrates over a step of a size in s.
+    fn step(&self, py: Python<'_>, size: f64) -> PyResult<()> {
+        let mut plant = self.plant(py);
+        let end = plant.time() + size;
+        if !(size.is_finite() && end > plant.time()) {
+            return Err(refused(format!("a step of {size} s leads nowhere from {} s", plant.time())));
+        }
+        let plant = &mut *plant;
+        py.detach(|| plant.advance_to(end)).map_err(stopped)
+    }
+
+    /// Everything that affects the further run.
+    fn save(&self, py: Python<'_>) -> SavedState {
+        SavedState(self.plant(py).save())
+    }
+
+    /// Goes back to a saved state.
+    fn restore(&self, py: Python<'_>, saved: &SavedState) -> PyResult<()> {
+        self.plant(py).restore(&saved.0).map_err(refused)
+    }
+
+    /// The names of the continuous states that are integrated.
+    fn states(&self, py: Python<'_>) -> Vec<String> {
+        self.plant(py).states().map(|variable| variable.name.clone()).collect()
+    }
+
+    /// Moves continuous states.
+    fn move_states(&self, py: Python<'_>, states: Vec<(String, f64)>) -> PyResult<()> {
+        let mut plant = self.plant(py);
+        states.iter().try_for_each(|(name, value)| plant.move_state(name, *value)).map_err(refused)
+    }
+
+    /// Partial derivatives of computed variables (rows) with respect to states and inputs (columns).
+    fn jacobian<'py>(&self, py: Python<'py>, of: Vec<String>, to: Vec<String>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let plant = self.plant(py);
+        let table = plant.table();
+        let rows = places(table, &of)?;
+        let mut inputs = vec![0.0; table.inputs().count()];
+        let mut states = vec![0.0; table.number_of_states()];
+        let mut computed = vec![0.0; table.computed().count()];
+        let mut matrix = Array2::zeros((of.len(), to.len()));
+        for (column, name) in to.iter().enumerate() {
+            let entry = table.find(name).ok_or_else(|| refused(format!("there is no variable {name}")))?;
+            let seed = match (entry.state, entry.place) {
+                (Some(state), _) => &mut states[state],
+                (None, Place::Input(input)) => &mut inputs[input],
+                _ => return Err(refused(format!("{name} is neither a continuous state nor an input"))),
+            };
+            *seed = 1.0;
+            let direction = Direction { time: 0.0, inputs: &inputs, states: &states };
+            plant.simulation().directional_derivative(direction, &mut computed);
+            states.fill(0.0);
+            inputs.fill(0.0);
+            for (row, place) in rows.iter().enumerate() {
+                let Place::Computed(place) = place else {
+                    return Err(refused(format!("{} is not computed", of[row])));
+                };
+                matrix[[row, column]] = computed[*place];
+            }
+        }
+        Ok(matrix.into_pyarray(py))
+    }
+}

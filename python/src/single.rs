@@ -1,0 +1,68 @@
+//! One run.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use crate::model::Model;
+use crate::recording::{Driven, Grid, Reached, places, record};
+use crate::signal::Signal;
+use crate::value::{Setting, setup};
+use crate::watch::{STEPS_PER_LOOK, Watch};
+
+/// An input as the Python package hands it over.
+#[derive(FromPyObject)]
+pub enum Course<'py> {
+    /// The same value all the time.
+    Constant(f64),
+    /// Times in s and values.
+    Table(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>),
+    /// A function of time.
+    Function(Py<PyAny>),
+}
+
+impl Course<'_> {
+    fn signal(&self) -> PyResult<Signal<'_>> {
+        Ok(match self {
+            Self::Constant(value) => Signal::Constant(*value),
+            Self::Table(times, values) => Signal::Table { times: times.as_slice()?, values: values.as_slice()? },
+            Self::Function(function) => Signal::Function(function),
+        })
+    }
+}
+
+/// What `simulate` returns: values `[output, row]`, rows recorded, why it stopped early, and an exception that ended it.
+type Outcome<'py> = (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>);
+
+/// Runs a model once. `grid` is start and step in s, number of steps, and steps per row.
+#[pyfunction]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    model: &Model,
+    settings: Vec<Setting>,
+    inputs: Vec<(String, Course<'py>)>,
+    grid: (f64, f64, usize, usize),
+    outputs: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Outcome<'py>> {
+    let (start, step, count, every) = grid;
+    let grid = Grid { start, step, count, every };
+    let setup = setup(model.model, &settings)?;
+    let driven: PyResult<Vec<_>> =
+        inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
+    let (driven, places) = (driven?, places(setup.table(), &outputs)?);
+    let mut slots = vec![f64::NAN; places.len() * grid.rows()];
+    let mut reached = Reached { rows: 0, failure: None };
+    let mut watch = Watch::new(progress);
+    let ended = py.detach(|| {
+        record(setup, driven, grid, &places, &mut slots, &mut reached, |index| {
+            if index % STEPS_PER_LOOK == 0 {
+                watch.look(index)?;
+            }
+            Ok(true)
+        })
+    });
+    watch.tell(py, if ended.is_ok() { grid.count } else { 0 })?;
+    let values = Array2::from_shape_vec((places.len(), grid.rows()), slots).expect("one slot per output and row");
+    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err()))
+}

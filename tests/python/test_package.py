@@ -1,0 +1,253 @@
+"""The Python package: what it computes, and what it says when something is wrong."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+
+STEP = 1e-3
+TIMES = np.arange(0, 1.0, STEP)
+VOLTAGES = 5.0 + 2.0 * np.sin(2.0 * np.pi * TIMES)
+
+
+@pytest.fixture(scope="module")
+def plant() -> ps.Model:
+    return ps.Model("PneumaticServoCylinder")
+
+
+def by_fmu(fmu: Path, settings: dict[str, float], outputs: list[str]) -> np.ndarray:
+    """The same run through FMPy: start values before initialization, then a fresh voltage at each point."""
+    description = read_model_description(str(fmu))
+    number = {variable.name: variable.valueReference for variable in description.modelVariables}
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=extract(str(fmu)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="plant",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    for name, value in settings.items():
+        set_value = slave.setInteger if name == "friction.law" else slave.setReal
+        set_value([number[name]], [value])
+    slave.setReal([number["valveVoltage"]], [VOLTAGES[0]])
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    wanted = [number[name] for name in outputs]
+    rows = [slave.getReal(wanted)]
+    for index, voltage in enumerate(VOLTAGES):
+        slave.setReal([number["valveVoltage"]], [voltage])
+        slave.doStep(currentCommunicationPoint=index * STEP, communicationStepSize=STEP)
+        rows.append(slave.getReal(wanted))
+    slave.freeInstance()
+    return np.array(rows).T
+
+
+@pytest.mark.parametrize("law", ["Stribeck", "LuGre", "GMS", "Bristle", "DNLRX"])
+def test_results_are_those_of_the_fmu_bit_for_bit(plant: ps.Model, fmu: Path, law: str) -> None:
+    outputs = ["position", "velocity", "frictionForce", "chamberA.pressure", "chamberB.temperature", "valve.spool"]
+    run = plant.simulate(
+        {"friction.law": law, "supplyPressure": 6e5},
+        inputs={"valveVoltage": (TIMES, VOLTAGES)},
+        stop=1.0,
+        step=STEP,
+        outputs=outputs,
+    )
+    number = plant.parameters["friction.law"].ids[law]
+    expected = by_fmu(fmu, {"friction.law": number, "supplyPressure": 6e5}, outputs)
+    assert np.ptp(run["position"]) > 0.01
+    for name, values in zip(outputs, expected, strict=True):
+        assert run[name].tobytes() == values.tobytes(), name
+
+
+def test_points_functions_and_steps_by_hand_give_the_same_bits(plant: ps.Model) -> None:
+    arguments = {"stop": 0.3, "step": STEP, "outputs": ["position", "chamberA.pressure"]}
+    points = plant.simulate(inputs={"valveVoltage": (TIMES, VOLTAGES)}, **arguments)
+    function = plant.simulate(
+        inputs={"valveVoltage": lambda t: VOLTAGES[round(t / STEP)] if t < 0.9995 else 5.0}, **arguments
+    )
+    simulation = plant.start({"valveVoltage": VOLTAGES[0]})
+    for voltage in VOLTAGES[:300]:
+        simulation["valveVoltage"] = voltage
+        simulation.step(STEP)
+    for name in arguments["outputs"]:
+        assert points[name].tobytes() == function[name].tobytes()
+    # Added up, the communication points differ by rounding, and so do the results.
+    assert simulation["position"] == pytest.approx(points["position"][-1], abs=1e-9)
+
+
+def test_many_runs_have_the_bits_of_single_ones(plant: ps.Model) -> None:
+    laws, gains = ["Stribeck", "LuGre", "Dahl"], np.array([0.5, 1.0, 2.0])
+    courses = 5.0 + gains[:, None] * (VOLTAGES - 5.0)
+    runs = plant.simulate_many(
+        {"friction.law": laws, "supplyPressure": 6e5},
+        inputs={"valveVoltage": (TIMES, courses), "externalForce": np.array([0.0, 1.0, 2.0])},
+        stop=0.5, step=STEP, outputs=["position", "velocity"], progress=False,
+    )  # fmt: skip
+    assert runs["position"].shape == (3, 501)
+    for number, law in enumerate(laws):
+        alone = plant.simulate(
+            {"friction.law": law, "supplyPressure": 6e5},
+            inputs={"valveVoltage": (TIMES, courses[number]), "externalForce": float(number)},
+            stop=0.5, step=STEP, outputs=["position", "velocity"],
+        )  # fmt: skip
+        assert runs[number]["velocity"].tobytes() == alone["velocity"].tobytes()
+
+
+def test_rows_can_be_thinned_without_changing_them(plant: ps.Model) -> None:
+    arguments = {"inputs": {"valveVoltage": (TIMES, VOLTAGES)}, "stop": 0.5, "step": STEP, "outputs": ["position"]}
+    every, tenth = plant.simulate(**arguments), plant.simulate(**arguments, every=10)
+    assert tenth["position"].tobytes() == every["position"][::10].tobytes()
+    assert tenth.time.tobytes() == every.time[::10].tobytes()
+
+
+def test_pairs_of_points_at_one_time_make_a_step(plant: ps.Model) -> None:
+    run = plant.simulate(
+        inputs={"valveVoltage": ([0.0, 0.1, 0.1, 0.2], [5.0, 5.0, 6.0, 7.0])}, stop=0.3, step=0.05,
+        outputs=["valveVoltage", "position"],
+    )  # fmt: skip
+    # A row shows the input that has been held until then.
+    assert run["valveVoltage"].tolist() == [5.0, 5.0, 5.0, 6.0, 6.5, 7.0, 7.0]
+
+
+def test_saved_states_repeat_bit_for_bit(plant: ps.Model) -> None:
+    simulation = plant.start({"friction.law": "GMS"})
+
+    def go() -> list[float]:
+        places = []
+        for voltage in VOLTAGES[:200]:
+            simulation["valveVoltage"] = voltage
+            simulation.step(STEP)
+            places.append(simulation["position"])
+        return places
+
+    go()
+    saved, once = simulation.save(), go()
+    simulation.restore(saved)
+    assert go() == once and simulation.time == pytest.approx(0.4)
+
+
+def test_saved_state_of_another_law_is_refused(plant: ps.Model) -> None:
+    saved = plant.start({"friction.law": "LuGre"}).save()
+    simulation = plant.start({"friction.law": "Stribeck"})
+    with pytest.raises(ValueError, match="saved state"):
+        simulation.restore(saved)
+    assert simulation.time == 0.0
+
+
+def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> None:
+    described = {variable.name: variable for variable in read_model_description(str(fmu)).modelVariables}
+    assert set(plant.variables) == set(described)
+    for name, variable in plant.variables.items():
+        assert variable.text == described[name].description
+    conductance = plant.parameters["valve.C"]
+    assert (conductance.default, conductance.unit, conductance.minimum is not None) == (3.93e-9, "m3/(s.Pa)", True)
+    assert plant.parameters["friction.law"].default == "Stribeck"
+    assert list(plant.inputs) == ["valveVoltage", "externalForce", "supplyPressure"]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda plant: ps.Model("Cylinder"), ["Cylinder", "PneumaticServoCylinder"]),
+        (lambda plant: plant.simulate({"valve.c": 1.0}), ["valve.c", "valve.C"]),
+        (lambda plant: plant.simulate({"valve.deadZone": 2.0}), ["valve.deadZone", "2", "0.9"]),
+        (lambda plant: plant.simulate({"friction.law": "Lugre"}), ["friction.law", "Lugre", "LuGre"]),
+        (lambda plant: plant.simulate({"cylinder.rod": 0.5}), ["cylinder", "0.5"]),
+        (lambda plant: plant.simulate({"position": 0.1}), ["position", "computed"]),
+        (lambda plant: plant.simulate(outputs=["positon"]), ["positon", "position"]),
+        (lambda plant: plant.simulate(outputs=[]), ["outputs"]),
+        (lambda plant: plant.simulate(outputs=["position"] * 2), ["position", "twice"]),
+        (lambda plant: plant.simulate(inputs={"voltage": 5.0}), ["voltage", "valveVoltage"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": ([0, 1], [5.0, np.nan])}), ["valveVoltage", "nan", "1.0"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": ([0, 1, 0.5], [5, 5, 5])}), ["valveVoltage", "1.0", "0.5"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": ([0, 1], [5])}), ["valveVoltage", "shape"]),
+        (lambda plant: plant.simulate(inputs={"supplyPressure": ([0, 1], [5e5, -1.0])}), ["supplyPressure", "-1"]),
+        (lambda plant: plant.simulate(inputs={"supplyPressure": lambda t: 1.0 - t}), ["supplyPressure", "1.001"]),
+        (lambda plant: plant.simulate({"valveVoltage": 5}, inputs={"valveVoltage": 5.0}), ["valveVoltage", "twice"]),
+        (lambda plant: plant.simulate(stop=1.0, step=0.3), ["1.0", "0.3"]),
+        (lambda plant: plant.simulate(step=-1.0), ["step", "-1.0"]),
+        (lambda plant: plant.simulate(stop=float("nan")), ["stop", "nan"]),
+        (lambda plant: plant.simulate_many([{}, {"valve.b": -1.0}], progress=False), ["run 1", "valve.b", "-1"]),
+        (lambda plant: plant.simulate_many({"valve.b": [0.2, 0.3], "mass.moving": [1.0]}), ["valve.b", "mass.moving"]),
+        (lambda plant: plant.start().set({"friction.law": "LuGre"}), ["friction.law", "fixed"]),
+        (lambda plant: plant.start().step(0.0), ["0"]),
+        (lambda plant: plant.start().step(float("nan")), ["NaN"]),
+        (lambda plant: plant.compare(["LuGre"], {"friction.law": "Dahl"}), ["friction.law", "twice"]),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named(plant: ps.Model, call: Callable[[ps.Model], object], words: list[str]) -> None:
+    with pytest.raises(ValueError) as caught:
+        call(plant)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_run_that_cannot_go_on_leaves_what_was_finished(plant: ps.Model) -> None:
+    settings = {"friction.law": "LuGre", "solver.scheme": "ExplicitEuler", "solver.step": 1e-3}
+    with pytest.raises(ps.SimulationError, match=r"at t = .* diverges") as caught:
+        plant.simulate(settings, inputs={"valveVoltage": (TIMES, VOLTAGES)}, stop=1.0, step=STEP)
+    finished = caught.value.finished
+    assert isinstance(finished, ps.Run)
+    assert 1 <= len(finished) < 1001 and np.isfinite(finished["position"]).all()
+    runs = plant.simulate_many(
+        [settings, {}], inputs={"valveVoltage": (TIMES, VOLTAGES)}, stop=1.0, step=STEP, keep_failures=True,
+        progress=False,
+    )  # fmt: skip
+    assert list(runs.failures) == [0] and runs.is_complete.tolist() == [False, True]
+    assert len(runs[0]) == len(finished)
+
+
+def test_exception_of_an_input_function_comes_through(plant: ps.Model) -> None:
+    with pytest.raises(ZeroDivisionError):
+        plant.simulate(inputs={"valveVoltage": lambda t: 1.0 / (0.1 - t) if t < 0.1 else 1 / 0}, stop=1.0, step=0.01)
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_interrupt_stops_within_a_fifth_of_a_second(plant: ps.Model, many: bool) -> None:
+    arguments = {"stop": 100.0 if many else 1000.0, "step": STEP, "outputs": ["position"]}
+    pressed: list[float] = []
+
+    def press() -> None:
+        pressed.append(time.perf_counter())
+        signal.raise_signal(signal.SIGINT)
+
+    timer = threading.Timer(0.3, press)
+    timer.start()
+    with pytest.raises(ps.Interrupted) as caught:
+        if many:
+            plant.simulate_many([{}] * 200, **arguments, progress=False)
+        else:
+            plant.simulate(**arguments)
+    assert time.perf_counter() - pressed[0] < 0.2
+    finished = caught.value.finished
+    assert finished is not None and len(finished) > 1
+    assert isinstance(caught.value, KeyboardInterrupt)
+
+
+def test_progress_is_told(plant: ps.Model) -> None:
+    told: list[tuple[int, int]] = []
+    plant.simulate(stop=1.0, step=STEP, outputs=["position"], progress=lambda done, total: told.append((done, total)))
+    assert told[-1] == (1000, 1000)
+
+
+def test_figure_has_units_on_its_axes(plant: ps.Model) -> None:
+    run = plant.simulate(inputs={"valveVoltage": (TIMES, VOLTAGES)}, stop=1.0, step=STEP)
+    labels = [axis.get_ylabel() for axis in run.plot().axes]
+    assert "position (mm)" in labels and "pressure (bar)" in labels
+    drawn = run.plot("position").axes[0].lines[0].get_ydata()
+    assert np.allclose(drawn, 1e3 * run["position"])
+
+
+def test_other_models_run_too() -> None:
+    for name in ps.models():
+        model = ps.Model(name)
+        assert len(model.simulate(stop=10 * model.step)) == 11
