@@ -23,7 +23,7 @@ pub fn files(workspace: &Workspace) -> Result<BTreeMap<String, String>> {
         files.insert(format!("{}.txt", file_name(&file)), read(&file)?);
     }
     files.insert("license.txt".to_owned(), OVERVIEW.to_owned());
-    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?)?);
+    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?, LIBRARY)?);
     Ok(files)
 }
 
@@ -45,10 +45,18 @@ fn metadata(workspace: &Workspace) -> Result<Metadata> {
     Ok(command.exec()?)
 }
 
+/// The packages of others that the library of a package of this workspace contains, with their licences.
+///
+/// # Errors
+/// When a licence file is missing, or Cargo cannot tell what the library depends on.
+pub fn of_package(workspace: &Workspace, package: &str) -> Result<String> {
+    third_party(&metadata(workspace)?, package)
+}
+
 /// Name, version, licence and licence texts of each package.
-fn third_party(metadata: &Metadata) -> Result<String> {
-    let mut text = "Packages that the library of this FMU contains.\n".to_owned();
-    for package in linked(metadata)? {
+fn third_party(metadata: &Metadata, library: &str) -> Result<String> {
+    let mut text = format!("Packages that the library of {library} contains.\n");
+    for package in linked(metadata, library)? {
         let (name, version) = (&package.name, &package.version);
         let (licence, source) = (package.license.as_deref(), package.repository.as_deref());
         let folder = package.manifest_path.parent().context("a manifest without a folder")?;
@@ -68,9 +76,9 @@ fn third_party(metadata: &Metadata) -> Result<String> {
 
 /// The packages of others whose code is in the library, sorted by name: normal dependencies, without procedural macros,
 /// which run in the compiler.
-fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
+fn linked<'a>(metadata: &'a Metadata, library: &str) -> Result<Vec<&'a Package>> {
     let resolve = metadata.resolve.as_ref().context("cargo metadata resolves nothing")?;
-    let library = metadata.packages.iter().find(|package| package.name == LIBRARY);
+    let library = metadata.packages.iter().find(|package| package.name == library);
     let mut found = vec![library.context("the library is no package")?];
     let mut next = 0;
     while next < found.len() {

@@ -17,6 +17,7 @@ mod package;
 mod parameter_sets;
 mod platform;
 mod platform_test;
+mod playground;
 mod process;
 mod release;
 mod ssc;
@@ -57,6 +58,7 @@ enum Command {
     Build(build::Build),
     Join(package::Join),
     Release(release::Release),
+    Playground(playground::Playground),
     Describe(describe::Describe),
     Record(valgrind::Record),
     Wheel(wheel::Wheel),
@@ -82,6 +84,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Build(it) => it.run(&workspace),
         Command::Join(it) => it.run(&workspace),
         Command::Release(it) => it.run(&workspace),
+        Command::Playground(it) => it.run(&workspace),
         Command::Describe(it) => it.run(&workspace),
         Command::Record(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),

@@ -10,6 +10,7 @@ use clap::Args;
 use crate::gallery::Gallery;
 use crate::package::Package;
 use crate::platform_test;
+use crate::playground;
 use crate::process::{self, heading};
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
@@ -85,6 +86,7 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Import with FMPy");
     checks.pytest(&venv)?;
 
+    playground::check(workspace)?;
     platform_test::run_if_possible(workspace)
 }
 

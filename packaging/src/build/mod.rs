@@ -6,6 +6,7 @@ mod macos;
 mod recipe;
 mod toolchain;
 pub mod tools;
+pub mod wasm;
 mod windows;
 
 use std::collections::BTreeSet;

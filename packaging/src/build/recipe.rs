@@ -17,6 +17,8 @@ pub struct Recipe<'a> {
     workspace: &'a Workspace,
     toolchain: Toolchain,
     program: PathBuf,
+    package: &'static str,
+    panic: &'static str,
     target: Vec<OsString>,
     folder: PathBuf,
     strip: &'static str,
@@ -33,6 +35,8 @@ impl<'a> Recipe<'a> {
             workspace,
             toolchain,
             program,
+            package: "pneumatic-servo-fmu",
+            panic: "unwind",
             target: Vec::new(),
             folder,
             strip: "symbols",
@@ -47,6 +51,18 @@ impl<'a> Recipe<'a> {
         // All targets share a folder, so that procedural macros are compiled once.
         let folder = workspace.target.join("cross");
         Self { target, folder, flags: Vec::new(), ..Self::of_the_user(workspace, toolchain) }
+    }
+
+    /// Builds the library of another package.
+    pub fn package(mut self, package: &'static str) -> Self {
+        self.package = package;
+        self
+    }
+
+    /// Lets a panic end the program, where nothing can catch it.
+    pub fn aborting(mut self) -> Self {
+        self.panic = "abort";
+        self
     }
 
     /// Starts Cargo through another program.
@@ -93,8 +109,10 @@ impl<'a> Recipe<'a> {
             Ok(Message::CompilerArtifact(artifact)) => Some(artifact),
             _ => None,
         });
-        let files = artifacts.filter(|artifact| artifact.target.name == "pneumatic_servo_fmu");
-        let is_library = |file: &Utf8PathBuf| ["so", "dll", "dylib"].into_iter().any(|it| file.extension() == Some(it));
+        let name = self.package.replace('-', "_");
+        let files = artifacts.filter(|artifact| artifact.target.name == name);
+        let extensions = ["so", "dll", "dylib", "wasm"];
+        let is_library = |file: &Utf8PathBuf| extensions.into_iter().any(|it| file.extension() == Some(it));
         let file = files.flat_map(|artifact| artifact.filenames).find(is_library);
         let file = file.context("cargo rustc reported no shared library")?;
         std::fs::read(&file).with_context(|| format!("cannot read {file}"))
@@ -104,8 +122,9 @@ impl<'a> Recipe<'a> {
         let mut command = Command::new(&self.program);
         // The crate is a Rust library too; only a build of the shared library alone is optimized at link time.
         command
-            .args(["rustc", "--release", "--package", "pneumatic-servo-fmu", "--lib", "--crate-type", "cdylib"])
+            .args(["rustc", "--release", "--package", self.package, "--lib", "--crate-type", "cdylib"])
             .args(["--config".to_owned(), format!("profile.release.strip='{}'", self.strip)])
+            .args(["--config".to_owned(), format!("profile.release.panic='{}'", self.panic)])
             .args(["--message-format", "json-render-diagnostics"])
             .args(&self.target)
             .env("CARGO_TARGET_DIR", &self.folder)
@@ -113,7 +132,8 @@ impl<'a> Recipe<'a> {
             .envs(self.environment.iter().map(|(name, value)| (name, value)))
             .current_dir(&self.workspace.root);
         if self.toolchain.compiles_std {
-            command.args(["-Z", "build-std=std,panic_unwind", "-Z", "build-std-features="]);
+            let std = format!("build-std=std,panic_{}", self.panic);
+            command.args(["-Z", &std, "-Z", "build-std-features="]);
             // As one unit each, which the release profile asks for, they take more than twice the time.
             for package in ["core", "alloc", "std"] {
                 command.args(["--config".to_owned(), format!("profile.release.package.{package}.codegen-units=16")]);

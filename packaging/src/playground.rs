@@ -1,0 +1,106 @@
+//! `cargo xtask playground`: one page with the plant in it, `target/playground/index.html`, and its tests in a browser.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use clap::Args;
+
+use crate::build::tools::{self, Tool};
+use crate::build::wasm;
+use crate::licences;
+use crate::process::{self, heading};
+use crate::workspace::Workspace;
+
+/// Build the page in which the plant runs: target/playground/index.html.
+#[derive(Args)]
+pub struct Playground {}
+
+impl Playground {
+    /// Builds the page.
+    ///
+    /// # Errors
+    /// When a tool is missing or fails.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        tools::require([("the playground", needed()?)])?;
+        println!("{}", build(workspace)?.display());
+        Ok(())
+    }
+}
+
+/// Builds the page and uses it in Chromium as a visitor does; where a tool is missing, that is an error under CI and
+/// otherwise said.
+///
+/// # Errors
+/// When a tool is missing under CI, or a test fails.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    let mut missing = needed()?;
+    missing.extend(Tool::unless_found("chromium", "chromium"));
+    if let Err(problem) = tools::require([("the playground", missing)]) {
+        return process::leave_out("Playground", &problem.to_string());
+    }
+    heading("Playground: build the page");
+    let sources = sources(workspace);
+    install(&sources)?;
+    process::run(npm().args(["run", "--silent", "check"]).current_dir(&sources))?;
+    let page = build(workspace)?;
+
+    heading("Playground: use the page in Chromium");
+    process::run(&mut cargo(workspace, &["test", "--package", wasm::PACKAGE]))?;
+    process::run(&mut cargo(workspace, &["build", "--package", wasm::PACKAGE, "--example", "replay"]))?;
+    let tests = workspace.root.join("tests/playground");
+    install(&tests)?;
+    let mut test = npm();
+    test.args(["test", "--silent"]).current_dir(&tests);
+    process::run(test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("debug/examples/replay")))
+}
+
+fn needed() -> Result<Vec<Tool>> {
+    Ok(wasm::missing()?.into_iter().chain(Tool::unless_found("npm", "nodejs npm")).collect())
+}
+
+fn build(workspace: &Workspace) -> Result<PathBuf> {
+    let sources = sources(workspace);
+    let folder = workspace.target.join("playground");
+    fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let plant = keep(&folder.join("plant.wasm"), &wasm::build(workspace)?)?;
+    let licences = licences::of_package(workspace, wasm::PACKAGE)?;
+    let licences = keep(&folder.join("licences.txt"), licences.as_bytes())?;
+    let page = folder.join("index.html");
+    install(&sources)?;
+    let mut bundle = npm();
+    bundle.args(["run", "--silent", "bundle", "--"]).args([&plant, &licences, &page]);
+    process::run(bundle.current_dir(&sources))?;
+    Ok(page)
+}
+
+fn sources(workspace: &Workspace) -> PathBuf {
+    workspace.root.join("playground")
+}
+
+fn npm() -> Command {
+    Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
+}
+
+/// Cargo on this workspace, with the target directory that the tests look in.
+fn cargo(workspace: &Workspace, arguments: &[&str]) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args(arguments).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo
+}
+
+/// Installs what the lock file of a folder states, unless that is done.
+fn install(folder: &Path) -> Result<()> {
+    let changed = |file: &str| fs::metadata(folder.join(file)).and_then(|file| file.modified()).ok();
+    let installed = changed("node_modules/.package-lock.json");
+    if installed.is_some() && installed >= changed("package-lock.json") {
+        return Ok(());
+    }
+    process::run(npm().args(["ci", "--no-audit", "--no-fund", "--loglevel=error"]).current_dir(folder))
+}
+
+fn keep(file: &Path, bytes: &[u8]) -> Result<PathBuf> {
+    fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
+    Ok(file.to_owned())
+}

@@ -1,0 +1,36 @@
+// What the parts of the page share.
+
+import type { Library } from "./library";
+import type { Settings } from "./settings";
+
+export interface Context {
+  library: Library;
+  settings: Settings;
+  /** Shows a problem, or takes it away. */
+  tell(problem: string | null): void;
+  /** Gives a variable a value; throws a refusal, and changes nothing then. */
+  change(model: string, variable: string, value: number): void;
+  /** To be called when a setting has changed that a link restores. */
+  changed(): void;
+}
+
+/** What can be taken home. */
+export interface Files {
+  /** Beginning of the names of the files. */
+  name: string;
+  csv: string;
+  ssv: string;
+  python: string;
+}
+
+/** One of the pages between which a visitor chooses. */
+export interface Page {
+  readonly root: HTMLElement;
+  /** Variables that the page itself sets, as `model.variable`. */
+  readonly driven: readonly string[];
+  /** Shows the state at a time in ms of the wall clock. */
+  frame(now: number): void;
+  /** Takes over a value that was changed; throws a refusal. */
+  change(model: string, name: string, value: number, isLive: boolean): void;
+  files(): Files | null;
+}

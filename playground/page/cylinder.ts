@@ -1,0 +1,110 @@
+// The drawing of the cylinder: valve, chambers coloured by pressure, carriage, and the friction force on it.
+
+import { shape } from "./dom";
+
+/** What the drawing shows; the names are those of the model. */
+export const SHOWN = [
+  "position",
+  "velocity",
+  "frictionForce",
+  "chamberA.pressure",
+  "chamberB.pressure",
+  "chamberA.massFlow",
+  "chamberB.massFlow",
+  "valve.spool",
+  "sticking",
+] as const;
+
+const [LEFT, RIGHT, TOP, BOTTOM] = [24, 264, 30, 82];
+/** Where the piston is drawn at both ends of the stroke. */
+const [FROM, TO] = [LEFT + 14, RIGHT - 14];
+const ROD = 150;
+/** Length in px of an arrow for 1 N, and the longest one. */
+const NEWTON = 4;
+const LONGEST = 64;
+
+/** Pressure in Pa from the colour of ambient air (0) to that of full supply (1). */
+const fullness = (pressure: number): number => Math.min(Math.max((pressure - 101_325) / 600_000, 0), 1);
+
+export class Cylinder {
+  readonly root: SVGElement;
+  private readonly a = shape("rect", { x: LEFT, y: TOP, height: BOTTOM - TOP, class: "gas" });
+  private readonly b = shape("rect", { y: TOP, height: BOTTOM - TOP, class: "gas" });
+  private readonly moving = shape("g", {});
+  private readonly carriage = shape("rect", { x: ROD - 4, y: 26, width: 58, height: 60, rx: 6, class: "carriage" });
+  private readonly arrow = shape("path", { class: "friction" });
+  private readonly stuck = shape("text", { x: ROD + 25, y: 60, class: "stuck" });
+  private readonly spool = shape("g", {});
+  private readonly flows: SVGElement[];
+
+  /** `title` says which of several it is. */
+  constructor(private readonly title: string) {
+    const piston = shape("rect", { x: -8, y: TOP, width: 16, height: BOTTOM - TOP, rx: 2, class: "steel" });
+    const rod = shape("rect", { x: 0, y: 50, width: ROD, height: 12, class: "steel" });
+    this.moving.append(rod, piston, this.carriage, this.stuck);
+    const pipe = (x: number, side: number) =>
+      shape("path", { d: `M${x} ${BOTTOM + 4} V112 H${144 + side * 18} V126`, class: "pipe" });
+    this.flows = [LEFT + 8, RIGHT - 8].map((x) => shape("path", { transform: `translate(${x} 103)`, class: "flow" }));
+    const letter = (x: number, y: number, text: string) => {
+      const made = shape("text", { x, y, class: "letter" });
+      made.textContent = text;
+      return made;
+    };
+    for (const x of [-16, 0, 16]) this.spool.append(shape("rect", { x: x - 4, y: 130, width: 8, height: 14, rx: 1.5, class: "steel" }));
+    this.spool.append(shape("rect", { x: -16, y: 135.5, width: 32, height: 3, class: "steel" }));
+    this.root = shape(
+      "svg",
+      { viewBox: "0 0 500 152", class: "cylinder", role: "img" },
+      pipe(LEFT + 8, -1),
+      pipe(RIGHT - 8, 1),
+      shape("rect", { x: 104, y: 126, width: 80, height: 22, rx: 3, class: "valve" }),
+      this.spool,
+      this.a,
+      this.b,
+      shape("path", { d: `M${LEFT} ${TOP} H${RIGHT} V48 M${RIGHT} 64 V${BOTTOM} H${LEFT} V${TOP}`, class: "barrel" }),
+      shape("path", { d: "M280 91 H488", class: "rail" }),
+      this.moving,
+      this.arrow,
+      ...this.flows,
+      letter(LEFT + 12, TOP + 16, "A"),
+      letter(RIGHT - 12, TOP + 16, "B"),
+      letter(88, 141, "5/3"),
+    );
+  }
+
+  /** Shows values in the order of [`SHOWN`], for a stroke in m. */
+  show(values: ArrayLike<number>, stroke: number): void {
+    const [position, , friction, pressureA, pressureB, flowA, flowB, spool, sticking] = Array.from(values);
+    const piston = FROM + ((TO - FROM) * position) / stroke;
+    this.moving.setAttribute("transform", `translate(${piston.toFixed(2)} 0)`);
+    this.a.setAttribute("width", String(Math.max(piston - LEFT, 0)));
+    this.b.setAttribute("x", String(piston));
+    this.b.setAttribute("width", String(Math.max(RIGHT - piston, 0)));
+    this.a.style.setProperty("--fullness", `${(fullness(pressureA) * 100).toFixed(1)}%`);
+    this.b.style.setProperty("--fullness", `${(fullness(pressureB) * 100).toFixed(1)}%`);
+    this.spool.setAttribute("transform", `translate(${144 + 14 * Math.max(-1, Math.min(1, spool))} 0)`);
+    this.carriage.classList.toggle("held", sticking === 1);
+    this.stuck.textContent = sticking === 1 ? "STUCK" : "";
+    // The force on the carriage points against the motion that it opposes.
+    this.arrow.setAttribute("d", arrow(piston + ROD + 25, 14, -friction * NEWTON));
+    [flowA, flowB].forEach((flow, index) => this.flows[index].setAttribute("d", wedge(flow)));
+    const state = sticking === 1 ? "stuck" : "free to move";
+    this.root.setAttribute("aria-label", `${this.title}: carriage at ${(position * 1000).toFixed(1)} mm, ${state}`);
+  }
+}
+
+/** An arrow from a point, of a length in px that may be negative. */
+function arrow(x: number, y: number, wanted: number): string {
+  const length = Math.max(-LONGEST, Math.min(LONGEST, wanted));
+  if (Math.abs(length) < 1) return "";
+  const head = Math.sign(length) * Math.min(8, Math.abs(length));
+  const [end, neck] = [x + length, x + length - head];
+  return `M${x} ${y - 2} H${neck} V${y - 6} L${end} ${y} L${neck} ${y + 6} V${y + 2} H${x} Z`;
+}
+
+/** A wedge that points up for flow into the chamber, as large as the flow. */
+function wedge(flow: number): string {
+  const size = Math.min(Math.abs(flow) * 6e3, 7);
+  const tip = -Math.sign(flow) * size;
+  return size < 0.7 ? "" : `M${-size} ${-tip} H${size} L0 ${tip} Z`;
+}

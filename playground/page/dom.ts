@@ -1,0 +1,101 @@
+// Elements, made shortly.
+
+type Child = Node | string | null;
+
+/** An element with attributes and children; attributes that start with `on` are listeners. */
+export function element<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Record<string, string | boolean | ((event: Event) => void)> = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") made.addEventListener(name.slice(2), value);
+    else if (typeof value === "boolean") made.toggleAttribute(name, value);
+    else made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null));
+  return made;
+}
+
+/** An element of a drawing. */
+export function shape(tag: string, attributes: Record<string, string | number>, ...children: Node[]): SVGElement {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+
+export function byId(id: string): HTMLElement {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no element ${id}`);
+  return found;
+}
+
+/** A slider with its name, its value and its unit. */
+export function slider(options: {
+  label: string;
+  unit: string;
+  min: number;
+  max: number;
+  step: number;
+  value: number;
+  title?: string;
+  /** Text for a value, if it is not just the number with its unit. */
+  show?: (value: number) => string;
+  onChange: (value: number) => void;
+}): HTMLElement {
+  const text = options.show ?? ((value: number) => `${Number(value.toFixed(4))} ${options.unit}`.trim());
+  const output = element("output", {}, text(options.value));
+  const input = element("input", {
+    type: "range",
+    min: String(options.min),
+    max: String(options.max),
+    step: String(options.step),
+    "aria-label": options.label,
+    "aria-valuetext": text(options.value),
+    oninput: () => {
+      output.textContent = text(input.valueAsNumber);
+      input.setAttribute("aria-valuetext", output.textContent);
+      options.onChange(input.valueAsNumber);
+    },
+  });
+  input.value = String(options.value);
+  const attributes = { class: "slider", ...(options.title ? { title: options.title } : {}) };
+  return element("label", attributes, element("span", {}, options.label), input, output);
+}
+
+/** A choice among names. */
+export function choice<T extends string | number>(
+  label: string,
+  options: readonly (readonly [T, string])[],
+  value: T,
+  onChange: (value: T) => void,
+): HTMLElement {
+  const select = element("select", {
+    "aria-label": label,
+    onchange: () => onChange(options[select.selectedIndex][0]),
+  });
+  for (const [item, name] of options) select.append(element("option", { value: String(item) }, name));
+  select.value = String(value);
+  return element("label", { class: "choice" }, element("span", {}, label), select);
+}
+
+/** Choices of which one is pressed. */
+export function segments<T extends string | number>(
+  label: string,
+  options: readonly (readonly [T, string])[],
+  value: T,
+  onChange: (value: T) => void,
+): HTMLElement {
+  const group = element("div", { class: "segments", role: "group", "aria-label": label });
+  for (const [item, name] of options) {
+    const button = element("button", { type: "button", "aria-pressed": String(item === value) }, name);
+    button.addEventListener("click", () => {
+      for (const other of group.children) other.setAttribute("aria-pressed", String(other === button));
+      onChange(item);
+    });
+    group.append(button);
+  }
+  return group;
+}

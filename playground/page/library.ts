@@ -1,0 +1,120 @@
+// The plant: the WebAssembly module, its texts and its numbers.
+
+import type { Tables } from "./tables";
+import { model } from "./tables";
+
+interface Exports extends WebAssembly.Exports {
+  memory: WebAssembly.Memory;
+  playground_buffer(): number;
+  playground_text(): number;
+  playground_text_length(): number;
+  playground_tables(): void;
+  playground_start(slot: number, model: number, count: number): number;
+  playground_set(slot: number, count: number): number;
+  playground_advance(slot: number, end: number): number;
+  playground_read(slot: number, count: number): number;
+}
+
+/** What the library says when it does not accept something. */
+export class Refusal extends Error {}
+
+/** Values by the names of variables. */
+export type Values = ReadonlyMap<string, number>;
+
+/** How many numbers the buffer of the module holds. */
+const BUFFER = 4096;
+
+/** The module. */
+export class Library {
+  readonly tables: Tables;
+
+  private constructor(private readonly exports: Exports) {
+    exports.playground_tables();
+    this.tables = JSON.parse(this.text());
+  }
+
+  /** The module from compressed bytes in base 64. */
+  static async load(base64: string): Promise<Library> {
+    const compressed = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const { instance } = await WebAssembly.instantiate(await new Response(stream).arrayBuffer());
+    return new Library(instance.exports as Exports);
+  }
+
+  /** Starts a model at time 0; what ran in the slot before is gone. Throws a refusal, and changes nothing then. */
+  start(slot: number, name: string, values: Values): Plant {
+    const of = model(this.tables, name);
+    const places = new Map(of.variables.map((variable, place) => [variable.name, place]));
+    const count = this.write(pairs(places, values));
+    this.demand(this.exports.playground_start(slot, this.tables.models.indexOf(of), count));
+    return new Plant(this, slot, places);
+  }
+
+  /** Writes numbers into the buffer. */
+  write(numbers: ArrayLike<number>): number {
+    if (numbers.length > BUFFER) throw new Error(`${numbers.length} numbers do not fit into the buffer`);
+    this.buffer().set(numbers);
+    return numbers.length;
+  }
+
+  /** The buffer; memory that has grown is a new one. */
+  buffer(): Float64Array {
+    return new Float64Array(this.exports.memory.buffer, this.exports.playground_buffer(), BUFFER);
+  }
+
+  /** Calls the module for a plant. */
+  call(name: "playground_set" | "playground_read" | "playground_advance", slot: number, argument: number): void {
+    this.demand(this.exports[name](slot, argument));
+  }
+
+  private demand(answer: number): void {
+    if (answer !== 0) throw new Refusal(this.text());
+  }
+
+  private text(): string {
+    const bytes = new Uint8Array(
+      this.exports.memory.buffer,
+      this.exports.playground_text(),
+      this.exports.playground_text_length(),
+    );
+    return new TextDecoder().decode(bytes);
+  }
+}
+
+/** A running model. */
+export class Plant {
+  constructor(
+    private readonly library: Library,
+    private readonly slot: number,
+    private readonly places: ReadonlyMap<string, number>,
+  ) {}
+
+  /** Sets inputs and tunable parameters. */
+  set(values: Values): void {
+    this.library.call("playground_set", this.slot, this.library.write(pairs(this.places, values)));
+  }
+
+  /** Lets time go on to an end in s. */
+  advance(end: number): void {
+    this.library.call("playground_advance", this.slot, end);
+  }
+
+  /** A function that reads some variables; the array it returns is valid until the next call. */
+  reader(names: readonly string[]): () => Float64Array {
+    const places = Float64Array.from(names, (name) => place(this.places, name));
+    return () => {
+      this.library.call("playground_read", this.slot, this.library.write(places));
+      return this.library.buffer().subarray(0, places.length);
+    };
+  }
+}
+
+function pairs(places: ReadonlyMap<string, number>, values: Values): number[] {
+  return [...values].flatMap(([name, value]) => [place(places, name), value]);
+}
+
+function place(places: ReadonlyMap<string, number>, name: string): number {
+  const found = places.get(name);
+  if (found === undefined) throw new Refusal(`there is no variable ${name}`);
+  return found;
+}

@@ -1,0 +1,140 @@
+// The page: loads the plant, and shows what the visitor chooses.
+
+import type { Context, Page } from "./context";
+import { byId } from "./dom";
+import { offerFiles } from "./downloads";
+import { Library, Refusal } from "./library";
+import { Parameters } from "./parameters";
+import { MODELS, Settings, VIEWS, type View } from "./settings";
+import { tabs } from "./tabs";
+import { isLive, model, variable } from "./tables";
+import { themeButton } from "./theme";
+import { ClosedLoop } from "./views/closed-loop";
+import { Presliding } from "./views/presliding";
+import { StickSlip } from "./views/stick-slip";
+import { TwoLaws } from "./views/two-laws";
+
+const PAGES: Record<View, new (context: Context) => Page> = {
+  "stick-slip": StickSlip,
+  "two-laws": TwoLaws,
+  presliding: Presliding,
+  "closed-loop": ClosedLoop,
+};
+/** A slot for trying out values, beyond those of the pages. */
+const TRIAL = 7;
+
+class Playground implements Context {
+  readonly settings = new Settings();
+  private page: Page | null = null;
+  private readonly parameters: Parameters;
+  private readonly showTab: (view: View) => void;
+  private link = 0;
+
+  constructor(readonly library: Library) {
+    this.parameters = new Parameters(
+      this,
+      (of, { name }, value) => this.change(of, name, value),
+      () => this.reset(),
+    );
+    byId("parameters").replaceWith(this.parameters.root);
+    this.showTab = tabs(byId("tabs"), VIEWS, (view) => {
+      this.settings.view = view;
+      this.open();
+      this.changed();
+    });
+    themeButton(byId("theme"));
+    offerFiles(byId("files"), () => this.page?.files() ?? null, this);
+    addEventListener("hashchange", () => this.follow());
+    addEventListener("keydown", (event) => this.key(event));
+    this.follow();
+    const frame = (now: number) => {
+      this.page?.frame(now);
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  tell(problem: string | null): void {
+    const bar = byId("problem");
+    bar.textContent = problem ?? "";
+    bar.hidden = problem === null;
+  }
+
+  change(of: string, name: string, value: number): void {
+    const entry = variable(model(this.library.tables, of), name);
+    this.library.start(TRIAL, of, new Map([...this.settings.values[of], [name, value]]));
+    this.settings.give(of, entry, value);
+    this.page?.change(of, name, value, isLive(entry));
+    if (name === "friction.law") this.lawChanged(of, value);
+    this.changed();
+  }
+
+  changed(): void {
+    clearTimeout(this.link);
+    // Browsers limit how often a page may change its address.
+    this.link = setTimeout(() => history.replaceState(null, "", this.settings.fragment(this.library.tables)), 300);
+  }
+
+  /** Shows the page of the present settings. */
+  private open(): void {
+    this.tell(null);
+    this.page = new PAGES[this.settings.view](this);
+    byId("page").replaceChildren(this.page.root);
+    this.showTab(this.settings.view);
+    this.parameters.show(this.page.driven);
+  }
+
+  /** Takes over the link in the address, but for values that the library refuses. */
+  private follow(): void {
+    const problems = this.settings.restore(location.hash, this.library.tables);
+    for (const of of MODELS[this.settings.view]) {
+      try {
+        this.library.start(TRIAL, of, this.settings.values[of]);
+      } catch (error) {
+        if (!(error instanceof Refusal)) throw error;
+        problems.push(error.message);
+        this.settings.forget(of);
+      }
+    }
+    this.open();
+    if (problems.length) this.tell(`The link is not followed: ${problems.join("; ")}`);
+  }
+
+  private reset(): void {
+    for (const of of MODELS[this.settings.view]) this.settings.forget(of);
+    this.open();
+    this.changed();
+  }
+
+  private lawChanged(of: string, law: number): void {
+    for (const select of document.querySelectorAll<HTMLSelectElement>(`select[data-of="${of}.friction.law"]`)) {
+      select.value = String(law);
+    }
+    this.parameters.show();
+  }
+
+  private key(event: KeyboardEvent): void {
+    const on = event.target as HTMLElement;
+    const isTaken = on.matches("input, select, textarea, button, summary, a, [role=slider]");
+    if (isTaken || event.ctrlKey || event.metaKey || event.altKey) return;
+    const button = { " ": ".transport .primary", ".": "[data-step]", r: "[data-again]" }[event.key];
+    const found = button && document.querySelector<HTMLButtonElement>(button);
+    if (!found) return;
+    event.preventDefault();
+    found.click();
+  }
+}
+
+const plant = byId("plant").textContent ?? "";
+Library.load(plant.trim()).then(
+  (library) => {
+    new Playground(library);
+    // For the console.
+    Object.assign(globalThis, { pneumaticServo: library });
+    document.documentElement.dataset.ready = "";
+  },
+  (error: unknown) => {
+    byId("problem").hidden = false;
+    byId("problem").textContent = `The plant cannot be loaded: ${String(error)}`;
+  },
+);

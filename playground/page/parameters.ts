@@ -1,0 +1,157 @@
+// All variables of the models of a page that a visitor may set, from the variable table.
+
+import type { Context } from "./context";
+import { element } from "./dom";
+import { Refusal } from "./library";
+import { MODELS } from "./settings";
+import { displayUnit, isLive, isSettable, items, lawName, model, short, type Model, type Variable } from "./tables";
+
+/** Takes over a value; throws a refusal. */
+export type Change = (model: string, variable: Variable, value: number) => void;
+
+export class Parameters {
+  readonly root: HTMLElement;
+  private readonly list = element("div", { class: "groups" });
+  private readonly search = element("input", {
+    type: "search",
+    placeholder: "Search: name, unit or text",
+    "aria-label": "Search parameters",
+    oninput: () => this.show(),
+  });
+  private hidden: readonly string[] = [];
+
+  constructor(
+    private readonly context: Context,
+    private readonly change: Change,
+    private readonly reset: () => void,
+  ) {
+    const defaults = element("button", { type: "button", onclick: () => this.reset() }, "All defaults");
+    const bar = element("div", { class: "search" }, this.search, defaults);
+    const summary = element("summary", {}, element("h2", {}, "Parameters"));
+    this.root = element("details", { class: "card parameters", open: innerWidth > 900 }, summary, bar, this.list);
+  }
+
+  /** Shows the parameters of the present page, but not what the page itself sets. */
+  show(hidden = this.hidden): void {
+    this.hidden = hidden;
+    const { settings, library } = this.context;
+    const models = MODELS[settings.view].map((name) => model(library.tables, name));
+    const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const groups = models.flatMap((of) => this.groups(of, words));
+    const none = element("p", { class: "muted" }, "No parameter has all of these words.");
+    const focused = document.activeElement?.id;
+    this.list.replaceChildren(...(groups.length ? groups : [none]));
+    if (focused) document.getElementById(focused)?.focus();
+  }
+
+  /** The groups of a model; a group is what stands before the last dot of a name. */
+  private groups(of: Model, words: string[]): HTMLElement[] {
+    const groups = new Map<string, Variable[]>();
+    for (const variable of of.variables) {
+      if (!isSettable(variable) || this.hidden.includes(`${of.name}.${variable.name}`)) continue;
+      const text = `${of.name} ${variable.name} ${variable.description} ${variable.of ?? ""}`.toLowerCase();
+      if (!words.every((word) => text.includes(word))) continue;
+      const group = variable.name.includes(".") ? variable.name.slice(0, variable.name.lastIndexOf(".")) : "";
+      groups.set(group, [...(groups.get(group) ?? []), variable]);
+    }
+    const law = `friction.${this.lawGroup(of)}`;
+    const order = [...groups].sort(([a], [b]) => Number(b === law) - Number(a === law));
+    order.sort(([a], [b]) => Number(b === "friction") - Number(a === "friction"));
+    return order.map(([group, variables]) => {
+      const isOpen = words.length > 0 || group === "friction" || group === law || group === "gain";
+      const values = this.context.settings.values[of.name];
+      const changed = variables.filter((variable) => values.has(variable.name)).length;
+      const title = group === "" ? of.name : group;
+      const badge = changed ? element("span", { class: "badge" }, `${changed} changed`) : null;
+      const rows = variables.map((variable) => this.row(of, variable));
+      return element("details", { open: isOpen }, element("summary", {}, title, badge), ...rows);
+    });
+  }
+
+  /** The group of parameters of the chosen law, which is named after it. */
+  private lawGroup(of: Model): string {
+    const law = of.variables.find((variable) => variable.name === "friction.law");
+    if (!law) return "";
+    const chosen = this.context.settings.values[of.name].get(law.name) ?? law.start ?? 0;
+    const name = lawName(this.context.library.tables, chosen).toLowerCase();
+    const groups = of.variables.map((variable) => variable.name.split(".")).filter((parts) => parts.length === 3);
+    return groups.map((parts) => parts[1]).find((group) => group.toLowerCase() === name) ?? "";
+  }
+
+  private row(of: Model, variable: Variable): HTMLElement {
+    const { settings, library } = this.context;
+    const value = settings.values[of.name].get(variable.name) ?? variable.start ?? 0;
+    const id = `${of.name}.${variable.name}`;
+    const problem = element("p", { class: "problem", id: `${id}-problem`, role: "alert" });
+    const unit = displayUnit(library.tables, variable);
+    const shown = element("span", { class: "muted" });
+    const tell = (number: number) => {
+      const isOther = variable.kind === "Real" && unit.name !== variable.of && unit.name !== "";
+      shown.textContent = isOther ? `= ${short(number * unit.factor + unit.offset, 5)} ${unit.name}` : "";
+    };
+    const take = (field: HTMLElement, number: number) => {
+      try {
+        this.change(of.name, variable, number);
+        problem.textContent = "";
+        field.removeAttribute("aria-invalid");
+        row.classList.toggle("changed", settings.values[of.name].has(variable.name));
+        tell(number);
+      } catch (error) {
+        if (!(error instanceof Refusal)) throw error;
+        problem.textContent = error.message;
+        field.setAttribute("aria-invalid", "true");
+      }
+    };
+    const field = this.field(variable, value, take);
+    field.id = id;
+    field.setAttribute("aria-describedby", `${id}-problem`);
+    tell(value);
+    const name = element("label", { for: id, class: "name" }, variable.name.slice(variable.name.lastIndexOf(".") + 1));
+    const suffix = element("span", { class: "unit" }, variable.kind === "Real" && variable.of !== "1" ? variable.of : "");
+    const input = element("div", { class: "field" }, field, suffix, shown);
+    const text = element("p", { class: "muted" }, `${variable.description}. ${limits(variable)}.`);
+    const isChanged = settings.values[of.name].has(variable.name);
+    const row = element("div", { class: isChanged ? "row changed" : "row" }, name, input, text, problem);
+    row.title = variable.name;
+    return row;
+  }
+
+  private field(variable: Variable, value: number, take: (field: HTMLElement, value: number) => void): HTMLElement {
+    if (variable.kind === "Enumeration") {
+      const choices = items(this.context.library.tables, variable);
+      const select = element("select", { onchange: () => take(select, Number(select.value)) });
+      for (const item of choices) {
+        select.append(element("option", { value: String(item.id), title: item.description }, item.name));
+      }
+      select.value = String(value);
+      return select;
+    }
+    if (variable.kind === "Boolean") {
+      const box = element("input", { type: "checkbox", onchange: () => take(box, Number(box.checked)) });
+      box.checked = value !== 0;
+      return box;
+    }
+    const text = element("input", {
+      type: "text",
+      inputmode: "decimal",
+      autocomplete: "off",
+      value: String(value),
+      onchange: () => take(text, text.value.trim() === "" ? NaN : Number(text.value)),
+    });
+    return text;
+  }
+}
+
+/** What a value may be, its default, and when it takes effect. */
+function limits(variable: Variable): string {
+  const { min, max, start } = variable;
+  const parts: string[] = [];
+  if (variable.kind === "Real" || variable.kind === "Integer") {
+    if (min !== null && max !== null) parts.push(`${short(min)} to ${short(max)}`);
+    else if (min !== null) parts.push(`at least ${short(min)}`);
+    if (start !== null) parts.push(`default ${short(start, 8)}`);
+  }
+  parts.push(isLive(variable) ? "takes effect at once" : "restarts the run");
+  const text = parts.join("; ");
+  return text[0].toUpperCase() + text.slice(1);
+}

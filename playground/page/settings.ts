@@ -1,0 +1,135 @@
+// Everything that a link restores.
+
+import { isSettable, model, type Tables, type Variable } from "./tables";
+import { KINDS, POINTS, type Kind, type Signal } from "./signal";
+
+export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"] as const;
+export type View = (typeof VIEWS)[number];
+
+export const CYLINDER = "PneumaticServoCylinder";
+export const BENCH = "FrictionBench";
+export const CONTROLLER = "PositionController";
+
+/** The models of a view, the one that moves first. */
+export const MODELS: Record<View, string[]> = {
+  "stick-slip": [CYLINDER],
+  "two-laws": [CYLINDER],
+  presliding: [BENCH],
+  "closed-loop": [CYLINDER, CONTROLLER],
+};
+
+/** The law that shows nested loops first: MaxwellSlip. */
+const BENCH_LAW = 17;
+
+export class Settings {
+  view: View = "stick-slip";
+  /** The law that is compared with that of the cylinder. */
+  secondLaw = 14;
+  readonly signals: Record<View, Signal>;
+  /** Values that differ from the defaults, by model. */
+  readonly values: Record<string, Map<string, number>> = {
+    [CYLINDER]: new Map(),
+    [BENCH]: new Map(),
+    [CONTROLLER]: new Map(),
+  };
+
+  constructor() {
+    this.values[BENCH].set("friction.law", BENCH_LAW);
+    const rising = Array.from({ length: POINTS }, (_, index) => (2 * index) / (POINTS - 1) - 1);
+    const nested = Array.from({ length: POINTS }, (_, index) => nestedLoops(index / (POINTS - 1)));
+    const voltage = { kind: "sine", level: 4.9, amplitude: 2, period: 1, points: rising } as const;
+    this.signals = {
+      "stick-slip": { ...voltage },
+      "two-laws": { ...voltage },
+      presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested },
+      "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising },
+    };
+  }
+
+  get signal(): Signal {
+    return this.signals[this.view];
+  }
+
+  /** The fragment of a link, for the present view. */
+  fragment(tables: Tables): string {
+    const { kind, level, amplitude, period, points } = this.signal;
+    const link = new URLSearchParams({ view: this.view, signal: kind });
+    for (const [name, value] of Object.entries({ level, amplitude, period })) link.set(name, String(value));
+    if (kind === "drawn") link.set("points", points.map((point) => Math.round(point * 1000)).join(" "));
+    if (this.view === "two-laws") link.set("second", String(this.secondLaw));
+    for (const of of MODELS[this.view]) {
+      // The law is always in the link, because the page does not begin with that of the table everywhere.
+      const law = model(tables, of).variables.find(({ name }) => name === "friction.law");
+      if (law) link.set(`${of}.${law.name}`, String(law.start));
+      for (const [name, value] of this.values[of]) link.set(`${of}.${name}`, String(value));
+    }
+    return `#${link}`;
+  }
+
+  /** Takes over the fragment of a link; returns what of it could not be understood. */
+  restore(fragment: string, tables: Tables): string[] {
+    const link = new URLSearchParams(fragment.replace(/^#/, ""));
+    const problems: string[] = [];
+    const view = VIEWS.find((candidate) => candidate === link.get("view"));
+    if (!view) return link.size ? [`the link names no page of the playground: ${fragment}`] : [];
+    this.view = view;
+    const signal = this.signals[view];
+    for (const of of MODELS[view]) this.forget(of);
+    for (const [key, text] of link) {
+      const problem = this.take(key, text, signal, tables);
+      if (problem) problems.push(problem);
+    }
+    return problems;
+  }
+
+  /** Back to what the page begins with. */
+  forget(of: string): void {
+    this.values[of].clear();
+    if (of === BENCH) this.values[of].set("friction.law", BENCH_LAW);
+  }
+
+  /** Keeps a value of a model if it is not the default. */
+  give(of: string, entry: Variable, value: number): void {
+    if (value === entry.start) this.values[of].delete(entry.name);
+    else this.values[of].set(entry.name, value);
+  }
+
+  private take(key: string, text: string, signal: Signal, tables: Tables): string | null {
+    if (key === "view") return null;
+    if (key === "signal") {
+      const kind = KINDS.find((candidate) => candidate === text);
+      if (kind) signal.kind = kind as Kind;
+      return kind ? null : `${text} is no kind of input`;
+    }
+    if (key === "points") {
+      const points = text.split(" ").map((point) => Number(point) / 1000);
+      const fits = points.length === POINTS && points.every((point) => Math.abs(point) <= 1);
+      if (fits) signal.points = points;
+      return fits ? null : `a drawing has ${POINTS} points from -1000 to 1000`;
+    }
+    const value = text.trim() === "" ? NaN : Number(text);
+    if (!Number.isFinite(value)) return `${key} = ${text} is no number`;
+    if (key === "level" || key === "amplitude" || key === "period") {
+      if (key === "period" && value <= 0) return `period = ${text} s must be positive`;
+      signal[key] = value;
+      return null;
+    }
+    if (key === "second") {
+      this.secondLaw = value;
+      return null;
+    }
+    const of = MODELS[this.view].find((candidate) => key.startsWith(`${candidate}.`));
+    const known = of && model(tables, of).variables.find((entry) => `${of}.${entry.name}` === key && isSettable(entry));
+    if (!known) return `there is no variable ${key}`;
+    this.give(of, known, value);
+    return null;
+  }
+}
+
+/** A large loop with a small one on each of its branches, from -1 to 1 over a fraction of the time. */
+export function nestedLoops(fraction: number): number {
+  const turns = [0, 0.9, -0.9, 0.4, -0.2, 1, -0.4, 0.2, -1, 0.5, -0.5];
+  const place = fraction * (turns.length - 1);
+  const index = Math.min(Math.floor(place), turns.length - 2);
+  return turns[index] + (turns[index + 1] - turns[index]) * (place - index);
+}

@@ -1,0 +1,70 @@
+// The controls of an input over time.
+
+import { element, segments, slider } from "./dom";
+import { sketch } from "./sketch";
+import type { Kind, Signal } from "./signal";
+
+/** How a signal is shown and how far it goes. */
+export interface Scale {
+  label: string;
+  unit: string;
+  /** Shown value of 1 in SI units. */
+  factor: number;
+  level: [number, number];
+  amplitude: [number, number];
+  period: [number, number];
+}
+
+const NAMES: readonly (readonly [Kind, string])[] = [
+  ["constant", "Slider"],
+  ["sine", "Sine"],
+  ["ramp", "Ramp"],
+  ["drawn", "Draw"],
+];
+
+/** Changes a signal in place and says so. */
+export function signalEditor(signal: Signal, scale: Scale, onChange: () => void): HTMLElement {
+  const details = element("div", { class: "signal" });
+  const fill = () => details.replaceChildren(...controls(signal, scale, onChange));
+  const kinds = segments(scale.label, NAMES, signal.kind, (kind) => {
+    signal.kind = kind;
+    fill();
+    onChange();
+  });
+  fill();
+  return element("div", { class: "signal-editor" }, element("span", { class: "title" }, scale.label), kinds, details);
+}
+
+function controls(signal: Signal, scale: Scale, onChange: () => void): HTMLElement[] {
+  const part = (label: string, key: "level" | "amplitude" | "period") => {
+    const [unit, factor] = key === "period" ? ["s", 1] : [scale.unit, scale.factor];
+    const [min, max] = scale[key];
+    return slider({
+      label,
+      unit,
+      min: min * factor,
+      max: max * factor,
+      step: Number((((max - min) * factor) / 200).toPrecision(1)),
+      value: Number((signal[key] * factor).toPrecision(6)),
+      onChange: (value) => {
+        signal[key] = value / factor;
+        onChange();
+      },
+    });
+  };
+  const drawing = () =>
+    sketch(`${scale.label}, drawn`, signal.points, (points) => {
+      signal.points = points;
+      onChange();
+    });
+  const shared = [part("Amplitude", "amplitude"), part("Period", "period")];
+  switch (signal.kind) {
+    case "constant":
+      return [part("Value", "level")];
+    case "sine":
+    case "ramp":
+      return [part("Mean", "level"), ...shared];
+    case "drawn":
+      return [drawing(), part("Mean", "level"), ...shared];
+  }
+}

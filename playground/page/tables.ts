@@ -1,0 +1,88 @@
+// The variable tables of the models, as the library states them.
+
+export interface DisplayUnit {
+  name: string;
+  factor: number;
+  offset: number;
+}
+
+export interface Unit {
+  /** Exponents of kg, m, s, A, K, mol, cd, rad. */
+  base: number[];
+  display: DisplayUnit[];
+}
+
+export interface Item {
+  id: number;
+  name: string;
+  description: string;
+}
+
+export interface Variable {
+  name: string;
+  kind: "Real" | "Integer" | "Boolean" | "Enumeration";
+  /** The unit or the enumeration. */
+  of: string | null;
+  role: "time" | "input" | "fixed" | "tunable" | "output" | "local";
+  description: string;
+  start: number | null;
+  min: number | null;
+  max: number | null;
+  display: string | null;
+}
+
+export interface Model {
+  name: string;
+  description: string;
+  stopTime: number;
+  variables: Variable[];
+}
+
+export interface Tables {
+  version: string;
+  models: Model[];
+  units: Record<string, Unit>;
+  enumerations: Record<string, { description: string; items: Item[] }>;
+}
+
+/** A variable that a user may set before the start. */
+export const isSettable = (variable: Variable): boolean =>
+  variable.role === "input" || variable.role === "fixed" || variable.role === "tunable";
+
+/** A variable that a user may set while the model runs. */
+export const isLive = (variable: Variable): boolean => variable.role === "input" || variable.role === "tunable";
+
+export function model(tables: Tables, name: string): Model {
+  const found = tables.models.find((candidate) => candidate.name === name);
+  if (!found) throw new Error(`there is no model ${name}`);
+  return found;
+}
+
+export function variable(of: Model, name: string): Variable {
+  const found = of.variables.find((candidate) => candidate.name === name);
+  if (!found) throw new Error(`${of.name} has no variable ${name}`);
+  return found;
+}
+
+/** The items of a variable's enumeration. */
+export const items = (tables: Tables, of: Variable): Item[] =>
+  (of.kind === "Enumeration" && of.of && tables.enumerations[of.of]?.items) || [];
+
+/** The items of the friction laws. */
+export const laws = (tables: Tables): Item[] => tables.enumerations.FrictionLaw.items;
+
+export const lawName = (tables: Tables, id: number): string =>
+  laws(tables).find((law) => law.id === id)?.name ?? String(id);
+
+/** The unit that a variable is best looked at in. */
+export function displayUnit(tables: Tables, of: Variable): DisplayUnit {
+  const unit = of.kind === "Real" && of.of ? tables.units[of.of] : undefined;
+  const shown = unit?.display.find((candidate) => candidate.name === of.display);
+  return shown ?? { name: of.kind === "Real" && of.of !== "1" ? (of.of ?? "") : "", factor: 1, offset: 0 };
+}
+
+/** A number in at most so many digits, without needless zeros. */
+export function short(value: number, digits = 4): string {
+  const text = Number(value.toPrecision(digits));
+  return Math.abs(text) >= 1e-3 && Math.abs(text) < 1e6 ? String(text) : text === 0 ? "0" : text.toExponential();
+}

@@ -1,0 +1,18 @@
+// Light or dark: as the system says, until the visitor chooses.
+
+/** Makes a button switch between light and dark; charts hear of it by the event `themechange`. */
+export function themeButton(button: HTMLElement): void {
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const root = document.documentElement;
+  const isDark = () => (root.dataset.theme ?? (system.matches ? "dark" : "light")) === "dark";
+  const tell = () => {
+    button.textContent = isDark() ? "Light" : "Dark";
+    dispatchEvent(new Event("themechange"));
+  };
+  button.addEventListener("click", () => {
+    root.dataset.theme = isDark() ? "light" : "dark";
+    tell();
+  });
+  system.addEventListener("change", tell);
+  tell();
+}

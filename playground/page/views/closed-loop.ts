@@ -1,0 +1,182 @@
+// The cylinder in a position loop, whose gains are sliders.
+
+import { PathChart, TimeChart } from "../charts";
+import type { Context, Files } from "../context";
+import { Cylinder, SHOWN } from "../cylinder";
+import { element, slider } from "../dom";
+import { lawChoice } from "../law-choice";
+import { LivePage } from "../live";
+import { closedLoop } from "../python";
+import { MM, thinning } from "../quantities";
+import { Readouts } from "../readouts";
+import { STEP, type Exchange, type Member, type Run } from "../run";
+import { CONTROLLER, CYLINDER } from "../settings";
+import { at } from "../signal";
+import type { Scale } from "../signal-editor";
+import { ssv } from "../ssv";
+import { model, variable } from "../tables";
+
+/** The gains with the ends of their sliders, in the units of the table. */
+const GAINS: readonly (readonly [string, number, number])[] = [
+  ["gain.position", 0, 60],
+  ["gain.velocity", 0, 40],
+  ["gain.integral", 0, 100],
+  ["feedForward.gain", 0, 5],
+  ["valve.deadZone", 0, 0.2],
+  ["valve.transition", 0, 1],
+];
+/** Time in s over which the loop is judged. */
+const JUDGED = 8;
+
+export class ClosedLoop extends LivePage {
+  readonly driven = [
+    `${CYLINDER}.valveVoltage`,
+    `${CONTROLLER}.referencePosition`,
+    `${CONTROLLER}.position`,
+    `${CONTROLLER}.velocity`,
+  ];
+  protected readonly scale: Scale = {
+    label: "Reference position",
+    unit: "mm",
+    factor: MM,
+    level: [0.05, 0.45],
+    amplitude: [0, 0.2],
+    period: [0.5, 20],
+  };
+  protected readonly window = 8;
+  private readonly cylinder = new Cylinder("Cylinder");
+  private readonly readouts = new Readouts(["Position", "Error", "Error, mean square root", "Breaks away", "Voltage"]);
+  private readonly position = new TimeChart({
+    title: "Position",
+    up: "mm",
+    lines: [
+      { label: "reference", colour: "--line-2", dashed: true },
+      { label: "position", colour: "--line-1" },
+    ],
+    span: 2,
+  });
+  private readonly error = new TimeChart({
+    title: "Position error",
+    up: "mm",
+    lines: [{ label: "error", colour: "--line-1" }],
+    span: 0.2,
+  });
+  private readonly voltage = new TimeChart({
+    title: "Valve voltage",
+    up: "V",
+    lines: [{ label: "voltage", colour: "--line-3" }],
+    span: 0.5,
+  });
+  private readonly over = new PathChart({
+    title: "Friction over velocity",
+    across: "v in mm/s",
+    up: "N",
+    lines: [{ label: "friction force", colour: "--line-3" }],
+    span: 2,
+  });
+
+  constructor(context: Context) {
+    super(context);
+    const law = lawChoice(context, CYLINDER, "Friction law");
+    const gains = element("div", { class: "gains" }, ...GAINS.map((gain) => this.gain(...gain)));
+    const charts = [this.position, this.error, this.voltage, this.over].map((chart) => chart.root);
+    this.assemble([law, this.cylinder.root, this.readouts.root, gains], charts);
+  }
+
+  protected members(): Member[] {
+    const { settings } = this.context;
+    const reference = new Map([["referencePosition", at(settings.signal, 0)]]);
+    const watched = ["valveVoltage", "externalForce", "supplyPressure", ...SHOWN];
+    const own = ["referencePosition", "position", "velocity", "valveVoltage", "positionError"];
+    return [
+      { prefix: "plant.", model: CYLINDER, values: settings.values[CYLINDER], first: new Map(), watched },
+      { prefix: "controller.", model: CONTROLLER, values: settings.values[CONTROLLER], first: reference, watched: own },
+    ];
+  }
+
+  /** Each gets what the other shows at this instant. */
+  protected readonly exchange: Exchange = (time, run) => {
+    const plant = run.members[0].watched;
+    const values = run.read(0);
+    const inputs = new Map(["position", "velocity"].map((name) => [name, values[plant.indexOf(name)]]));
+    run.set(1, inputs.set("referencePosition", at(this.context.settings.signal, time)));
+    const voltage = run.read(1)[run.members[1].watched.indexOf("valveVoltage")];
+    run.set(0, new Map([["valveVoltage", voltage]]));
+  };
+
+  protected scene(run: Run): void {
+    const { recording } = run;
+    const now = (name: string) => recording.last(`plant.${name}`);
+    const reference = recording.last("controller.referencePosition");
+    this.cylinder.show(SHOWN.map(now), this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5);
+    this.readouts.show("Position", `${(now("position") * MM).toFixed(2)} mm`);
+    this.readouts.show("Error", `${((reference - now("position")) * MM).toFixed(3)} mm`);
+    this.readouts.show("Voltage", `${now("valveVoltage").toFixed(2)} V`);
+    this.judge(run);
+  }
+
+  protected plots({ recording }: Run, first: number, range: [number, number]): (() => void)[] {
+    const column = thinning(recording, first);
+    const time = column("time");
+    const [wanted, is] = ["controller.referencePosition", "plant.position"].map((name) => column(name, MM));
+    return [
+      () => this.position.show(time, [wanted, is], range),
+      () => this.error.show(time, [wanted.map((value, index) => value - is[index])], range),
+      () => this.voltage.show(time, [column("plant.valveVoltage")], range),
+      () => this.over.show([column("plant.velocity", MM), column("plant.frictionForce")]),
+    ];
+  }
+
+  protected filesOf({ recording }: Run): Files {
+    const { settings, library } = this.context;
+    const parts = [
+      { model: CYLINDER, prefix: "plant.", values: settings.values[CYLINDER] },
+      { model: CONTROLLER, prefix: "controller.", values: settings.values[CONTROLLER] },
+    ];
+    const [cylinder, controller] = [CYLINDER, CONTROLLER].map((name) => [name, settings.values[name]] as const);
+    return {
+      name: "closed-loop",
+      csv: recording.csv(),
+      ssv: ssv(library.tables, "Playground", "Set in the playground", parts, new Date()),
+      python: closedLoop(
+        library.tables,
+        cylinder,
+        controller,
+        settings.signal,
+        recording.rows,
+        "closed-loop.csv",
+      ),
+    };
+  }
+
+  private gain(name: string, min: number, max: number): HTMLElement {
+    const { library, settings } = this.context;
+    const of = variable(model(library.tables, CONTROLLER), name);
+    return slider({
+      label: name,
+      unit: of.of === "1" ? "" : (of.of ?? ""),
+      title: of.description,
+      min,
+      max,
+      step: (max - min) / 200,
+      value: settings.values[CONTROLLER].get(name) ?? of.start ?? 0,
+      onChange: (value) => this.context.change(CONTROLLER, name, value),
+    });
+  }
+
+  /** How well it follows and how often it sticks, of late. */
+  private judge({ recording, time }: Run): void {
+    const first = recording.rows - Math.ceil(JUDGED / STEP);
+    const [wanted, is, sticking] = ["controller.referencePosition", "plant.position", "plant.sticking"].map((name) =>
+      recording.column(name, first),
+    );
+    let [squares, breaks] = [0, 0];
+    for (let row = 0; row < is.length; row += 1) {
+      squares += (wanted[row] - is[row]) ** 2;
+      if (row > 0 && sticking[row - 1] === 1 && sticking[row] === 0) breaks += 1;
+    }
+    const root = Math.sqrt(squares / is.length);
+    this.readouts.show("Error, mean square root", `${(root * MM).toFixed(3)} mm`);
+    this.readouts.show("Breaks away", `${breaks} times in ${Math.min(time, JUDGED).toFixed(0)} s`);
+  }
+}

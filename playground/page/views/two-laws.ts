@@ -1,0 +1,149 @@
+// Two cylinders that differ in their friction law alone, under the same voltage.
+
+import { PathChart, TimeChart } from "../charts";
+import type { Context, Files } from "../context";
+import { Cylinder, SHOWN } from "../cylinder";
+import { element } from "../dom";
+import { lawChoice, secondLawChoice } from "../law-choice";
+import { LivePage } from "../live";
+import { oneModel } from "../python";
+import { MM, thinning } from "../quantities";
+import { Readouts } from "../readouts";
+import type { Exchange, Member, Run } from "../run";
+import { CYLINDER } from "../settings";
+import { at } from "../signal";
+import { ssv } from "../ssv";
+import { lawName, model, variable } from "../tables";
+import { VOLTAGE, WATCHED } from "./stick-slip";
+
+type Column = Float64Array;
+
+const LINES = [
+  { label: "first law", colour: "--line-1" },
+  { label: "second law", colour: "--line-2", dashed: true },
+];
+
+export class TwoLaws extends LivePage {
+  readonly driven = [`${CYLINDER}.valveVoltage`];
+  protected readonly scale = VOLTAGE;
+  protected readonly window = 3;
+  private readonly cylinders = ["First law", "Second law"].map((title) => new Cylinder(title));
+  private readonly readouts = new Readouts(["First is at", "Second is at", "Difference", "Largest so far", "Held"]);
+  private readonly position = new TimeChart({ title: "Position", up: "mm", lines: LINES, marked: true, span: 1 });
+  private readonly difference = new TimeChart({
+    title: "Position under the second law less that under the first",
+    up: "mm",
+    lines: [{ label: "difference", colour: "--line-3" }],
+    span: 0.1,
+  });
+  private readonly friction = new TimeChart({ title: "Friction force", up: "N", lines: LINES, marked: true, span: 2 });
+  private readonly over = new PathChart({
+    title: "Friction over velocity",
+    across: "v in mm/s",
+    up: "N",
+    lines: LINES,
+    span: 2,
+  });
+  private largest = { of: null as Run | null, value: 0, rows: 0 };
+
+  constructor(context: Context) {
+    super(context);
+    const first = lawChoice(context, CYLINDER, "First law");
+    const second = secondLawChoice(context, (law) => {
+      context.settings.secondLaw = law;
+      context.changed();
+      this.restart();
+    });
+    const sides = [first, second].map((law, index) =>
+      element("div", { class: `side side-${index + 1}` }, law, this.cylinders[index].root),
+    );
+    const charts = [this.position, this.difference, this.friction, this.over].map((chart) => chart.root);
+    this.assemble([element("div", { class: "sides" }, ...sides), this.readouts.root], charts);
+  }
+
+  protected members(): Member[] {
+    const first = new Map([["valveVoltage", at(this.context.settings.signal, 0)]]);
+    return this.variants().map(([name, values]) => ({
+      prefix: `${name}.`,
+      model: CYLINDER,
+      values,
+      first,
+      watched: WATCHED,
+    }));
+  }
+
+  protected readonly exchange: Exchange = (time, run) => {
+    const voltage = new Map([["valveVoltage", at(this.context.settings.signal, time)]]);
+    run.members.forEach((_, index) => run.set(index, voltage));
+  };
+
+  protected scene(run: Run): void {
+    const { recording, members } = run;
+    const stroke = this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
+    const names = (variable: string) => members.map((member) => member.prefix + variable);
+    members.forEach(({ prefix }, index) => {
+      const values = SHOWN.map((variable) => recording.last(prefix + variable));
+      this.cylinders[index].show(values, stroke);
+    });
+    const [a, b] = names("position").map((name) => recording.last(name));
+    const [heldA, heldB] = names("sticking").map((name) => recording.last(name) === 1);
+    this.readouts.show("First is at", `${(a * MM).toFixed(2)} mm`);
+    this.readouts.show("Second is at", `${(b * MM).toFixed(2)} mm`);
+    this.readouts.show("Difference", `${((b - a) * MM).toFixed(3)} mm`);
+    this.readouts.show("Largest so far", `${(this.largestDifference(run) * MM).toFixed(3)} mm`);
+    this.readouts.show("Held", heldA && heldB ? "both" : heldA ? "first" : heldB ? "second" : "neither");
+  }
+
+  protected plots({ recording, members }: Run, first: number, range: [number, number]): (() => void)[] {
+    const column = thinning(recording, first);
+    const time = column("time");
+    const both = (name: string, factor?: number) => members.map(({ prefix }) => column(prefix + name, factor));
+    const [one, other] = both("position", MM);
+    const path = (index: number) => [both("velocity", MM)[index], both("frictionForce")[index]] as [Column, Column];
+    return [
+      () => this.position.show(time, [one, other], range),
+      () => this.difference.show(time, [one.map((value, index) => other[index] - value)], range),
+      () => this.friction.show(time, both("frictionForce"), range),
+      () => this.over.show(path(0), path(1)),
+    ];
+  }
+
+  protected filesOf({ recording }: Run): Files {
+    const { settings, library } = this.context;
+    const variants = this.variants();
+    const input = { variable: "valveVoltage", column: `${variants[0][0]}.valveVoltage`, signal: settings.signal };
+    const parts = [{ model: CYLINDER, prefix: "", values: variants[0][1] }];
+    const about = `Set in the playground; compared with ${variants[1][0]}`;
+    const runs = variants.map(([, values], index) => [["first", "second"][index], values] as const);
+    return {
+      name: "two-laws",
+      csv: recording.csv(),
+      ssv: ssv(library.tables, "Playground", about, parts, new Date()),
+      python: oneModel(library.tables, CYLINDER, runs, input, recording.rows, "two-laws.csv"),
+    };
+  }
+
+  /** The names of the laws, and the values of the cylinder with each. */
+  private variants(): [string, ReadonlyMap<string, number>][] {
+    const { settings, library } = this.context;
+    const values = settings.values[CYLINDER];
+    const law = variable(model(library.tables, CYLINDER), "friction.law");
+    const first = values.get(law.name) ?? law.start ?? 0;
+    const names = [first, settings.secondLaw].map((id) => lawName(library.tables, id));
+    if (names[0] === names[1]) names[1] += " again";
+    return [
+      [names[0], values],
+      [names[1], new Map([...values, ["friction.law", settings.secondLaw]])],
+    ];
+  }
+
+  /** The largest difference of position since the start of a run; only new rows are looked at. */
+  private largestDifference(run: Run): number {
+    const { recording, members } = run;
+    if (this.largest.of !== run || recording.rows < this.largest.rows) this.largest = { of: run, value: 0, rows: 0 };
+    const [a, b] = members.map(({ prefix }) => recording.column(`${prefix}position`, this.largest.rows));
+    a.forEach((value, index) => (this.largest.value = Math.max(this.largest.value, Math.abs(b[index] - value))));
+    this.largest.rows = recording.rows;
+    return this.largest.value;
+  }
+}

@@ -1,0 +1,13 @@
+//! The plant for a web page: models, variables and runs behind plain functions of WebAssembly.
+//!
+//! The page writes numbers into a buffer, calls a function, and reads numbers or a text back. Whatever it passes is
+//! checked first, because a panic would end the page.
+
+mod error;
+mod face;
+mod session;
+mod tables;
+
+pub use error::CallError;
+pub use session::{BUFFER, SLOTS, Session};
+pub use tables::tables;

@@ -1,0 +1,99 @@
+//! The variable tables of all models as JSON, for everything that the page says about variables.
+
+use std::collections::BTreeMap;
+
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Enumeration, Kind, Role, Unit, Variable};
+use serde_json::{Value, json};
+
+/// Models with their variables, enumerations and units; models and variables in the order in which they are numbered.
+pub fn tables() -> Value {
+    let variables = || models::ALL.iter().flat_map(|model| (model.variables)().iter());
+    let mut units = BTreeMap::new();
+    let mut enumerations = BTreeMap::new();
+    for variable in variables() {
+        match variable.kind {
+            Kind::Real(of) => drop(units.insert(of.name, unit(&of))),
+            Kind::Enumeration(of) => drop(enumerations.insert(of.name, enumeration(of))),
+            Kind::Integer | Kind::Boolean => {}
+        }
+    }
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "models": models::ALL.iter().map(model).collect::<Vec<_>>(),
+        "units": units,
+        "enumerations": enumerations,
+    })
+}
+
+fn model(model: &Model) -> Value {
+    json!({
+        "name": model.name,
+        "description": model.description,
+        "stopTime": model.experiment.stop_time,
+        "variables": (model.variables)().iter().map(variable).collect::<Vec<_>>(),
+    })
+}
+
+fn variable(variable: &Variable) -> Value {
+    let (kind, of) = match variable.kind {
+        Kind::Real(unit) => ("Real", Some(unit.name)),
+        Kind::Integer => ("Integer", None),
+        Kind::Boolean => ("Boolean", None),
+        Kind::Enumeration(of) => ("Enumeration", Some(of.name)),
+    };
+    let role = match variable.role {
+        Role::Time => "time",
+        Role::Input => "input",
+        Role::Fixed => "fixed",
+        Role::Tunable => "tunable",
+        Role::Output => "output",
+        Role::Local => "local",
+    };
+    json!({
+        "name": variable.name,
+        "kind": kind,
+        "of": of,
+        "role": role,
+        "description": variable.description,
+        "start": variable.start,
+        "min": variable.min,
+        "max": variable.max,
+        "display": variable.display,
+    })
+}
+
+fn unit(unit: &Unit) -> Value {
+    let display =
+        unit.display.iter().map(|shown| json!({ "name": shown.name, "factor": shown.factor, "offset": shown.offset }));
+    json!({ "base": unit.base, "display": display.collect::<Vec<_>>() })
+}
+
+fn enumeration(enumeration: &Enumeration) -> Value {
+    let items = enumeration
+        .items
+        .iter()
+        .map(|(id, name, description)| json!({ "id": id, "name": name, "description": description }));
+    json!({ "description": enumeration.description, "items": items.collect::<Vec<_>>() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variable_is_there_with_its_number() {
+        let tables = tables();
+        for (index, model) in models::ALL.iter().enumerate() {
+            let listed = &tables["models"][index];
+            assert_eq!(listed["name"], model.name);
+            for (place, variable) in (model.variables)().iter().enumerate() {
+                assert_eq!(listed["variables"][place]["name"], variable.name);
+                assert_eq!(listed["variables"][place]["start"].as_f64(), variable.start);
+            }
+        }
+        assert_eq!(tables["units"]["Pa"]["display"][0]["name"], "bar");
+        assert_eq!(tables["enumerations"]["FrictionLaw"]["items"][6]["name"], "Stribeck");
+    }
+}

@@ -1,0 +1,62 @@
+// The page in headless Chromium, watched for errors and requests.
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+/** The page as a visitor opens it: a file. */
+const PAGE = pathToFileURL(process.env.PLAYGROUND ?? "../../target/playground/index.html").href;
+const FLAGS = [
+  "--headless",
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
+
+export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"];
+
+export const launch = () => chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+
+/** Opens the page at a fragment; `close` fails if there was an error in the console or a request left the page. */
+export async function open(browser, fragment = "", options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  const page = await context.newPage();
+  const problems = [];
+  const note = (kind, text) => problems.push(`${kind}: ${text}`);
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) note(message.type(), message.text());
+  });
+  page.on("pageerror", (error) => note("error", error.stack));
+  page.on("request", (request) => {
+    const address = request.url();
+    if (!["file:", "data:", "blob:"].includes(new URL(address).protocol)) note("request", address);
+    if (address.startsWith("file:") && address.split("#")[0] !== PAGE) note("request", address);
+  });
+  await page.goto(PAGE + fragment);
+  await page.waitForSelector("html[data-ready]");
+  const close = async () => {
+    await context.close();
+    assert.deepEqual(problems, []);
+  };
+  return { page, close };
+}
+
+/** Presses one of the buttons for files, and returns name and text of the file. */
+export async function download(page, button) {
+  const [file] = await Promise.all([
+    page.waitForEvent("download"),
+    page.locator("#files").getByRole("button", { name: button }).click(),
+  ]);
+  return { name: file.suggestedFilename(), text: await readFile(await file.path(), "utf8") };
+}
+
+/** Waits until so many seconds are simulated, and pauses. */
+export async function runFor(page, seconds) {
+  const reached = (end) => Number(document.querySelector("[data-status]").dataset.time) >= end;
+  await page.waitForFunction(reached, seconds, { timeout: 120_000 });
+  await page.getByRole("button", { name: "Pause" }).click();
+}

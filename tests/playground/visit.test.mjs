@@ -1,0 +1,239 @@
+// What a visitor can do, and what he sees.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { after, before, test } from "node:test";
+import { download, launch, open, runFor, VIEWS } from "./browser.mjs";
+
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+const CYLINDER = "PneumaticServoCylinder";
+const status = (page) => page.locator("[data-status]").evaluate((element) => ({ ...element.dataset }));
+const fragment = async (page) => {
+  await page.waitForTimeout(500); // The address follows with a delay.
+  return new URLSearchParams(new URL(page.url()).hash.slice(1));
+};
+/** How many pixels of a chart have colour. */
+const inked = (page) =>
+  page.locator(".plot canvas").evaluateAll((charts) =>
+    charts.map((chart) => {
+      const { data } = chart.getContext("2d").getImageData(0, 0, chart.width, chart.height);
+      return data.reduce((sum, value, index) => sum + (index % 4 === 3 && value > 0), 0);
+    }),
+  );
+
+for (const view of VIEWS) {
+  test(`${view} runs, draws its charts and asks nothing of the network`, async () => {
+    const { page, close } = await open(browser, `#view=${view}`);
+    if (view !== "presliding") await runFor(page, 0.3);
+    await page.waitForTimeout(300);
+    const charts = await inked(page);
+    assert.ok(charts.length >= 3 && charts.every((count) => count > 1000), String(charts));
+    assert.equal(await page.locator("#problem").isVisible(), false);
+    await close();
+  });
+
+  test(`${view} fits on a screen of 400 pixels, light and dark`, async () => {
+    for (const colorScheme of ["light", "dark"]) {
+      const { page, close } = await open(browser, `#view=${view}`, {
+        viewport: { width: 400, height: 800 },
+        colorScheme,
+        hasTouch: true,
+        isMobile: true,
+      });
+      await page.waitForTimeout(300);
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
+      const [text, back] = await page.evaluate(() => {
+        const { color, backgroundColor } = getComputedStyle(document.body);
+        return [color, backgroundColor].map((value) => Number(/\d+/.exec(value)[0]));
+      });
+      assert.equal(text > back, colorScheme === "dark", `text ${text} on ${back}`);
+      await close();
+    }
+  });
+}
+
+test("real time is kept with the law Stribeck; what does not fit is counted", async (context) => {
+  const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.friction.law=7`);
+  const begin = await status(page);
+  await page.waitForTimeout(5000);
+  const end = await status(page);
+  const simulated = end.time - begin.time;
+  const [frames, dropped] = [end.frames - begin.frames, end.dropped - begin.dropped];
+  assert.ok(simulated > 0 && frames > 0);
+  const pace = `${frames} frames in 5 s, ${simulated.toFixed(3)} s simulated, ${dropped} steps dropped`;
+  context.diagnostic(pace);
+  await close();
+});
+
+test("pause holds the time, a step takes 1 ms, restart goes back to 0", async () => {
+  const { page, close } = await open(browser);
+  await runFor(page, 0.1);
+  const before = Number((await status(page)).time);
+  await page.getByRole("button", { name: "Step 1 ms" }).click();
+  await page.waitForTimeout(200);
+  assert.equal(Math.round((Number((await status(page)).time) - before) * 1e6), 1000);
+  await page.getByRole("button", { name: "Restart" }).click();
+  await page.waitForTimeout(200);
+  assert.equal(Number((await status(page)).time), 0);
+  await close();
+});
+
+test("everything is reached by the keyboard", async () => {
+  const { page, close } = await open(browser);
+  await page.keyboard.press("Space");
+  assert.equal(await page.getByRole("button", { name: "Play" }).count(), 1);
+  const before = Number((await status(page)).time);
+  await page.keyboard.press(".");
+  await page.waitForTimeout(200);
+  assert.ok(Number((await status(page)).time) > before);
+  await page.getByRole("tab", { name: "Stick-slip" }).focus();
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.getByRole("tab", { name: "Presliding" }).getAttribute("aria-selected"), "true");
+  await page.locator(".sketch").focus();
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Shift+ArrowUp");
+  const points = (await fragment(page)).get("points").split(" ").map(Number);
+  assert.equal(points[1], 290, "the second point of the nested loops, 20 % higher");
+  const widgets = await page.locator("button, select, input, summary, [tabindex='0']").evaluateAll((all) =>
+    all.filter((one) => one.tabIndex >= 0 && one.checkVisibility()).length,
+  );
+  const reached = new Set();
+  await page.getByRole("tab", { name: "Presliding" }).focus();
+  for (let press = 0; press < widgets + 10; press += 1) {
+    reached.add(await page.evaluate(() => [...document.querySelectorAll("*")].indexOf(document.activeElement)));
+    await page.keyboard.press("Tab");
+  }
+  assert.ok(reached.size >= widgets, `${reached.size} of ${widgets}`);
+  await close();
+});
+
+test("a finger draws the voltage", async () => {
+  const { page, close } = await open(browser, "#view=stick-slip", { hasTouch: true });
+  await page.getByRole("group", { name: "Valve voltage" }).getByRole("button", { name: "Draw" }).tap();
+  const pad = await page.locator(".sketch").boundingBox();
+  await page.touchscreen.tap(pad.x + pad.width / 2, pad.y + 1);
+  const link = await fragment(page);
+  assert.equal(link.get("signal"), "drawn");
+  assert.ok(Number(link.get("points").split(" ")[50]) > 950);
+  await close();
+});
+
+test("a bad value is refused in the words of the library, and the run goes on", async () => {
+  const { page, close } = await open(browser);
+  await page.getByRole("searchbox").fill("bore");
+  const field = page.locator(`[id="${CYLINDER}.cylinder.bore"]`);
+  await field.fill("-0.016");
+  await field.press("Enter");
+  const problem = page.locator(`[id="${CYLINDER}.cylinder.bore-problem"]`);
+  assert.equal(await problem.textContent(), "cylinder.bore = -0.016 is refused: it must be at least 0.001");
+  assert.equal(await field.getAttribute("aria-invalid"), "true");
+  assert.equal((await fragment(page)).has(`${CYLINDER}.cylinder.bore`), false);
+  await field.fill("0.02");
+  await field.press("Enter");
+  assert.equal(await problem.textContent(), "");
+  assert.equal((await fragment(page)).get(`${CYLINDER}.cylinder.bore`), "0.02");
+  await field.fill("nonsense");
+  await field.press("Enter");
+  assert.match(await problem.textContent(), /^cylinder.bore = NaN is refused: it must be a finite number/);
+  await close();
+});
+
+test("every variable that may be set is offered with its text, but not what the page sets itself", async () => {
+  const { page, close } = await open(browser, "#view=closed-loop");
+  const tables = await page.evaluate(() => globalThis.pneumaticServo.tables);
+  const settable = ({ role }) => ["input", "fixed", "tunable"].includes(role);
+  const names = tables.models
+    .filter((model) => [CYLINDER, "PositionController"].includes(model.name))
+    .flatMap((model) => model.variables.filter(settable).map((variable) => `${model.name}.${variable.name}`));
+  const shown = await page.locator(".row .field > :first-child").evaluateAll((fields) => fields.map((field) => field.id));
+  const driven = names.filter((name) => !shown.includes(name));
+  assert.deepEqual(driven.sort(), [
+    `${CYLINDER}.valveVoltage`,
+    "PositionController.position",
+    "PositionController.referencePosition",
+    "PositionController.velocity",
+  ]);
+  await page.getByRole("searchbox").fill("conductance regulator");
+  assert.deepEqual(await page.locator(".row .name").allTextContents(), ["C"]);
+  await close();
+});
+
+test("a link restores what was set", async () => {
+  const link = `#view=two-laws&signal=ramp&level=4.9&amplitude=1.5&period=2.5&second=16&${CYLINDER}.friction.law=10&${CYLINDER}.valve.C=5e-9`;
+  const { page, close } = await open(browser, link);
+  assert.equal(await page.getByRole("tab", { name: "Two laws" }).getAttribute("aria-selected"), "true");
+  assert.equal(await page.getByLabel("First law", { exact: true }).inputValue(), "10");
+  assert.equal(await page.getByLabel("Second law", { exact: true }).inputValue(), "16");
+  assert.equal(await page.locator(`[id="${CYLINDER}.valve.C"]`).inputValue(), "5e-9");
+  await page.getByRole("button", { name: "Copy link" }).click();
+  const now = await fragment(page);
+  for (const [name, value] of new URLSearchParams(link.slice(1))) assert.equal(Number(now.get(name)) || now.get(name), Number(value) || value, name);
+  await close();
+});
+
+test("a link with a value that the library refuses says so", async () => {
+  const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.cylinder.rod=0.02&nonsense=1`);
+  const problem = await page.locator("#problem").textContent();
+  assert.match(problem, /cylinder\.rod = 0\.02 is refused/);
+  assert.match(problem, /there is no variable nonsense/);
+  await close();
+});
+
+test("loops of springs and sliders close, those of a single bristle do not", async () => {
+  const verdict = async (link) => {
+    const { page, close } = await open(browser, `#view=presliding&${link}`);
+    await page.waitForSelector(".verdict li");
+    const text = await page.locator(".verdict strong").textContent();
+    await close();
+    return text;
+  };
+  assert.equal(await verdict("FrictionBench.friction.law=17"), "3 of 3 loops close");
+  const bristle = "FrictionBench.friction.law=14&FrictionBench.friction.lugre.sigma0=1e6&FrictionBench.friction.lugre.sigma1=0";
+  assert.match(await verdict(bristle), /^[0-2] of 3 loops close$/);
+});
+
+test("gains are tuned while the loop runs", async () => {
+  const { page, close } = await open(browser, "#view=closed-loop");
+  await runFor(page, 0.1);
+  const time = (await status(page)).time;
+  await page.getByLabel("gain.position", { exact: true }).first().fill("30");
+  await page.waitForTimeout(200);
+  assert.equal((await status(page)).time, time, "the run does not restart");
+  assert.equal((await fragment(page)).get("PositionController.gain.position"), "30");
+  await close();
+});
+
+test("the files repeat the setting for the FMU and for Python", async () => {
+  const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.friction.law=14&${CYLINDER}.supplyPressure=600000`);
+  await runFor(page, 0.05);
+  const { name, text } = await download(page, "SSV");
+  assert.equal(name, "stick-slip.ssv");
+  assert.match(text, /<ssv:Parameter name="friction.law">\s*<ssv:Enumeration value="LuGre"\/>/);
+  assert.match(text, /<ssv:Real value="600000" unit="Pa"\/>/);
+  assert.match(text, /<ssc:BaseUnit kg="1" m="-1" s="-2"\/>/);
+  const parts = [`plant = ps.Model("${CYLINDER}")`, '"friction.law": "LuGre"', '"supplyPressure": 600000'];
+  const python = await download(page, "Python");
+  for (const part of parts) assert.ok(python.text.includes(part), python.text);
+  await close();
+  for (const view of VIEWS) {
+    const { page, close } = await open(browser, `#view=${view}`);
+    if (view !== "presliding") await runFor(page, 0.05);
+    const { text } = await download(page, "Python");
+    const parsed = spawnSync("python3", ["-c", "import ast, sys; ast.parse(sys.stdin.read())"], { input: text });
+    assert.equal(parsed.status, 0, `${parsed.stderr}\n${text}`);
+    await close();
+  }
+});
+
+test("light and dark are chosen by a button", async () => {
+  const { page, close } = await open(browser, "", { colorScheme: "light" });
+  const back = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await back();
+  await page.locator("#theme").click();
+  assert.notEqual(await back(), light);
+  assert.equal(await page.locator("#theme").textContent(), "Light");
+  await close();
+});
