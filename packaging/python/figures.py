@@ -213,7 +213,8 @@ def draw_path(axis: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """A line through samples, with dots where they are far apart: there the line is only a guide."""
     gaps = np.hypot(np.diff(x) / max(np.ptp(x), TINY), np.diff(y) / max(np.ptp(y), TINY))
     far = np.append(gaps > SPARSE, False) | np.append(False, gaps > SPARSE)
-    axis.plot(x, y, color=GREEN, linewidth=1.0)
+    axis.plot(x, y, color=GREEN, linewidth=0.5, alpha=0.4)
+    axis.plot(np.where(far, np.nan, x), y, color=GREEN, linewidth=1.0)
     axis.plot(x[far], y[far], ".", color=GREEN, markersize=2.5)
 
 
@@ -222,8 +223,10 @@ def zoom(axis: Axes, run: Run) -> None:
     velocity, force = (run.units.shown(run, name) for name in contact(run))
     limit = np.max(np.abs(velocity)) / 20.0
     if limit > 0.0:
-        axis.lines[-1].remove()
+        for line in axis.lines[-3:]:
+            line.remove()
         near = np.abs(velocity) <= limit
+        axis.plot(velocity, force, color=GREEN, linewidth=0.5, alpha=0.4)
         axis.plot(velocity[near], force[near], ".", color=GREEN, markersize=2.5)
         inside = force[near]
         margin = 0.05 * max(np.ptp(inside), 1.0)

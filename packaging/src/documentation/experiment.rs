@@ -17,7 +17,7 @@ const PANELS: [&[&str]; 10] = [
     &["tray.velocity", "walk.velocity", "velocity"],
     &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
     &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"],
-    &["chamberA.pressure", "chamberB.pressure"],
+    &["chamberB.pressure", "chamberA.pressure"],
     &["frictionForce"],
     &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
 ];

@@ -4,6 +4,9 @@ use anyhow::{Context, Result, bail};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage, push_mathml};
 
+/// What the renderer puts before the name of a function.
+const SPACE: &str = "<mspace width=\"0.1667em\" />";
+
 /// Replaces all equations of a text.
 ///
 /// # Errors
@@ -34,8 +37,13 @@ fn equation(page: &mut String, latex: &str, display_mode: DisplayMode) -> Result
     let config = RenderConfig { display_mode, ..RenderConfig::default() };
     let mut mathml = String::new();
     push_mathml(&mut mathml, Parser::new(latex, &storage), config).with_context(|| excerpt(latex))?;
-    // The renderer leaves this character as it is.
-    page.push_str(&mathml.replace("<mo><</mo>", "<mo>&lt;</mo>"));
+    // The renderer leaves this character as it is, and puts the space before a function into its power or index.
+    let mathml = mathml.replace("<mo><</mo>", "<mo>&lt;</mo>");
+    page.push_str(
+        &["msup", "msub", "msubsup"].iter().fold(mathml, |mathml, script| {
+            mathml.replace(&format!("<{script}>{SPACE}"), &format!("{SPACE}<{script}>"))
+        }),
+    );
     Ok(())
 }
 
@@ -66,6 +74,13 @@ mod tests {
     fn entities_are_read_as_characters() -> Result<()> {
         let page = render(r"\(a &lt; b\)")?;
         assert!(page.contains("<mo>&lt;</mo>"), "{page}");
+        Ok(())
+    }
+
+    #[test]
+    fn power_of_a_function_has_a_base_and_an_exponent() -> Result<()> {
+        let page = render(r"\(m \sin^2 \phi\)")?;
+        assert!(page.contains("<msup><mi>sin</mi><mn>2</mn></msup>"), "{page}");
         Ok(())
     }
 

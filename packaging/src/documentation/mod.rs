@@ -1,6 +1,7 @@
 //! `documentation/index.html`: one self-contained page per model, from hand-written text and the variable table.
 
 mod experiment;
+mod laws;
 mod math;
 mod table;
 mod text;
@@ -23,7 +24,7 @@ pub fn page(model: &Model, folder: &Path) -> Result<String> {
     let variables = (model.variables)();
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
     let sections = [
-        math::render(&source).with_context(|| format!("the equations of {}", model.name))?,
+        math::render(&laws::numbered(&source)).with_context(|| format!("the equations of {}", model.name))?,
         experiment::section(model).with_context(|| format!("the default experiment of {}", model.name))?,
         table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
         table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
@@ -37,15 +38,27 @@ pub fn page(model: &Model, folder: &Path) -> Result<String> {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
          <style>\n{style}</style>\n</head>\n<body>\n<header>\n<h1>{name}</h1>\n<p>{description}</p>\n\
          <p class=\"facts\">FMI 2.0 for co-simulation, version {version}, default experiment 0 s to {stop} s \
-         with communication steps of {step} s</p>\n</header>\n<main>\n{contents}</main>\n</body>\n</html>\n",
+         with communication steps of {step} s</p>\n</header>\n<main>\n{contents}{sections}</main>\n</body>\n</html>\n",
         name = escape(model.name),
         style = include_str!("style.css"),
         description = escape(model.description),
         version = env!("CARGO_PKG_VERSION"),
         stop = text::number(model.experiment.stop_time),
         step = text::number(model.experiment.step_size),
-        contents = sections.concat(),
+        contents = contents(&sections.concat()),
+        sections = sections.concat(),
     ))
+}
+
+/// Links to all sections.
+fn contents(sections: &str) -> String {
+    let headings = sections.split("<section id=\"").skip(1).filter_map(|section| {
+        let (id, rest) = section.split_once('"')?;
+        let (_, heading) = rest.split_once("<h2>")?;
+        let (heading, _) = heading.split_once("</h2>")?;
+        Some(format!("<li><a href=\"#{id}\">{heading}</a></li>\n"))
+    });
+    format!("<nav aria-label=\"Contents\">\n<ul>\n{}</ul>\n</nav>\n", headings.collect::<String>())
 }
 
 /// A file in which every line `{{name}}` is replaced by the file of that name.
@@ -89,6 +102,20 @@ mod tests {
                 assert!(page.contains(&cell), "{} is missing", variable.name);
             }
             assert!(!page.contains("http://") && !page.contains("https://"), "the page needs a network");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn contents_lead_to_every_section() -> Result<()> {
+        for model in models::ALL {
+            let page = page(model, &folder())?;
+            let sections: Vec<_> =
+                page.split("<section id=\"").skip(1).filter_map(|text| text.split('"').next()).collect();
+            let links: Vec<_> =
+                page.split("<li><a href=\"#").skip(1).filter_map(|text| text.split('"').next()).collect();
+            assert_eq!(links, sections, "{}", model.name);
+            assert!(sections.len() > 5, "{}: {sections:?}", model.name);
         }
         Ok(())
     }

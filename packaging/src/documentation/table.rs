@@ -7,6 +7,11 @@ use pneumatic_servo::variables::{Kind, Role, Variable};
 use super::text::{escape, number, quantity, unit};
 use crate::description::enumerations as used;
 
+/// The tags of a table that can be scrolled sideways, by the keyboard too.
+pub const TABLE: &str = "<div class=\"scroll\" tabindex=\"0\">\n<table>";
+/// The end of such a table.
+pub const END: &str = "</table>\n</div>";
+
 /// A section with one table of variables that are not parameters.
 pub fn interface(id: &str, title: &str, variables: &[&Variable]) -> String {
     if variables.is_empty() {
@@ -15,7 +20,7 @@ pub fn interface(id: &str, title: &str, variables: &[&Variable]) -> String {
     format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{}</section>\n", rows(variables))
 }
 
-/// A section with one table per group of parameters.
+/// A section with one table per group of parameters; those of the friction laws can be opened.
 pub fn parameters(variables: &[&Variable]) -> String {
     let mut groups: Vec<&str> = variables.iter().map(|variable| group(&variable.name)).collect();
     // In the order of the table, but parameters without a group first.
@@ -24,14 +29,31 @@ pub fn parameters(variables: &[&Variable]) -> String {
     groups.retain(|name| seen.insert(*name));
     let tables = groups.into_iter().map(|name| {
         let members: Vec<_> = variables.iter().copied().filter(|variable| group(&variable.name) == name).collect();
-        let heading = if name.is_empty() { String::new() } else { format!("<h3><code>{}</code></h3>\n", escape(name)) };
-        heading + &rows(&members)
+        match (name, escape(name)) {
+            ("", _) => rows(&members),
+            (group, name) if is_law(group) => {
+                format!(
+                    "<details id=\"{name}\">\n<summary><code>{name}</code></summary>\n{}</details>\n",
+                    rows(&members)
+                )
+            }
+            (_, name) => format!("<h3><code>{name}</code></h3>\n{}", rows(&members)),
+        }
     });
     format!(
         "<section id=\"parameters\">\n<h2>Parameters</h2>\n<p>Tunable parameters may be changed between steps; all \
-         others are fixed once initialization ends.</p>\n{}</section>\n",
+         others are fixed once initialization ends.{}</p>\n{}</section>\n",
+        if variables.iter().any(|variable| is_law(group(&variable.name))) { LAWS_ARE_FOLDED } else { "" },
         tables.collect::<String>()
     )
+}
+
+const LAWS_ARE_FOLDED: &str =
+    " Each friction law has a group of its own, which counts for that law alone: open the one you have chosen.";
+
+/// Whether a group belongs to a single friction law.
+fn is_law(group: &str) -> bool {
+    group.starts_with("friction.")
 }
 
 /// A section with the items of every enumeration that the variables use.
@@ -41,8 +63,8 @@ pub fn enumerations(variables: &[Variable]) -> String {
             format!("<tr><td>{id}</td><td><code>{}</code></td><td>{}</td></tr>\n", escape(name), escape(description))
         });
         format!(
-            "<h3><code>{}</code></h3>\n<p>{}</p>\n<table>\n<thead><tr><th>Value</th><th>Name</th><th>Meaning</th></tr>\
-             </thead>\n<tbody>\n{}</tbody>\n</table>\n",
+            "<h3><code>{}</code></h3>\n<p>{}</p>\n{TABLE}\n<thead><tr><th>Value</th><th>Name</th><th>Meaning</th></tr>\
+             </thead>\n<tbody>\n{}</tbody>\n{END}\n",
             escape(enumeration.name),
             escape(enumeration.description),
             items.collect::<String>()
@@ -75,8 +97,8 @@ fn rows(variables: &[&Variable]) -> String {
         )
     });
     format!(
-        "<table>\n<thead><tr><th>Name</th><th>Unit</th>{start}<th>Meaning</th></tr></thead>\n<tbody>\n{}</tbody>\n\
-         </table>\n",
+        "{TABLE}\n<thead><tr><th>Name</th><th>Unit</th>{start}<th>Meaning</th></tr></thead>\n<tbody>\n{}</tbody>\n\
+         {END}\n",
         rows.collect::<String>()
     )
 }
