@@ -81,7 +81,7 @@ def study_progression(options: argparse.Namespace) -> None:
     with plt.rc_context(figures.STYLE):
         figure, axis = plt.subplots(figsize=(7, 4.5), layout="constrained")
         surface = paths[: len(grid)].reshape(len(ratios), len(levels))
-        limit = float(np.max(np.abs(surface)))
+        limit = 5.0 * np.ceil(np.max(np.abs(surface)) / 5.0)
         filled = axis.contourf(levels, ratios, surface, np.linspace(-limit, limit, 21), cmap="RdBu")
         axis.contour(levels, ratios, surface, [0.0], colors="black", linestyles="dashed")
         border = (BORDER[0] + BORDER[1] * levels + BORDER[2] * levels**2) / levels
@@ -89,8 +89,8 @@ def study_progression(options: argparse.Namespace) -> None:
         axis.plot(*np.array(published).T, "k+", label="published experiments")
         axis.set(xlabel="static friction $F_s$ (N)", ylabel="force ratio $A/F_s$", ylim=(ratios[0], ratios[-1]))
         axis.set_title("progression of the body in 3 s; dashed: neither forward nor backward")
-        axis.legend(loc="lower left", frameon=True)
-        figure.colorbar(filled, label="progression (mm)")
+        figure.legend(loc="outside lower center", ncols=2)
+        figure.colorbar(filled, label="progression (mm)", ticks=np.linspace(-limit, limit, 5))
         save(figure, options.output / "VibroImpact_progression.png")
 
 
@@ -196,7 +196,7 @@ def study_basins(options: argparse.Namespace) -> None:
     drives = [Drive(amplitude, 1.0, friction, *start) for amplitude, friction in BASINS for start in starts]
     results = parallel(options, "basins", attractor, drives)
     with plt.rc_context(figures.STYLE):
-        figure, axes = plt.subplots(1, len(BASINS), figsize=(13, 4), layout="constrained")
+        figure, axes = plt.subplots(1, len(BASINS), figsize=(13, 4.4), layout="constrained")
         for column, (amplitude, friction) in enumerate(BASINS):
             own = results[column * len(starts) : (column + 1) * len(starts)]
             kinds, members = classify(own)
@@ -210,7 +210,8 @@ def study_basins(options: argparse.Namespace) -> None:
                 print(f"chi = {amplitude}, f_r = {friction}: {name}, {100.0 * share:.1f} % of the starts")
             axis.grid(visible=False)
             axis.set(title=rf"$\chi$ = {amplitude}, $\omega$ = 1, $f_r$ = {friction}", xlabel="relative position")
-            axis.legend(loc="upper left", frameon=True)
+            # Below the axes, where it hides no part of a basin.
+            axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=len(kinds))
         axes[0].set_ylabel("relative velocity")
         save(figure, options.output / "VibroImpact_basins.png")
 

@@ -1,31 +1,101 @@
-"""The Python programs in the README and in the pages on tools run as they are printed."""
+"""The programs and commands in the README, in docs and beside the tools run as they are printed."""
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/tools/fmpy.md", "docs/tools/libcosim.md"]
+
+NOT_HERE = {
+    "README.md": "its commands are those that build, and run these tests",
+    "CONTRIBUTING.md": "the same",
+    "docs/platforms.md": "its commands build and install",
+    "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
+}
+"""Pages whose shell commands are not run by these tests, and why; their programs are."""
+
+KNOWN = {"python", "sh", "rust", "text"}
+"""Languages of blocks: Rust in the README is run by rustdoc, text is not to be run."""
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_programs_run(page: str, fmu: Path, tmp_path: Path) -> None:
-    """One after the other, where the FMUs are to be found by the names that the page uses."""
-    programs = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
-    assert programs
-    for folder in (tmp_path, tmp_path / "target" / "fmu"):
-        folder.mkdir(parents=True, exist_ok=True)
+def pages() -> Iterator[str]:
+    """Every page that people read, as a path in the repository."""
+    for file in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        yield file.relative_to(ROOT).as_posix()
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """The fenced blocks of a language."""
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.fixture
+def folder(fmu: Path, tmp_path: Path) -> Path:
+    """A folder where the FMUs are to be found by the names that pages use."""
+    for place in (tmp_path, tmp_path / "target" / "fmu"):
+        place.mkdir(parents=True, exist_ok=True)
         for name in ("PneumaticServoCylinder.fmu", "PneumaticServoDrive.ssp"):
-            (folder / name).symlink_to(fmu.with_name(name).resolve())
+            (place / name).symlink_to(fmu.with_name(name).resolve())
     with zipfile.ZipFile(tmp_path / "PneumaticServoDrive.ssp") as archive:
         archive.extractall(tmp_path / "drive")
     (tmp_path / "drive" / "Components.ssd").replace(tmp_path / "drive" / "SystemStructure.ssd")
-    command = [sys.executable, "-c", "\n".join(programs)]
-    answer = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", [page for page in pages() if blocks(page, "python")])
+def test_programs_run(page: str, folder: Path) -> None:
+    """One after the other, in one process."""
+    command = [sys.executable, "-c", "\n".join(blocks(page, "python"))]
+    answer = subprocess.run(command, cwd=folder, env=os.environ | {"MPLBACKEND": "Agg"}, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.parametrize("page", [page for page in pages() if blocks(page, "sh") and page not in NOT_HERE])
+def test_commands_run(page: str, folder: Path) -> None:
+    """With the tools of the environment that runs the tests; the first that fails ends it."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    command = ["sh", "-e", "-c", "\n".join(blocks(page, "sh"))]
+    answer = subprocess.run(command, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.strip() or answer.stderr.strip()
+
+
+def test_every_block_says_what_it_is() -> None:
+    """A block without a known language would escape the tests."""
+    for page in pages():
+        fences = re.findall(r"^```(.*)$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
+        assert len(fences) % 2 == 0, page
+        assert set(fences[::2]) <= KNOWN, (page, fences[::2])
+        assert set(fences[1::2]) <= {""}, page
+
+
+def test_rust_stands_only_where_rustdoc_runs_it() -> None:
+    assert [page for page in pages() if blocks(page, "rust")] == ["README.md"]
+
+
+def test_links_lead_somewhere() -> None:
+    """Relative links, and anchors within the repository's pages."""
+    for page in pages():
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)\s]+)\)", text):
+            if "://" in target:
+                continue
+            name, _, anchor = target.partition("#")
+            file = (ROOT / page).parent / name if name else ROOT / page
+            assert file.exists(), f"{page}: {target}"
+            if anchor:
+                headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+                anchors = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+                assert anchor in anchors, f"{page}: {target}"
+
+
+def test_readme_stays_short() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 130
