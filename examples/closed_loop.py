@@ -1,4 +1,4 @@
-"""Closes a position loop around the plant step by step: the commonest use of the FMU.
+"""Closes a position loop around the plant step by step: the commonest use of the plant.
 
 A PI-P controller (velocity inside, position outside) with compensation of the valve's dead zone moves the carriage
 along a smooth trajectory, at 1 ms.
@@ -9,12 +9,9 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
-from client import Client  # noqa: E402
+import pneumatic_servo as ps
 
 PERIOD = 1e-3
 
@@ -40,21 +37,20 @@ class Controller:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
-    fmu: Path = parser.parse_args().fmu
+    parser.parse_args()
     controller = Controller()
     errors = []
-    with Client(fmu) as plant:
-        plant.start({"friction.law": "Stribeck", "supplyPressure": 6e5, "position0": 0.15})
-        for step in range(4000):
-            t = step * PERIOD
-            reference, slope = trajectory(t)
-            position, velocity = plant.get(["position", "velocity"])
-            errors.append(reference - position)
-            plant.set({"valveVoltage": controller.voltage(reference, slope, position, velocity)})
-            plant.advance(t + PERIOD)
+    plant = ps.Model("PneumaticServoCylinder").start({"supplyPressure": 6e5, "position0": 0.15})
+    for step in range(4000):
+        reference, slope = trajectory(step * PERIOD)
+        position, velocity = plant.get(["position", "velocity"])
+        errors.append(reference - position)
+        plant["valveVoltage"] = controller.voltage(reference, slope, position, velocity)
+        plant.step(PERIOD)
     settled = np.abs(errors[1000:])
-    print(f"tracking error after 1 s: rms {1e3 * np.sqrt(np.mean(settled**2)):.2f} mm, largest {1e3 * settled.max():.2f} mm")
+    print(
+        f"tracking error after 1 s: rms {1e3 * np.sqrt(np.mean(settled**2)):.2f} mm, largest {1e3 * settled.max():.2f} mm"
+    )
     return 0 if settled.max() < 8e-3 else 1
 
 

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
-from client import Client  # noqa: E402
+import pneumatic_servo as ps
 
 HORIZON = 0.05
 CANDIDATES = [3.0, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0]
@@ -20,36 +18,31 @@ TARGET = 0.30
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
-    fmu: Path = parser.parse_args().fmu
-    with Client(fmu) as plant:
-        plant.start({"friction.law": "LuGre", "supplyPressure": 6e5})
-        while plant.time < 1.5:
-            voltage = best(plant)
-            apply(plant, voltage)
-        position, velocity = plant.get(["position", "velocity"])
+    parser.parse_args()
+    plant = ps.Model("PneumaticServoCylinder").start({"friction.law": "LuGre", "supplyPressure": 6e5})
+    while plant.time < 1.5:
+        apply(plant, best(plant))
+    position, velocity = plant.get(["position", "velocity"])
     print(f"target {1e3 * TARGET:.1f} mm, reached {1e3 * position:.2f} mm at {1e3 * velocity:.2f} mm/s")
     return 0 if abs(position - TARGET) < 5e-3 else 1
 
 
-def best(plant: Client) -> float:
+def best(plant: ps.Simulation) -> float:
     """The voltage with the lowest cost at the end of the horizon."""
-    saved, time = plant.slave.getFMUState(), plant.time
+    saved = plant.save()
     costs = {}
     for voltage in CANDIDATES:
         apply(plant, voltage)
         position, velocity = plant.get(["position", "velocity"])
         costs[voltage] = (position + 0.1 * velocity - TARGET) ** 2
-        plant.slave.setFMUState(saved)
-        plant.time = time
-    plant.slave.freeFMUState(saved)
+        plant.restore(saved)
     return min(costs, key=costs.__getitem__)
 
 
-def apply(plant: Client, voltage: float) -> None:
+def apply(plant: ps.Simulation, voltage: float) -> None:
     """Holds a voltage for one horizon."""
-    plant.set({"valveVoltage": voltage})
-    plant.advance(plant.time + HORIZON)
+    plant["valveVoltage"] = voltage
+    plant.step(HORIZON)
 
 
 if __name__ == "__main__":

@@ -168,6 +168,7 @@ class _Point:
         self.moving = [self.rates[name] for name in states if name not in carried]
         self.free_inputs = [name for name in inputs if name not in at]
         self.free = [*(name for name in states if name not in self.held), *self.free_inputs]
+        self.absolute = [name for name in states if variables[name].unit in ("Pa", "K") and self.simulation[name] > 0.0]
         self.units = self._nominal(self.free)
         self.scale = self._nominal(self.moving)
 
@@ -192,6 +193,8 @@ class _Point:
                 return
             if np.linalg.norm(residual) < np.linalg.norm(best):
                 best = residual
+        if not np.isfinite(best).all():
+            raise TrimError("no operating point was found: pressures or temperatures would have to be negative")
         worst = int(np.argmax(np.abs(best)))
         rate = self.moving[worst]
         raise TrimError(
@@ -213,12 +216,17 @@ class _Point:
             if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
                 break
             jacobian = self.simulation.jacobian(self.moving, self.free) * self.units / self.scale[:, None]
+            if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
+                break
             # The shortest step, where some directions change nothing.
             move = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0] * self.units
             residual = self._walk(move, float(np.linalg.norm(residual)))
         return residual
 
     def _residual(self) -> Array:
+        """Return the rates in nominal units; without end where a pressure or temperature is not positive."""
+        if np.any(self.simulation.get(self.absolute) <= 0.0):
+            return np.full(len(self.moving), np.inf)
         return self.simulation.get(self.moving) / self.scale
 
     def _walk(self, move: Array, before: float) -> Array:
@@ -228,8 +236,11 @@ class _Point:
         while True:
             self._go(origin + share * move)
             residual = self._residual()
-            if np.linalg.norm(residual) < before or share < 1e-3:
+            if np.linalg.norm(residual) < before:
                 return residual
+            if share < 1e-3:
+                self._go(origin)
+                return self._residual()
             share /= 2.0
 
     def _go(self, values: Array) -> None:

@@ -10,8 +10,8 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
-def test_example_runs(example: Path, fmu: Path, tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, example, fmu], text=True, capture_output=True, check=False, cwd=tmp_path)
+def test_example_runs(example: Path, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, example], text=True, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
 

@@ -1,0 +1,93 @@
+"""The environments for Gymnasium."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pneumatic_servo.envs as envs
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+NAME = "pneumatic_servo/Positioning-v0"
+
+
+@pytest.mark.parametrize("law", ["Stribeck", "LuGre"])
+def test_checker_of_gymnasium_is_content(law: str) -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make(NAME, law=law).unwrapped)
+
+
+def test_seed_reproduces_bits() -> None:
+    def play() -> list[np.ndarray]:
+        fleet = gymnasium.make_vec(NAME, num_envs=8, laws=["Stribeck", "GMS"], ranges=envs.RANDOM, duration=0.05)
+        seen = [fleet.reset(seed=5)[0]]
+        random = np.random.default_rng(0)
+        for _ in range(120):
+            seen.append(fleet.step(random.uniform(-1, 1, (8, 1)).astype(np.float32))[0])
+        return seen
+
+    for one, other in zip(play(), play(), strict=True):
+        assert one.tobytes() == other.tobytes()
+
+
+def test_vector_of_plants_does_what_single_ones_do() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=3, law="LuGre")
+    observations, _ = fleet.reset(seed=[11, 12, 13])
+    singles = [gymnasium.make(NAME, law="LuGre").unwrapped for _ in range(3)]
+    # Both draw from NumPy's default generator, seeded alike.
+    alone = [single.reset(seed=seed)[0] for single, seed in zip(singles, [11, 12, 13], strict=True)]
+    assert np.array(alone).tobytes() == observations.tobytes()
+    actions = np.array([[0.3], [-0.2], [0.0]], dtype=np.float32)
+    for _ in range(50):
+        observations, rewards, *_ = fleet.step(actions)
+        steps = [single.step(action) for single, action in zip(singles, actions, strict=True)]
+        assert np.array([step[0] for step in steps]).tobytes() == observations.tobytes()
+        assert [step[1] for step in steps] == rewards.tolist()
+
+
+def test_episodes_end_and_begin_anew() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=2, duration=0.003)
+    fleet.reset(seed=1)
+    still = np.zeros((2, 1), dtype=np.float32)
+    ends = [fleet.step(still)[3].tolist() for _ in range(8)]
+    # Three steps, and one that only begins the next episode.
+    assert ends == [[False] * 2, [False] * 2, [True] * 2, [False] * 2] * 2
+
+
+def test_laws_and_parameters_vary_within_their_ranges() -> None:
+    environment = gymnasium.make(NAME, laws=["Stribeck", "LuGre"], ranges={"mass.moving": (1.0, 2.0)})
+    drawn = [environment.reset(seed=seed)[1] for seed in range(20)]
+    assert {info["friction.law"] for info in drawn} == {"Stribeck", "LuGre"}
+    masses = [info["mass.moving"] for info in drawn]
+    assert 1.0 <= min(masses) < max(masses) <= 2.0
+
+
+def test_baseline_solves_the_task() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=16, laws=["Stribeck", "LuGre", "GMS"], ranges=envs.RANDOM)
+    baseline = envs.PositionControllers(16)
+    observations, _ = fleet.reset(seed=3)
+    before = np.abs(observations[:, 0]).mean()
+    for _ in range(1500):
+        observations, *_ = fleet.step(baseline(observations))
+    # In units of the stroke of 0.5 m: from 80 mm on average to a few millimetres.
+    assert before > 0.1 and np.abs(observations[:, 0]).mean() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("task", "word"),
+    [
+        ({"law": "Lugre"}, "Lugre"),
+        ({"targets": (0.4, 0.1)}, "targets"),
+        ({"duration": -1.0}, "duration"),
+        ({"ranges": {"mass.moving": (2.0, 1.0)}}, "mass.moving"),
+        ({"parameters": {"valve.c": 1.0}}, "valve.c"),
+    ],
+)
+def test_bad_tasks_are_refused(task: dict[str, object], word: str) -> None:
+    with pytest.raises(ValueError, match=word):
+        gymnasium.make(NAME, **task)

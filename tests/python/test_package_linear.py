@@ -1,0 +1,117 @@
+"""Linearisation and comparison in the Python package."""
+
+from __future__ import annotations
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+
+SLIDING = {"velocity": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5}
+
+
+@pytest.fixture(scope="module")
+def plant() -> ps.Model:
+    return ps.Model("PneumaticServoCylinder")
+
+
+@pytest.mark.parametrize("law", ["Stribeck", "LuGre", "StribeckRegularised"])
+def test_trimmed_plant_stays_where_it_is(plant: ps.Model, law: str) -> None:
+    found = plant.linearise(at=SLIDING | {"friction.law": law})
+    point = dict(zip(found.states, found.x, strict=True))
+    assert point["velocity"] == 0.05 and point["position"] == 0.25
+    # Both chambers are between ambient and supply pressure.
+    assert 101325.0 < point["chamberA.pressure"] < 6e5 and 101325.0 < point["chamberB.pressure"] < 6e5
+    simulation = plant.start({"friction.law": law, "velocity0": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5})
+    simulation.move_states({name: value for name, value in point.items() if name != "velocity"})
+    simulation["valveVoltage"] = found.u[0]
+    rates = ["acceleration", "der(chamberA.pressure)", "der(chamberB.temperature)", "der(valve.spoolVelocity)"]
+    # In nominal units; the trim goes down to 1e-9 of them.
+    scale = [plant.variables[name].nominal for name in rates]
+    assert np.all(np.abs(simulation.get(rates)) < 1e-6 * np.array(scale))
+
+
+def test_matrices_are_those_of_small_differences(plant: ps.Model) -> None:
+    found = plant.linearise(at=SLIDING, outputs=["frictionForce", "pressureForce"])
+    simulation = plant.start({"velocity0": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5})
+    rates = [next(v.name for v in plant.variables.values() if v.derivative_of == name) for name in found.states]
+
+    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        simulation.move_states(dict(zip(found.states, x.tolist(), strict=True)))
+        simulation["valveVoltage"] = found.u[0]
+        return simulation.get(rates), simulation.get(found.outputs)
+
+    for column, name in enumerate(found.states):
+        change = np.zeros(len(found.x))
+        change[column] = 1e-5 * (plant.variables[name].nominal or 1.0)
+        above, below = at(found.x + change), at(found.x - change)
+        for matrix, high, low in zip((found.A, found.C), above, below, strict=True):
+            measured = (high - low) / (2.0 * change[column])
+            # Central differences lose half of the digits.
+            assert measured == pytest.approx(matrix[:, column], rel=1e-4, abs=1e-6 * np.abs(matrix).max()), name
+
+
+def test_scaling_keeps_the_poles(plant: ps.Model) -> None:
+    found = plant.linearise(at=SLIDING)
+    scaled = found.scaled()
+    assert np.abs(scaled.A).max() < 1e-3 * np.abs(found.A).max()
+    poles, same = (np.sort_complex(np.linalg.eigvals(matrix)) for matrix in (found.A, scaled.A))
+    assert same == pytest.approx(poles, rel=1e-6, abs=1e-6)
+
+
+def test_state_space_of_python_control_has_names(plant: ps.Model) -> None:
+    control = pytest.importorskip("control")
+    system = plant.linearise(at=SLIDING).to_control()
+    assert isinstance(system, control.StateSpace)
+    assert system.state_labels[2] == "chamberA_pressure" and system.input_labels == ["valveVoltage"]
+
+
+def test_stuck_plant_does_not_react(plant: ps.Model) -> None:
+    a, b, _, _ = plant.linearise(at={"valve.hysteresis": 0.0}, states=["position", "velocity"], trim=False)
+    assert not a.any() and not b.any()
+
+
+@pytest.mark.parametrize(
+    "at",
+    [
+        # Without supply nothing pushes the carriage uphill.
+        {"velocity": 0.2, "supplyPressure": 101325.0, "incline": 1.0, "valve.hysteresis": 0.0},
+        # No valve of this size feeds so much air.
+        {"velocity": 5.0, "valve.hysteresis": 0.0},
+    ],
+)
+def test_point_that_does_not_exist_is_refused(plant: ps.Model, at: dict[str, float]) -> None:
+    with pytest.raises(ps.TrimError, match="no operating point"):
+        plant.linearise(at=at)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ({"states": ["positon"]}, "positon"),
+        ({"outputs": ["positon"]}, "positon"),
+        ({"inputs": ["valve.C"]}, "valve.C"),
+        ({"at": {"position": 0.1, "position0": 0.2}}, "position0"),
+        ({"at": {"velocty": 0.1}}, "velocty"),
+    ],
+)
+def test_wrong_names_are_named(plant: ps.Model, arguments: dict[str, object], word: str) -> None:
+    with pytest.raises(ValueError, match=word):
+        plant.linearise(**{"at": SLIDING} | arguments)
+
+
+def test_comparison_tells_laws_apart(plant: ps.Model) -> None:
+    times = np.arange(0, 2, 1e-3)
+    compared = plant.compare(
+        ["Stribeck", "StribeckRegularised", "None"],
+        inputs={"valveVoltage": (times, 5.0 + 2.0 * np.sin(2.0 * np.pi * times))},
+        stop=2.0,
+        progress=False,
+    )
+    rows = {law: facts for law, *facts in compared.rows()}
+    travel, _, friction, rest, apart = zip(*rows.values(), strict=True)
+    assert rest[0] > 0.1 and rest[2] < 0.01, "only the set-valued law rests"
+    assert apart[0] == 0.0 and 0.0 < apart[1] < apart[2]
+    assert friction[2] == 0.0 < friction[0] and travel[2] > travel[0]
+    assert len(compared.plot().axes) == 3
+    with pytest.raises(KeyError, match="Dahl"):
+        compared["Dahl"]
