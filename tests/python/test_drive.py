@@ -82,11 +82,12 @@ def test_pressures_and_sticking_are_seen_from_outside(ssp: Path) -> None:
 def test_undriven_drive_stays_where_it_is(ssp: Path) -> None:
     """The sets of parameters start the reference where the carriage starts."""
     for name in drive.sets(ssp):
-        starts = {p.name: float(p.value) for p in read_ssv(str(ssp), f"resources/{name}.ssv").parameters}
-        held = {input: lambda _, value=starts[input]: value for input in ("referencePosition", "externalForce")}
-        result = simulate_ssp(
-            str(ssp), stop_time=2.0, step_size=drive.STEP, parameter_set=read_ssv(str(ssp), f"resources/{name}.ssv"), input=held
-        )
+        parameters = read_ssv(str(ssp), f"resources/{name}.ssv")
+        starts = {p.name: float(p.value) for p in parameters.parameters}
+        held = {
+            connector: lambda _, value=starts[connector]: value for connector in ("referencePosition", "externalForce")
+        }
+        result = simulate_ssp(str(ssp), stop_time=2.0, step_size=drive.STEP, parameter_set=parameters, input=held)
         assert np.ptp(result["position"][10:]) < 1e-3
 
 

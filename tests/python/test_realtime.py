@@ -1,4 +1,4 @@
-"""The host in C that runs the cylinder against the clock, compiled and run briefly with the rights that the tests have."""
+"""The host in C that runs the cylinder against the clock: compiled, and run briefly with the rights of the tests."""
 
 from __future__ import annotations
 
