@@ -2,9 +2,9 @@
 Euler is content with 1 ms.
 
 The cylinder runs its default experiment (5 +- 2 V, 1 Hz) under every scheme and step size; a table and a figure are
-left beside the FMU. A step that a scheme cannot complete ends its run with fmi2Discard, never with numbers of no meaning.
+left in a folder. A step that a scheme cannot complete ends its run with an error, never with numbers of no meaning.
 
-Usage: python studies/integration_schemes.py [FMU] [--output FOLDER]
+Usage: python studies/integration_schemes.py [--output FOLDER]
 """
 
 from __future__ import annotations
@@ -21,12 +21,8 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from fmpy.fmi1 import FMICallException
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
-from client import Client  # noqa: E402
-from experiment import signals  # noqa: E402
-from figures import BLUE, GREY, STYLE, VERMILION  # noqa: E402
+import pneumatic_servo as ps
+from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION  # noqa: E402 - after the choice of a backend
 
 LAW = "LuGre"
 BRISTLE = {"friction.lugre.sigma0": 1e4, "friction.lugre.sigma1": 2500.0, "friction.lugre.vd": 1e3}
@@ -57,33 +53,33 @@ class Run:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
-    parser.add_argument("--output", type=Path, help="folder of the results (default: beside the FMU)")
-    arguments = parser.parse_args()
-    folder: Path = arguments.output or arguments.fmu.parent
+    parser.add_argument("--output", type=Path, default=Path("target/studies"), help="folder of the results")
+    folder: Path = parser.parse_args().output
     folder.mkdir(parents=True, exist_ok=True)
-    reference = simulate(arguments.fmu, "Adaptive", SIZES[0])
-    runs = [simulate(arguments.fmu, scheme, size) for scheme in SCHEMES for size in SIZES]
+    reference = simulate("Adaptive", SIZES[0])
+    runs = [simulate(scheme, size) for scheme in SCHEMES for size in SIZES]
     write(runs, reference, folder / "integration_schemes.csv")
     draw(runs, reference, folder / "integration_schemes.png")
     print(f"results and figure: {folder}")
     return 0
 
 
-def simulate(fmu: Path, scheme: str, size: float) -> Run:
+def simulate(scheme: str, size: float) -> Run:
     """Runs the experiment under a scheme."""
-    voltage = signals("PneumaticServoCylinder")["valveVoltage"]
-    with Client(fmu) as client:
-        client.start({"friction.law": LAW, **BRISTLE, "solver.scheme": scheme, "solver.step": size})
-        rows = [client.get(SIGNALS)]
-        try:
-            for index in range(round(STOP / STEP)):
-                client.set({"valveVoltage": voltage(index * STEP)})
-                client.advance((index + 1) * STEP)
-                rows.append(client.get(SIGNALS))
-        except FMICallException:
-            print(f"{scheme} at {size:g} s: {client.messages[-1]}")
-        return Run(scheme, size, np.array(rows))
+    times = np.arange(round(STOP / STEP)) * STEP
+    try:
+        run = ps.Model("PneumaticServoCylinder").simulate(
+            {"friction.law": LAW, "solver.scheme": scheme, "solver.step": size},
+            inputs={"valveVoltage": (times, 5.0 + 2.0 * np.sin(2.0 * np.pi * times))},
+            stop=STOP,
+            step=STEP,
+            outputs=SIGNALS,
+        )
+    except ps.SimulationError as error:
+        print(f"{scheme} at {size:g} s: {error}")
+        assert isinstance(error.finished, ps.Run)
+        run = error.finished
+    return Run(scheme, size, np.column_stack([run[name] for name in SIGNALS]))
 
 
 def write(runs: list[Run], reference: Run, file: Path) -> None:

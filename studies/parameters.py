@@ -1,23 +1,21 @@
 """A parameter study on all cores of one machine or, unchanged, on a Dask cluster.
 
 Every friction law is run with every combination of dead zone and sonic conductance of the valve through the default
-experiment (5 +- 2 V, 1 Hz, 3 s). What an engineer compares is left as a CSV file and a figure beside the FMU: rest at
+experiment (5 +- 2 V, 1 Hz, 3 s). What an engineer compares is left as a CSV file and a figure: rest at
 the reversals, stroke, peak velocity, energy lost to friction, solver steps.
 
-The FMU travels to the workers with the tasks; they need Python with FMPy and nothing else. A task gives the same bits
-wherever it runs, and the rows are in the order of the grid.
+The workers need this package and Dask. A task gives the same bits wherever it runs, and the rows are in the order of
+the grid.
 
-Usage: python studies/parameters.py [FMU] [--scheduler tcp://host:8786] [--workers 8] [--laws Stribeck LuGre ...]
+Usage: python studies/parameters.py [--scheduler tcp://host:8786] [--workers 8] [--laws Stribeck LuGre ...]
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import hashlib
 import itertools
 import sys
-import tempfile
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -27,20 +25,15 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pneumatic_servo as ps
 from dask.distributed import Client as Cluster
 from dask.distributed import LocalCluster, as_completed
+from pneumatic_servo.figures import BLUE, GREEN, STYLE, VERMILION  # noqa: E402 - after the choice of a backend
 from tqdm import tqdm
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging" / "python"))
-import client as fmu_client  # noqa: E402
-from experiment import signals  # noqa: E402
-from figures import BLUE, GREEN, STYLE, VERMILION  # noqa: E402
 
 DEAD_ZONES = [0.04, 0.08, 0.12]
 CONDUCTANCES = [2e-9, 3.93e-9, 6e-9]
 STOP, STEP = 3.0, 1e-3
-VOLTAGES = [signals("PneumaticServoCylinder")["valveVoltage"](index * STEP) for index in range(round(STOP / STEP))]
-"""What the valve gets, at each communication point; the numbers travel to the workers."""
 
 AT_REST = 1e-4
 """Speed in m/s below which a carriage counts as resting, also under laws that only creep."""
@@ -75,81 +68,61 @@ class Row:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fmu", type=Path, nargs="?", default=Path("target/fmu/PneumaticServoCylinder.fmu"))
     parser.add_argument("--scheduler", help="address of a Dask scheduler (default: a cluster on this machine)")
     parser.add_argument("--workers", type=int, help="processes of the cluster on this machine (default: one per core)")
     parser.add_argument("--laws", nargs="+", metavar="LAW", help="friction laws (default: all)")
-    parser.add_argument("--output", type=Path, help="folder of the results (default: beside the FMU)")
+    parser.add_argument("--output", type=Path, default=Path("target/studies"), help="folder of the results")
     arguments = parser.parse_args()
-    folder: Path = arguments.output or arguments.fmu.parent
+    folder: Path = arguments.output
     folder.mkdir(parents=True, exist_ok=True)
-    laws = arguments.laws or laws_of(arguments.fmu)
+    laws = arguments.laws or list(ps.Model("PneumaticServoCylinder").parameters["friction.law"].items)
     cases = [Case(*point) for point in itertools.product(laws, DEAD_ZONES, CONDUCTANCES)]
     if arguments.scheduler:
         with Cluster(arguments.scheduler) as cluster:
-            rows = study(cluster, arguments.fmu, cases)
+            rows = study(cluster, cases)
     else:
         with (
             LocalCluster(n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None) as local,
             Cluster(local) as cluster,
         ):
-            rows = study(cluster, arguments.fmu, cases)
+            rows = study(cluster, cases)
     write(rows, folder / "parameters.csv")
     draw(rows, folder / "parameters.png")
     print(f"{len(rows)} runs; results and figure: {folder}")
     return 0
 
 
-def laws_of(fmu: Path) -> list[str]:
-    with fmu_client.Client(fmu) as plant:
-        return list(plant.items("friction.law"))
-
-
-def study(cluster: Cluster, fmu: Path, cases: list[Case]) -> list[Row]:
+def study(cluster: Cluster, cases: list[Case]) -> list[Row]:
     """Runs all cases on a cluster, with a progress bar."""
-    # What the tasks import from the repository.
-    cluster.upload_file(fmu_client.__file__)
-    contents = cluster.scatter(fmu.read_bytes(), broadcast=True)
-    tasks = {cluster.submit(simulate, contents, case, pure=False): case for case in cases}
+    tasks = {cluster.submit(simulate, case, pure=False): case for case in cases}
     rows: dict[Case, Row] = {}
     for task in tqdm(as_completed(tasks), total=len(tasks), unit="run"):
         rows[tasks[task]] = task.result()
     return [rows[case] for case in cases]
 
 
-def simulate(contents: bytes, case: Case) -> Row:
-    """Runs one case; `contents` are the bytes of the FMU."""
-    speeds, positions, powers = [], [], []
-    with fmu_client.Client(local_copy(contents)) as plant:
-        plant.start({"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance})
-        for index, voltage in enumerate(VOLTAGES):
-            plant.set({"valveVoltage": voltage})
-            plant.advance((index + 1) * STEP)
-            position, velocity, force = plant.get(["position", "velocity", "frictionForce"])
-            positions.append(position)
-            speeds.append(abs(velocity))
-            powers.append(force * velocity)
-        steps = int(plant.get(["solver.steps"])[0])
-    moving = np.flatnonzero(np.array(speeds) > AT_REST)
-    rest = float(np.mean(np.array(speeds[moving[0] :]) <= AT_REST)) if moving.size else 1.0
+def simulate(case: Case) -> Row:
+    """Runs one case."""
+    times = np.arange(round(STOP / STEP)) * STEP
+    run = ps.Model("PneumaticServoCylinder").simulate(
+        {"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance},
+        inputs={"valveVoltage": (times, 5.0 + 2.0 * np.sin(2.0 * np.pi * times))},
+        stop=STOP,
+        step=STEP,
+        outputs=["position", "velocity", "frictionForce", "solver.steps"],
+    )
+    # The rows after the start.
+    position, velocity, force = (run[name][1:] for name in ("position", "velocity", "frictionForce"))
+    speeds = np.abs(velocity)
+    moving = np.flatnonzero(speeds > AT_REST)
     return Row(
         **asdict(case),
-        rest=rest,
-        stroke=max(positions) - min(positions),
-        peak_velocity=max(speeds),
-        friction_loss=float(np.sum(powers) * STEP),
-        solver_steps=steps,
+        rest=float(np.mean(speeds[moving[0] :] <= AT_REST)) if moving.size else 1.0,
+        stroke=float(np.ptp(position)),
+        peak_velocity=float(speeds.max()),
+        friction_loss=float(np.sum(force * velocity) * STEP),
+        solver_steps=int(run["solver.steps"][-1]),
     )
-
-
-def local_copy(contents: bytes) -> Path:
-    """A file with these contents on the machine of the worker, written once."""
-    file = Path(tempfile.gettempdir()) / f"{hashlib.sha256(contents).hexdigest()}.fmu"
-    if not file.exists():
-        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as stream:
-            stream.write(contents)
-        Path(stream.name).replace(file)
-    return file
 
 
 def write(rows: list[Row], file: Path) -> None:

@@ -21,8 +21,8 @@ def rows_of(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(fmu: Path, tmp_path: Path) -> None:
-    printed = run("integration_schemes.py", fmu, "--output", tmp_path).splitlines()
+def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(tmp_path: Path) -> None:
+    printed = run("integration_schemes.py", "--output", tmp_path).splitlines()
     [header] = [line for line in printed if "position deviation (m)" in line]
     [row] = [line for line in printed if line.split()[:2] == ["ExplicitEuler", "1e-05"]]
     assert len(header) == len(row), "the columns have no common width"
@@ -37,11 +37,11 @@ def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(fmu
     assert fine < 2e-5 and 50 < coarse / fine < 200
 
 
-def test_parameter_study_gives_the_same_rows_on_any_cluster(fmu: Path, tmp_path: Path) -> None:
+def test_parameter_study_gives_the_same_rows_on_any_cluster(tmp_path: Path) -> None:
     laws = ["--laws", "Stribeck", "LuGre"]
-    run("parameters.py", fmu, *laws, "--workers", "2", "--output", tmp_path / "own")
+    run("parameters.py", *laws, "--workers", "2", "--output", tmp_path / "own")
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        run("parameters.py", fmu, *laws, "--scheduler", cluster.scheduler_address, "--output", tmp_path / "given")
+        run("parameters.py", *laws, "--scheduler", cluster.scheduler_address, "--output", tmp_path / "given")
     rows = rows_of(tmp_path / "own" / "parameters.csv")
     assert rows == rows_of(tmp_path / "given" / "parameters.csv")
     assert len(rows) == 2 * 9
