@@ -46,7 +46,7 @@ Examples:
   cargo xtask package --binary darwin64=out/plant.dylib   and a library that was built on another machine
 
 After it:
-  target/venv/bin/python examples/linearise.py            programs that use the FMU
+  cargo xtask wheel                                       the Python package that examples and studies use
   cargo xtask gallery                                     all friction laws, compared";
 
 impl Package {
