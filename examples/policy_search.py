@@ -5,7 +5,7 @@ width of a jump over the valve's dead zone. The cross-entropy method looks for t
 several random plants, the best shape the distribution of the next ones. It is compared with the library's
 PositionController on plants that neither has seen.
 
-Usage: python examples/policy_search.py [--generations 12] [--plot policy_search.png]
+Usage: python examples/policy_search.py [--generations 8] [--plot policy_search.png]
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Policy:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--generations", type=int, default=12)
+    parser.add_argument("--generations", type=int, default=8)
     parser.add_argument("--plot", type=Path, help="figure to write")
     options = parser.parse_args()
     numbers, returns = search(options.generations)
@@ -73,7 +73,8 @@ def main() -> int:
         print(f"{name:20} mean error {1e3 * error.mean():6.2f} mm; in the last third {late.mean():6.3f} mm")
     if options.plot:
         draw(returns, errors, options.plot)
-    return 0 if returns[-1] > returns[0] else 1
+    found, baseline = (error.mean() for error in errors.values())
+    return 0 if found < baseline else 1
 
 
 def make(number: int) -> envs.VectorPositioning:
@@ -83,10 +84,10 @@ def make(number: int) -> envs.VectorPositioning:
 
 
 def search(generations: int) -> tuple[Array, list[float]]:
-    """The numbers found, and the mean return of the best candidates of each generation."""
+    """The numbers found, and the mean return of each generation's mean on plants that are kept for this."""
     random = np.random.default_rng(0)
     mean, spread, returns = MEAN, SPREAD, []
-    fleet = make(CANDIDATES * PLANTS)
+    fleet, kept = make(CANDIDATES * PLANTS), make(64)
     for generation in tqdm(range(generations), "search", disable=None):
         candidates = mean + spread * random.standard_normal((CANDIDATES, len(mean)))
         # All candidates of a generation are tried on the same plants.
@@ -94,7 +95,7 @@ def search(generations: int) -> tuple[Array, list[float]]:
         total = episode(fleet, Policy(candidates, PLANTS), seeds)[1].reshape(CANDIDATES, PLANTS).mean(axis=1)
         best = np.argsort(total)[-ELITE:]
         mean, spread = candidates[best].mean(axis=0), candidates[best].std(axis=0) + 0.02 * SPREAD
-        returns.append(float(total[best].mean()))
+        returns.append(float(episode(kept, Policy(mean, 64), seed=5_000)[1].mean()))
     return mean, returns
 
 
@@ -114,7 +115,7 @@ def draw(returns: list[float], errors: dict[str, Array], file: Path) -> None:
         figure = Figure(figsize=(9, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
         left.plot(range(1, len(returns) + 1), returns, "o-")
-        left.set(xlabel="generation", ylabel="return of the best")
+        left.set(xlabel="generation", ylabel="return of the mean policy")
         time = np.arange(1, STEPS + 1) * TASK["period"]
         for (name, error), colour in zip(errors.items(), figures.COLOURS, strict=False):
             low, middle, high = np.quantile(1e3 * error, [0.1, 0.5, 0.9], axis=1)

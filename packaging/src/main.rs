@@ -4,6 +4,7 @@ mod archive;
 mod build;
 mod describe;
 mod description;
+mod docs;
 mod documentation;
 mod experiment;
 mod files;
@@ -62,6 +63,7 @@ enum Command {
     Describe(describe::Describe),
     Record(valgrind::Record),
     Wheel(wheel::Wheel),
+    Docs(docs::Docs),
     Test(test::Test),
 }
 
@@ -87,6 +89,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Playground(it) => it.run(&workspace),
         Command::Describe(it) => it.run(&workspace),
         Command::Record(it) => it.run(&workspace),
+        Command::Docs(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),
     }

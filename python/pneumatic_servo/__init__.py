@@ -11,9 +11,9 @@ All quantities are in SI units. The same inputs give the same bits on every mach
 
 from importlib.util import find_spec
 
+from pneumatic_servo.bundled import fmus
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.errors import Interrupted, MissingPackage, SimulationError
-from pneumatic_servo.fmus import fmus
 from pneumatic_servo.linear import Linearisation, TrimError
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.run import Run, Runs
@@ -41,6 +41,6 @@ __all__ = [
 ]
 
 if find_spec("gymnasium") is not None:
-    from pneumatic_servo.envs import register
+    from pneumatic_servo import envs
 
-    register()
+    envs.register()

@@ -1,8 +1,9 @@
 from collections.abc import Callable, Sequence
-from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pneumatic_servo.variables import Description
 
 _Array = NDArray[np.float64]
 _Value = float | bool | str
@@ -11,20 +12,6 @@ _Grid = tuple[float, float, int, int]
 _Course = float | tuple[_Array, _Array] | Callable[[float], float]
 _Courses = float | _Array | tuple[_Array, _Array]
 _Progress = Callable[[int], None] | None
-
-class Description(TypedDict):
-    name: str
-    role: str
-    kind: str
-    unit: str
-    start: float | None
-    minimum: float | None
-    maximum: float | None
-    nominal: float | None
-    display: tuple[str, float, float] | None
-    items: list[tuple[int, str, str]]
-    derivative_of: str | None
-    text: str
 
 class Model:
     def __init__(self, name: str) -> None: ...

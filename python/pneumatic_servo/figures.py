@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -44,11 +45,20 @@ WIDTH, HEIGHT = 8.0, 1.9
 """Width of a figure and height of a panel in inches."""
 
 
+class Drawing(Figure):
+    """A figure that notebooks show, also where pyplot is not in use."""
+
+    def _repr_png_(self) -> bytes:
+        stream = BytesIO()
+        self.savefig(stream, format="png")
+        return stream.getvalue()
+
+
 def draw_run(run: Run, names: Sequence[str] = ()) -> Figure:
     """Draw variables of a run over time, one panel per unit."""
     panels = _panels(run, names)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.6 + HEIGHT * len(panels)), layout="constrained")
+        figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * len(panels)), layout="constrained")
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (unit, variables) in zip(axes, panels.items(), strict=True):
             for variable in variables:
@@ -67,7 +77,7 @@ def draw_laws(runs: Mapping[str, Run], names: Sequence[str]) -> Figure:
     """Draw each variable of several runs over each other, one panel per variable."""
     variables = [next(iter(runs.values())).variables[name] for name in names]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.6 + HEIGHT * len(variables)), layout="constrained")
+        figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * len(variables)), layout="constrained")
         axes = figure.subplots(len(variables), 1, sharex=True, squeeze=False)[:, 0]
         for axis, variable in zip(axes, variables, strict=True):
             for law, run in runs.items():

@@ -6,13 +6,27 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pneumatic_servo._native import Description
+from typing import TypedDict
 
 Value = float | int | bool | str
 """A value as programs write it: a number in SI units, the name of an item of an enumeration, or true or false."""
+
+
+class Description(TypedDict):
+    """A variable as the extension module describes it."""
+
+    name: str
+    role: str
+    kind: str
+    unit: str
+    start: float | None
+    minimum: float | None
+    maximum: float | None
+    nominal: float | None
+    display: tuple[str, float, float] | None
+    items: list[tuple[int, str, str]]
+    derivative_of: str | None
+    text: str
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pneumatic_servo.fmus import fmus
+from pneumatic_servo.bundled import fmus
 
 NAME = "fmu"
 

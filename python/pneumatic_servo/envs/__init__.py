@@ -10,15 +10,18 @@ Importing `pneumatic_servo` makes them known to Gymnasium, where that is install
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from importlib.util import find_spec
 
-from pneumatic_servo.envs.task import RANDOM, Task
 from pneumatic_servo.errors import MissingPackage
 
-if TYPE_CHECKING:
-    from pneumatic_servo.envs.controllers import PositionControllers as PositionControllers
-    from pneumatic_servo.envs.positioning import Positioning as Positioning
-    from pneumatic_servo.envs.positioning import VectorPositioning as VectorPositioning
+if find_spec("gymnasium") is None:
+    raise MissingPackage("Gymnasium", "gymnasium")
+
+from gymnasium.envs import registration
+
+from pneumatic_servo.envs.controllers import PositionControllers
+from pneumatic_servo.envs.positioning import Positioning, VectorPositioning
+from pneumatic_servo.envs.task import RANDOM, Task
 
 __all__ = ["RANDOM", "PositionControllers", "Positioning", "Task", "VectorPositioning", "register"]
 
@@ -26,28 +29,6 @@ NAME = "pneumatic_servo/Positioning-v0"
 
 
 def register() -> None:
-    """Make the environments known to Gymnasium."""
-    from gymnasium.envs.registration import register, registry
-
-    if NAME not in registry:
-        register(
-            NAME,
-            entry_point="pneumatic_servo.envs.positioning:Positioning",
-            vector_entry_point="pneumatic_servo.envs.positioning:VectorPositioning",
-        )
-
-
-def __getattr__(name: str) -> Any:
-    if name == "PositionControllers":
-        from pneumatic_servo.envs import controllers
-
-        return controllers.PositionControllers
-    if name in ("Positioning", "VectorPositioning"):
-        try:
-            from pneumatic_servo.envs import positioning
-        except ModuleNotFoundError as error:
-            if error.name != "gymnasium":
-                raise
-            raise MissingPackage("gymnasium", "gymnasium") from error
-        return getattr(positioning, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Make the environments known to Gymnasium; importing `pneumatic_servo` does."""
+    if NAME not in registration.registry:
+        registration.register(NAME, entry_point=Positioning, vector_entry_point=VectorPositioning)

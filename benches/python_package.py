@@ -1,0 +1,123 @@
+"""Measures the Python package against what it replaces, as ratios within one run.
+
+- `simulate` with a fresh voltage each millisecond, against the same loop through FMPy's FMU2Slave and in Rust;
+- `simulate_many` on all cores against one, with 0.5 s per roll-out;
+- plant steps a second and core of the vector environment with 1,024 plants.
+
+It needs the package, FMPy and Gymnasium. Usage: python benches/python_package.py [target/fmu/PneumaticServoCylinder.fmu]
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pneumatic_servo as ps
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from pneumatic_servo.model import available_cores
+
+ROOT = Path(__file__).resolve().parents[1]
+STEP, STEPS = 1e-3, 3000
+TIMES = np.arange(STEPS) * STEP
+VOLTAGES = 5.0 + 2.0 * np.sin(2.0 * np.pi * TIMES)
+
+
+def best(work: Callable[[], object], repetitions: int = 15) -> float:
+    """The shortest time in s."""
+    times = []
+    for _ in range(repetitions):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fmu", type=Path, nargs="?", default=ROOT / "target/fmu/PneumaticServoCylinder.fmu")
+    fmu = parser.parse_args().fmu
+    package = best(simulate) / STEPS
+    host = best(fmpy_loop(fmu), 5) / STEPS
+    rust = rust_loop()
+    print(f"a step of 1 ms: package {1e9 * package:.0f} ns, FMPy {1e9 * host:.0f} ns, Rust {1e9 * rust:.0f} ns")
+    print(f"FMPy / package: {host / package:.1f} (at least 8)")
+    print(f"package / Rust: {package / rust:.2f} (at most 1.3)")
+    cores = available_cores()
+    one, all_of_them = (best(lambda workers=workers: many(workers), 3) for workers in (1, cores))
+    print(f"{cores} cores are {one / all_of_them / cores:.2f} times as fast for each as one (at least 0.9)")
+    print(f"vector environment: {1e-6 * steps_a_second(1):.2f} million steps a second on one core (at least 1)")
+
+
+def simulate() -> ps.Run:
+    inputs = {"valveVoltage": (TIMES, VOLTAGES)}
+    return PLANT.simulate(inputs=inputs, stop=STEPS * STEP, step=STEP, outputs=["position"])
+
+
+def many(workers: int) -> ps.Runs:
+    return PLANT.simulate_many(
+        number=2000,
+        inputs={"valveVoltage": (TIMES, VOLTAGES)},
+        stop=0.5,
+        step=STEP,
+        every=500,
+        outputs=["position"],
+        workers=workers,
+        progress=False,
+    )
+
+
+def fmpy_loop(fmu: Path) -> Callable[[], None]:
+    description = read_model_description(str(fmu))
+    number = {variable.name: variable.valueReference for variable in description.modelVariables}
+    voltage, position = [number["valveVoltage"]], [number["position"]]
+    folder = extract(str(fmu))
+
+    def loop() -> None:
+        slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="plant",
+        )
+        slave.instantiate()
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        for index, value in enumerate(VOLTAGES.tolist()):
+            slave.setReal(voltage, [value])
+            slave.doStep(currentCommunicationPoint=index * STEP, communicationStepSize=STEP)
+            slave.getReal(position)
+        slave.freeInstance()
+
+    return loop
+
+
+def rust_loop() -> float:
+    """Time in s of a step of the same loop in Rust."""
+    command = ["cargo", "run", "--quiet", "--release", "--package", "benchmark"]
+    done = subprocess.run([*command, "--bin", "rust_loop"], cwd=ROOT, check=True, capture_output=True, text=True)
+    return 1e-9 * float(done.stdout)
+
+
+def steps_a_second(workers: int) -> float:
+    fleet = gymnasium.make_vec("pneumatic_servo/Positioning-v0", num_envs=1024, workers=workers)
+    fleet.reset(seed=1)
+    actions = np.random.default_rng(1).uniform(-0.3, 0.3, (1024, 1)).astype(np.float32)
+
+    def steps() -> None:
+        for _ in range(50):
+            fleet.step(actions)
+
+    return 50 * 1024 / best(steps, 5)
+
+
+PLANT = ps.Model("PneumaticServoCylinder")
+
+if __name__ == "__main__":
+    main()
