@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+RUST = sorted((ROOT / "examples").glob("*.rs"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
@@ -21,3 +23,12 @@ def test_example_tells_how_it_is_used(example: Path) -> None:
     done = subprocess.run([sys.executable, example, "--help"], text=True, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(f"usage: {example.name}")
+
+
+@pytest.mark.parametrize("example", RUST, ids=lambda file: file.stem)
+def test_rust_example_runs(example: Path) -> None:
+    """Of the crate alone, without an FMU."""
+    command = ["cargo", "run", "--quiet", "--package", "pneumatic-servo", "--example", example.stem]
+    done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()

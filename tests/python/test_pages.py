@@ -18,6 +18,7 @@ NOT_HERE = {
     "README.md": "its commands are those that build, and run these tests",
     "CONTRIBUTING.md": "the same",
     "docs/platforms.md": "its commands build and install",
+    "docs/realtime.md": "its host is compiled and run by test_realtime.py",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
 }
 """Pages whose shell commands are not run by these tests, and why; their programs are."""
