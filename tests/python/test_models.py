@@ -1,5 +1,7 @@
 """What a host sees of every model: valid, runnable under every law, and the same from a restored state."""
 
+import struct
+import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,6 +25,17 @@ POSITION = {"DrivenSlider": "position", "Festoon": "trolley[1].position", "Vibro
 @pytest.mark.parametrize("model", MODELS)
 def test_fmpy_finds_nothing_wrong(fmus: Path, model: str) -> None:
     assert validate_fmu(str(fmus / f"{model}.fmu")) == []
+
+
+def test_every_model_has_a_picture_of_its_own(fmus: Path) -> None:
+    pictures = []
+    for model in MODELS:
+        with zipfile.ZipFile(fmus / f"{model}.fmu") as archive:
+            pictures.append(archive.read("model.png"))
+        # The header of a PNG: its signature, then width and height.
+        assert pictures[-1].startswith(b"\x89PNG")
+        assert struct.unpack(">II", pictures[-1][16:24]) == (256, 256), model
+    assert len(set(pictures)) == len(MODELS)
 
 
 @pytest.mark.parametrize("model", SYSTEMS)
