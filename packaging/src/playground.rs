@@ -23,10 +23,18 @@ impl Playground {
     /// # Errors
     /// When a tool is missing or fails.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        tools::require([("the playground", needed()?)])?;
-        println!("{}", build(workspace)?.display());
+        println!("{}", page(workspace)?.display());
         Ok(())
     }
+}
+
+/// Builds the page and says where it is.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn page(workspace: &Workspace) -> Result<PathBuf> {
+    tools::require([("the playground", needed()?)])?;
+    build(workspace)
 }
 
 /// Builds the page and uses it in Chromium as a visitor does; where a tool is missing, that is an error under CI and

@@ -10,13 +10,14 @@ use sha2::{Digest, Sha256};
 use crate::files;
 use crate::package::{self, Package};
 use crate::platform::{self, Binary, Platform};
+use crate::playground;
 use crate::process::{self, heading};
 use crate::ssp;
 use crate::workspace::Workspace;
 
 /// Build FMUs for all platforms and put what is published into target/release-files.
 ///
-/// FMUs, SSP, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
+/// FMUs, SSP, the page in which the plant runs, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
 /// built here.
 #[derive(Args)]
 #[command(after_help = "\
@@ -38,6 +39,7 @@ impl Release {
     /// # Errors
     /// When `package` fails or a file cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let page = playground::page(workspace)?;
         Package::for_everybody(&self.binaries).run(workspace)?;
         heading("Collect the files");
         let sources: Vec<_> =
@@ -47,6 +49,8 @@ impl Release {
             let name = file.file_name().context("a file without a name")?.to_string_lossy().into_owned();
             contents.push((name, std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?));
         }
+        let page = std::fs::read(&page).with_context(|| format!("cannot read {}", page.display()))?;
+        contents.push(("playground.html".to_owned(), page));
         contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
         publish(&workspace.target.join("release-files"), contents)
     }
@@ -87,6 +91,7 @@ fn readme(revision: &str) -> String {
          Import an .fmu into your tool, or run it from Python:\n\n    \
          pip install fmpy\n    \
          fmpy validate PneumaticServoCylinder.fmu\n\n\
+         playground.html runs the cylinder in a browser; open it.\n\
          Each FMU explains itself in documentation/index.html inside; licences are beside it.\n\
          On macOS, a downloaded FMU is in quarantine until `xattr -dr com.apple.quarantine FILE` takes it out.\n\
          Checksums: sha256sum --check SHA256SUMS\n\n\
