@@ -28,18 +28,26 @@ impl OneSided {
     }
 }
 
-/// End stops at both ends of the stroke: one-sided contacts.
+/// End stops at both ends of the stroke: one-sided contacts, which harden where the piston would use up the space behind
+/// the stop.
 ///
 /// ```text
-/// F = max(0, k*(-x)*(1 - c*v))            x < 0
-/// F = -max(0, k*(x - stroke)*(1 + c*v))   x > stroke   [N]
+/// F = max(0, k*h(-x)*(1 - c*v))            x < 0
+/// F = -max(0, k*h(x - stroke)*(1 + c*v))   x > stroke        [N]
+/// h(p) = p                                 p <= d/2
+///      = p + (d/2)*(p - d/2)^2/(d - p)^2   d/2 < p < d       [m]
 /// ```
+///
+/// A stop gives way by some tenths of a millimetre. Beyond half the clearance `d`, at which no gas would be left
+/// between piston and cover, metal meets metal: the force grows without bound, so no blow carries the piston through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndStops {
     /// Stroke in m.
     pub stroke: f64,
     /// The contact at either end.
     pub contact: OneSided,
+    /// Clearance `d` in m behind the stop at position 0 and behind that at the end of the stroke.
+    pub clearances: [f64; 2],
 }
 
 impl EndStops {
@@ -47,20 +55,41 @@ impl EndStops {
     #[inline(always)]
     pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {
         if position.value() < 0.0 {
-            self.contact.force(-position, -velocity)
+            self.contact.force(hardened(-position, self.clearances[0]), -velocity)
         } else if position.value() > self.stroke {
-            -self.contact.force(position - self.stroke, velocity)
+            -self.contact.force(hardened(position - self.stroke, self.clearances[1]), velocity)
         } else {
             S::zero()
         }
     }
 }
 
+/// The penetration that a stop of constant stiffness would need for the force of one with a clearance.
+fn hardened<S: Scalar>(penetration: S, clearance: f64) -> S {
+    let half = 0.5 * clearance;
+    if penetration.value() <= half {
+        return penetration;
+    }
+    let (beyond, left) = (penetration - half, -penetration + clearance);
+    penetration + beyond * beyond / (left * left) * half
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const STOPS: EndStops = EndStops { stroke: 0.5, contact: OneSided { stiffness: 1e6, damping: 0.75 } };
+    const STOPS: EndStops =
+        EndStops { stroke: 0.5, contact: OneSided { stiffness: 1e6, damping: 0.75 }, clearances: [0.02, 0.03] };
+
+    #[test]
+    fn stops_are_linear_up_to_half_the_clearance_and_let_nothing_through() {
+        assert_eq!(STOPS.force(-0.01, 0.0), 0.01 * 1e6);
+        assert!((STOPS.force(-0.010_001, 0.0) - STOPS.force(-0.01, 0.0) - 1.0).abs() < 1e-3);
+        assert!((STOPS.force(-0.015, 0.0) - (0.015 + 0.01) * 1e6).abs() < 1e-6);
+        assert!(STOPS.force(-0.019_999, 0.0) > 1e12 * 0.02 * 0.02);
+        assert_eq!(STOPS.force(0.515, 0.0), -(0.515 - 0.5) * 1e6);
+        assert!(STOPS.force(0.529_999, 0.0) < -1e8);
+    }
 
     #[test]
     fn stops_act_only_beyond_the_stroke_and_never_pull() {

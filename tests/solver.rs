@@ -2,8 +2,7 @@
 
 use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Scalar;
-use pneumatic_servo::solver::StepError;
-use pneumatic_servo::solver::{Run, Scheme, Settings};
+use pneumatic_servo::solver::{Rejection, Run, Scheme, Settings, StepError};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
@@ -204,7 +203,7 @@ fn inputs_with_a_slope_are_integrated_exactly() {
 fn events_without_end_are_an_error_and_the_time_is_named() {
     let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [1.0]);
     let error = run.advance(2.0).unwrap_err();
-    let StepError::Chattering { time } = error else { panic!("{error}") };
+    let StepError::Chattering { time, .. } = error else { panic!("{error}") };
     assert!((time - 1.0).abs() < 1e-9);
 }
 
@@ -221,4 +220,41 @@ fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let mut run = Run::new(Stiff { rate: 1e6 }, settings, 0.0, [2.0], (), [0.0]);
     let StepError::Diverged { step, .. } = run.advance(100.0).unwrap_err() else { panic!("another error") };
     assert!((step - 0.1).abs() < 1e-12);
+}
+
+/// `x' = -1`, which has no meaning from `x = 0` on.
+struct Tank;
+
+impl HybridSystem<1, 1> for Tank {
+    type Memory = ();
+    type Indicators = [f64; 0];
+    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
+        [S::constant(-1.0)]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], (): &mut ()) {}
+    fn admit(&self, x: &[f64; 1]) -> Result<(), &'static str> {
+        if x[0] > 0.0 { Ok(()) } else { Err("the tank is empty") }
+    }
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn fits(&self, (): &()) -> bool {
+        true
+    }
+}
+
+#[test]
+fn error_says_what_stands_in_the_way() {
+    let mut run = Run::new(Tank, ADAPTIVE, 0.0, [0.5], (), [0.0]);
+    let error = run.advance(1.0).unwrap_err();
+    let StepError::StepSizeTooSmall { time, reason: Rejection::Meaningless("the tank is empty"), .. } = error else {
+        panic!("{error}")
+    };
+    assert!((time - 0.5).abs() < 1e-9);
+    let settings = Settings { scheme: Scheme::Rk4, ..ADAPTIVE };
+    let error = Run::new(Tank, settings, 0.0, [0.5], (), [0.0]).advance(1.0).unwrap_err();
+    assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
 }

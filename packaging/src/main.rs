@@ -23,6 +23,7 @@ mod process;
 mod release;
 mod ssc;
 mod ssp;
+mod stress;
 mod tables;
 mod test;
 mod units;
@@ -62,6 +63,7 @@ enum Command {
     Playground(playground::Playground),
     Describe(describe::Describe),
     Record(valgrind::Record),
+    Stress(stress::Stress),
     Wheel(wheel::Wheel),
     Docs(docs::Docs),
     Test(test::Test),
@@ -90,6 +92,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Describe(it) => it.run(&workspace),
         Command::Record(it) => it.run(&workspace),
         Command::Docs(it) => it.run(&workspace),
+        Command::Stress(it) => it.run(),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),
     }

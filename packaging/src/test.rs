@@ -12,6 +12,7 @@ use crate::package::Package;
 use crate::platform_test;
 use crate::playground;
 use crate::process::{self, heading};
+use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
 use crate::wheel;
@@ -72,6 +73,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     } else {
         process::leave_out("Memory checks and instruction counts", "valgrind is missing (apt install valgrind)")?;
     }
+
+    Stress::SHORT.run()?;
 
     heading("Packaging: unit tests");
     checks.cargo(&["test", "--profile", "xtask", "--package", "packaging"])?;

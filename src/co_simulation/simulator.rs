@@ -29,13 +29,19 @@ pub type Build<E> = fn(&Start) -> Result<(E, Settings), ParameterError>;
 pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,
     build: Build<E>,
+    /// Clock of the host in s at the start. The run counts its time from there, so that late clocks, which resolve
+    /// microseconds or less, cost no accuracy.
+    start: f64,
+    /// Clock of the host in s now: exactly as it said.
+    time: f64,
 }
 
 impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// A simulator that starts from given states and memory.
     pub fn new(build: Build<E>, start: &Start, x: [f64; N], memory: E::Memory) -> Result<Self, ParameterError> {
         let (equations, settings) = build(start)?;
-        Ok(Self { run: Run::new(equations, settings, start.time, x, memory, inputs(start.inputs)), build })
+        let run = Run::new(equations, settings, 0.0, x, memory, inputs(start.inputs));
+        Ok(Self { run, build, start: start.time, time: start.time })
     }
 
     /// The computed variables of the model for dual numbers in one direction of time, states and inputs.
@@ -59,7 +65,7 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
 
 impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
     fn time(&self) -> f64 {
-        self.run.time()
+        self.time
     }
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
@@ -68,14 +74,16 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
         let (inputs, _) = self.run.inputs();
-        let start = Start { time: self.run.time(), parameters, inputs: &inputs, tolerance: None };
+        let start = Start { time: self.start, parameters, inputs: &inputs, tolerance: None };
         let (equations, _) = (self.build)(&start)?;
         self.run.replace_system(equations);
         Ok(())
     }
 
     fn advance(&mut self, end: f64) -> Result<(), StepError> {
-        self.run.advance(end)
+        let outcome = self.run.advance(end - self.start);
+        self.time = if outcome.is_ok() { end } else { self.start + self.run.time() };
+        outcome.map_err(|error| error.later(self.start))
     }
 
     fn values(&self, computed: &mut [f64]) {
@@ -114,19 +122,24 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
 
     fn save(&self) -> Snapshot {
         let (x, memory) = self.run.state();
-        let memory = postcard::to_allocvec(&(memory, self.run.progress())).expect("a memory holds plain data");
-        Snapshot { time: self.run.time(), states: x.to_vec(), memory }
+        let memory =
+            postcard::to_allocvec(&(memory, self.run.progress(), self.start)).expect("a memory holds plain data");
+        Snapshot { time: self.time, states: x.to_vec(), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let states: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
-        let (memory, progress): (E::Memory, Progress) =
+        let (memory, progress, start): (E::Memory, Progress, f64) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
-        let is_plain = states.iter().all(|value| value.is_finite());
-        if !is_plain || !progress.is_sound() || progress.time() != snapshot.time || !self.run.system().fits(&memory) {
+        let is_plain = states.iter().all(|value| value.is_finite()) && start.is_finite();
+        // The clock of the host and that of the run agree but for rounding.
+        let rounding = f64::EPSILON * start.abs().max(snapshot.time.abs());
+        let is_timely = (start + progress.time() - snapshot.time).abs() <= rounding;
+        if !is_plain || !progress.is_sound() || !is_timely || !self.run.system().fits(&memory) {
             return Err(SnapshotError);
         }
         self.run.restore(states, memory, progress);
+        (self.start, self.time) = (start, snapshot.time);
         Ok(())
     }
 }

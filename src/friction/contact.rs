@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::event::{Event, Indicators};
 use super::law::{Contact, MAX_STATES};
 use super::registry::{Friction, Memory};
+use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 
 /// A friction law and the place of its states; a model may hold several.
@@ -90,14 +91,14 @@ impl FrictionContact {
         self.law.follow(contact, &x[self.states()], memory);
     }
 
-    /// Time in s of the next sample.
-    pub fn next_sample(&self, memory: &Memory) -> f64 {
+    /// The next sample.
+    pub fn next_sample(&self, memory: &Memory) -> Sample {
         self.law.next_sample(memory)
     }
 
     /// Takes the sample that is due at the time of the contact, if any.
     pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut Memory) {
-        if self.law.next_sample(memory) <= time {
+        if self.law.next_sample(memory).time <= time {
             self.law.sample(&contact(), &x[self.states()], memory);
         }
     }

@@ -39,6 +39,11 @@ impl Event {
         indicators.to_vec()
     }
 
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        self.description().0
+    }
+
     fn description(self) -> (&'static str, f64, &'static str) {
         match self {
             Self::Stop => ("stop", 1e-2, "Sliding ends or turns back"),

@@ -3,6 +3,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
+use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::variables::{ParameterError, ParameterSet};
 
@@ -53,6 +54,11 @@ pub trait FrictionLaw: Sized {
     /// [`ParameterError`] when values that are legal one by one do not fit together.
     fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
 
+    /// Those that its parameters leave possible.
+    fn events(&self) -> &'static [Event] {
+        Self::EVENTS
+    }
+
     /// Number of continuous states, at most [`MAX_STATES`].
     fn states(&self) -> usize {
         0
@@ -86,9 +92,9 @@ pub trait FrictionLaw: Sized {
     /// Lets the memory follow an accepted step; must leave the indicators as they are.
     fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
 
-    /// Time in s at which the law takes its next sample.
-    fn next_sample(&self, _memory: &Self::Memory) -> f64 {
-        f64::INFINITY
+    /// The next sample the law takes.
+    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
+        Sample::NEVER
     }
 
     /// Takes a sample.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::event::{Event, Indicators};
 use super::law::{Contact, FrictionLaw};
 use super::laws::*;
+use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable};
 
@@ -76,6 +77,11 @@ macro_rules! registry {
                 Err(ParameterError::new("law", values[0], "it must be one of the items of FrictionLaw").within(group))
             }
 
+            /// The law in words, for messages.
+            pub fn title(&self) -> &'static str {
+                match self { $(Friction::$law(_) => concat!("friction law ", stringify!($law))),* }
+            }
+
             /// Whether a memory belongs to this law.
             pub fn owns(&self, memory: &Memory) -> bool {
                 matches!((self, memory), $((Friction::$law(_), Memory::$law(_)))|*)
@@ -88,7 +94,7 @@ macro_rules! registry {
 
             /// The events that can end a mode.
             pub fn events(&self) -> &'static [Event] {
-                match self { $(Friction::$law(_) => <$module::$type as FrictionLaw>::EVENTS),* }
+                match self { $(Friction::$law(law) => law.events()),* }
             }
 
             /// Magnitude of the continuous states.
@@ -165,8 +171,8 @@ impl Friction {
         dispatch!(self, memory, |law, memory| law.follow(&contact(), z, memory));
     }
 
-    /// Time in s of the next sample.
-    pub fn next_sample(&self, memory: &Memory) -> f64 {
+    /// The next sample.
+    pub fn next_sample(&self, memory: &Memory) -> Sample {
         dispatch!(self, memory, |law, memory| law.next_sample(memory))
     }
 

@@ -3,7 +3,9 @@
 //! Nothing here knows friction, and nothing a solver.
 
 mod indicators;
+mod sample;
 mod system;
 
 pub use indicators::{Indicator, UNUSED};
+pub use sample::Sample;
 pub use system::{Groups, Held, HybridSystem, QUANTITIES, jacobian_by_duals};

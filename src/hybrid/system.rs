@@ -3,6 +3,7 @@
 use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
+use super::Sample;
 use crate::numbers::{Dual, Number, Scalar};
 
 /// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
@@ -62,12 +63,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
     fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
-    /// Time in s of the next sample of a sampled part.
-    fn next_sample(&self, _memory: &Self::Memory) -> f64 {
-        f64::INFINITY
+    /// The next sample of a sampled part.
+    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
+        Sample::NEVER
     }
 
-    /// Takes the sample.
+    /// Takes the samples that are due at a time in s.
     fn sample(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
     /// Longest step in s the solver may take.
@@ -76,8 +77,26 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     }
 
     /// Whether the equations have a meaning at these states (positive pressures, for example).
-    fn is_admissible(&self, _x: &[f64; N]) -> bool {
-        true
+    ///
+    /// # Errors
+    /// What has no meaning, as part of a sentence.
+    fn admit(&self, _x: &[f64; N]) -> Result<(), &'static str> {
+        Ok(())
+    }
+
+    /// Name of a state, for messages.
+    fn state_name(&self, _state: usize) -> &'static str {
+        "a state"
+    }
+
+    /// Name of the event in a place of the indicators, for messages.
+    fn event_name(&self, _event: usize) -> &'static str {
+        "an event"
+    }
+
+    /// The choice on which the equations depend most, for messages: the friction law, for example.
+    fn variant(&self) -> &'static str {
+        ""
     }
 
     /// Magnitudes of the states: the solver keeps the error per step of state `i` below

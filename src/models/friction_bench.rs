@@ -12,11 +12,11 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 
 use super::bristles::{bristle_table, write_bristles};
-use super::equations::Equations;
+use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
 use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators};
-use crate::hybrid::HybridSystem;
+use crate::hybrid::{HybridSystem, Sample};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
@@ -226,7 +226,7 @@ impl FrictionBench {
         x[velocity(N)] = self.p.velocity0;
         let trend = Trend { velocity: u[0], sign: 1.0 };
         let rate = if self.drive == Drive::PrescribedMotion { u[0] } else { self.p.velocity0 };
-        let contact = self.contact(start.time, &x, &u, rate, trend);
+        let contact = self.contact(0.0, &x, &u, rate, trend);
         let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, trend })
     }
@@ -321,8 +321,20 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         self.friction.follow(contact, x, &mut memory.friction);
     }
 
-    fn next_sample(&self, memory: &Memory) -> f64 {
+    fn next_sample(&self, memory: &Memory) -> Sample {
         self.friction.next_sample(&memory.friction)
+    }
+
+    fn state_name(&self, state: usize) -> &'static str {
+        state_name::<Self, N, 2>(self, &TABLE, state)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        Event::ALL[event].name()
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction.law().title()
     }
 
     fn max_step(&self) -> f64 {

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
-use crate::hybrid::Held;
+use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::sign;
 use crate::solver::StepError;
@@ -161,10 +161,6 @@ impl Parameters {
     }
 }
 
-/// Samples are taken at communication points that miss them by this fraction of the sample time, so that they see the
-/// inputs set there, however the host adds up its steps.
-const PUNCTUALITY: f64 = 1e-3;
-
 /// The controller between two samples.
 struct PositionController {
     p: Parameters,
@@ -208,9 +204,8 @@ impl PositionController {
         Ok(Self { p, time: start.time, inputs, memory })
     }
 
-    /// Time in s of the next sample.
-    fn next_sample(&self) -> f64 {
-        self.memory.start + self.memory.count as f64 * self.p.sample_time
+    fn next_sample(&self) -> Sample {
+        Sample::periodic(self.memory.start + self.memory.count as f64 * self.p.sample_time, self.p.sample_time)
     }
 
     /// The control law.
@@ -253,13 +248,12 @@ impl Simulation for PositionController {
 
     fn advance(&mut self, end: f64) -> Result<(), StepError> {
         let limit = self.p.max_samples as u64;
-        let due = end - PUNCTUALITY * self.p.sample_time;
         let mut samples = 0;
-        while self.next_sample() < due {
+        while self.next_sample().is_before(end) {
             if samples == limit {
                 return Err(StepError::TooManySamples { time: self.time, limit });
             }
-            self.time = self.time.max(self.next_sample());
+            self.time = self.time.max(self.next_sample().time);
             self.sample();
             samples += 1;
         }

@@ -9,6 +9,10 @@ pub enum StepError {
     StepSizeTooSmall {
         /// Time in s of the last accepted step.
         time: f64,
+        /// Why the last step was rejected.
+        reason: Rejection,
+        /// The choice the equations depend on most, a friction law for example.
+        variant: &'static str,
     },
     /// The limit of solver steps within one communication step was reached.
     TooManySteps {
@@ -30,35 +34,98 @@ pub enum StepError {
         time: f64,
         /// The step size in s.
         step: f64,
+        /// What it left.
+        reason: Rejection,
     },
     /// Events followed each other without end at one instant.
     Chattering {
         /// Time in s of the events.
         time: f64,
+        /// The last event.
+        event: &'static str,
+        /// The choice the equations depend on most, a friction law for example.
+        variant: &'static str,
     },
+}
+
+/// Why a step is not accepted; states and events by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rejection {
+    /// The estimated error of a state exceeds what the tolerance allows.
+    Inaccurate(&'static str),
+    /// A state leaves every reasonable range.
+    Unbounded(&'static str),
+    /// The equations have no meaning where the step leads, for the reason the system gives.
+    Meaningless(&'static str),
+    /// The linear equations of an implicit scheme have no solution, or its iteration finds none.
+    Unsolvable,
+    /// An event happens, and is undone, within the step.
+    Passed,
+    /// An event that was at its limit at the start of the step happens at once.
+    AtOnce(&'static str),
+}
+
+impl StepError {
+    /// The same for a clock that is ahead by a time in s.
+    pub fn later(mut self, by: f64) -> Self {
+        match &mut self {
+            Self::StepSizeTooSmall { time, .. }
+            | Self::TooManySteps { time, .. }
+            | Self::TooManySamples { time, .. }
+            | Self::Diverged { time, .. }
+            | Self::Chattering { time, .. } => *time += by,
+        }
+        self
+    }
 }
 
 impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::StepSizeTooSmall { time } => {
-                write!(
-                    f,
-                    "at t = {time} s no step size meets the tolerance: the equations have no finite solution there"
-                )
+            Self::StepSizeTooSmall { time, reason, variant } => {
+                write!(f, "at t = {time} s no step is small enough: {reason}{}", Variant(variant))
             }
-            Self::TooManySteps { time, limit } => {
-                write!(f, "at t = {time} s the limit of {limit} solver steps per communication step was reached")
-            }
+            Self::TooManySteps { time, limit } => write!(
+                f,
+                "at t = {time} s the limit of {limit} solver steps per communication step was reached: take shorter \
+                 communication steps, or raise solver.maxStepsPerCommunicationStep"
+            ),
             Self::TooManySamples { time, limit } => {
                 write!(f, "at t = {time} s the limit of {limit} samples per communication step was reached")
             }
-            Self::Diverged { time, step } => {
-                write!(f, "at t = {time} s the fixed-step scheme diverges: solver.step = {step} s is too large for it")
-            }
-            Self::Chattering { time } => write!(f, "at t = {time} s events follow each other without end"),
+            Self::Diverged { time, step, reason } => write!(
+                f,
+                "at t = {time} s the fixed-step scheme diverges: {reason}; solver.step = {step} s is too large for it"
+            ),
+            Self::Chattering { time, event, variant } => write!(
+                f,
+                "at t = {time} s events follow each other without end, the last of them {event}{}",
+                Variant(variant)
+            ),
         }
     }
 }
 
 impl std::error::Error for StepError {}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Inaccurate(state) => write!(f, "the error of {state} stays above the tolerance"),
+            Self::Unbounded(state) => write!(f, "{state} grows beyond all bounds"),
+            Self::Meaningless(reason) => f.write_str(reason),
+            Self::Unsolvable => f.write_str("the equations of a step have no solution"),
+            Self::Passed => f.write_str("events happen and are undone within every step"),
+            Self::AtOnce(event) => write!(f, "{event} happens at once, however short the step"),
+        }
+    }
+}
+
+/// The variant in brackets, if there is one.
+struct Variant<'a>(&'a str);
+
+impl fmt::Display for Variant<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() { Ok(()) } else { write!(f, " ({})", self.0) }
+    }
+}

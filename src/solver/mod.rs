@@ -15,6 +15,6 @@ mod settings;
 
 pub use balance::Balance;
 pub use counters::Counters;
-pub use error::StepError;
+pub use error::{Rejection, StepError};
 pub use run::{Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};

@@ -29,9 +29,9 @@ parameters! {
         step: f64 = Variable::parameter(2, "step", units::SECOND, 1e-5)
             .range(1e-9, 1.0)
             .text("Step size of the fixed-step schemes");
-        max_steps: f64 = Variable::count(3, "maxStepsPerCommunicationStep", 1_000_000)
-            .range(1.0, f64::from(i32::MAX))
-            .text("Bound on solver steps (rejected ones included) within one communication step; beyond it the step is discarded");
+        max_steps: f64 = Variable::count(3, "maxStepsPerCommunicationStep", 0)
+            .range(0.0, f64::from(i32::MAX))
+            .text("Bound on solver steps (rejected ones included) within one communication step; beyond it the step is discarded. 0: one per microsecond of the step, at least 5,000, at most 1,000,000");
     }
 }
 
@@ -66,7 +66,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// Step size in s of the fixed-step schemes.
     pub step: f64,
-    /// Bound on solver steps within one communication step.
+    /// Bound on solver steps within one communication step; 0 for one that suits its length.
     pub max_steps: u64,
     /// Whether to keep account of conserved quantities.
     pub keeps_balance: bool,
@@ -92,6 +92,29 @@ impl Settings {
     /// The same, keeping account of conserved quantities or not.
     pub fn keeping_balance(self, keeps_balance: bool) -> Self {
         Self { keeps_balance, ..self }
+    }
+
+    /// Bound on solver steps within a communication step of a length in s, when none is longer than `longest` in s.
+    ///
+    /// A controller that waits for a step of a millisecond gets it, or a refusal, after some milliseconds.
+    ///
+    /// # Errors
+    /// The bound, if the length alone asks for more.
+    pub(super) fn limit(&self, length: f64, longest: f64) -> Result<u64, u64> {
+        const FEWEST: f64 = 5e3;
+        const MOST: f64 = 1e6;
+        const PER_SECOND: f64 = 1e6;
+        if self.max_steps > 0 {
+            return Ok(self.max_steps);
+        }
+        let step = if self.is_adaptive() { longest } else { self.step };
+        let fewest = length / step;
+        if fewest > MOST {
+            return Err(MOST as u64);
+        }
+        // A fixed step may have to be repeated at events.
+        let wanted = if self.is_adaptive() { PER_SECOND * length } else { FEWEST + 2.0 * fewest };
+        Ok(wanted.clamp(FEWEST, MOST) as u64)
     }
 
     /// Whether the step size is chosen by error control.

@@ -159,7 +159,7 @@ impl Simulation for Lag {
         match self.trap() {
             STOPS_HALFWAY => {
                 self.time += duration;
-                return Err(StepError::StepSizeTooSmall { time: self.time });
+                return Err(StepError::TooManySteps { time: self.time, limit: 1 });
             }
             YIELDS_NAN => self.state = f64::NAN,
             _ => (),

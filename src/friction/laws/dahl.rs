@@ -1,11 +1,17 @@
 //! The Dahl bristle.
 
+use serde::{Deserialize, Serialize};
+
+use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{force_level, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
+
+/// A bristle of a brittle contact counts as saturated when its force lacks this fraction of the limit.
+const SATURATED: f64 = 1e-8;
 
 parameters! {
     /// Dahl friction: one state, the bristle deflection `z` in m.
@@ -16,6 +22,11 @@ parameters! {
     /// ```
     ///
     /// Rate-independent hysteresis before sliding, no stiction peak, drifts under oscillating loads below `F_c`.
+    ///
+    /// For `n < 1` the bristle saturates on a finite path `s`, `|a|^(1-n) = |a_0|^(1-n) - (1-n)*sigma0*s/(lambda*F_c)`
+    /// down to `a = 0`, where the slope of its equation is infinite: that is an event. It stays saturated until the
+    /// motion turns back or the limit rises. Where the limit fell below the deflection, the bristle yields as soon as it
+    /// is loaded further.
     ///
     /// # Validity
     /// `|z| <= lambda*F_c/sigma0` is invariant. Where `lambda*F_c` falls to 0, within the last micronewton, `z` goes to 0.
@@ -33,12 +44,27 @@ parameters! {
     }
 }
 
+/// Whether the bristle bends or is saturated; only that of a brittle contact saturates.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// The deflection follows its equation.
+    Bending,
+    /// The deflection is at its limit in a direction, +1 or -1, in which the motion points.
+    Saturated(f64),
+}
+
 impl FrictionLaw for Dahl {
-    type Memory = ();
+    type Memory = Mode;
     type Parameters = Self;
+
+    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance, Event::Rise];
 
     fn new(parameters: Self) -> Result<Self, ParameterError> {
         Ok(parameters)
+    }
+
+    fn events(&self) -> &'static [Event] {
+        if self.is_brittle() { Self::EVENTS } else { &[] }
     }
 
     fn states(&self) -> usize {
@@ -49,13 +75,61 @@ impl FrictionLaw for Dahl {
         self.coulomb_force.max(1.0) / self.stiffness
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
+    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
+        Mode::Bending
+    }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], mode: &Mode, rates: &mut [S]) -> S {
         let (v, z) = (contact.velocity, z[0]);
         let limit = contact.level * self.coulomb_force;
-        let reserve = (limit - z * (sign(v.value()) * self.stiffness)) / divisor(limit);
+        if let Mode::Saturated(direction) = *mode {
+            return (z * (direction * self.stiffness)).min(limit) * direction + v * self.viscous;
+        }
+        let reserve = self.reserve(contact, z);
         rates[0] = v * reserve.abs().powf(self.exponent) * sign(reserve.value()) + fading_rate(z, limit);
         z * self.stiffness + v * self.viscous
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
+        if !self.is_brittle() {
+            return;
+        }
+        match *mode {
+            Mode::Bending => {
+                let deflection = self.coulomb_force / self.stiffness;
+                out[Event::Distance] = (self.reserve(contact, z[0]) - SATURATED) * deflection;
+            }
+            Mode::Saturated(direction) => {
+                let limit = contact.level * self.coulomb_force;
+                out[Event::Stop] = direction * contact.velocity;
+                out[Event::Rise] = direction * z[0] * self.stiffness - limit * (1.0 - 2.0 * SATURATED);
+            }
+        }
+    }
+
+    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+        let limit = contact.level * self.coulomb_force / self.stiffness;
+        *mode = match *mode {
+            Mode::Bending => {
+                z[0] = limit.copysign(z[0]);
+                Mode::Saturated(sign(contact.velocity))
+            }
+            Mode::Saturated(direction) => {
+                z[0] = direction * limit.min(direction * z[0]);
+                Mode::Bending
+            }
+        };
+    }
+}
+
+impl Dahl {
+    fn is_brittle(&self) -> bool {
+        self.exponent < 1.0
+    }
+
+    /// `a`: the part of the limit that the bristle lacks in the direction of motion.
+    fn reserve<S: Scalar>(&self, contact: &Contact<S>, z: S) -> S {
+        let limit = contact.level * self.coulomb_force;
+        (limit - z * (sign(contact.velocity.value()) * self.stiffness)) / divisor(limit)
     }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::elements::{self, MAX_ELEMENTS};
+use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -120,8 +121,8 @@ impl FrictionLaw for Dnlrx {
         S::constant(memory.force)
     }
 
-    fn next_sample(&self, memory: &Memory) -> f64 {
-        memory.start + (memory.count + 1) as f64 * self.sample_time
+    fn next_sample(&self, memory: &Memory) -> Sample {
+        Sample::periodic(memory.start + (memory.count + 1) as f64 * self.sample_time, self.sample_time)
     }
 
     fn sample(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {

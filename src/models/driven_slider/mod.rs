@@ -18,11 +18,11 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Outputs, Parameters, TABLE};
 use self::walk::{Harmonic, Walk};
 use super::bristles::write_bristles;
-use super::equations::Equations;
+use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
-use crate::hybrid::HybridSystem;
+use crate::hybrid::{HybridSystem, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
@@ -103,10 +103,10 @@ impl DrivenSlider {
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
         (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
-        let contact = self.contact(start.time, &x, &[start.inputs[0]]);
+        let contact = self.contact(0.0, &x, &[start.inputs[0]]);
         let friction = self.friction.start(&contact, &mut x);
-        let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(start.time));
-        Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(start.time) })
+        let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
+        Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
 
     fn tray_position<S: Scalar>(&self, time: S) -> S {
@@ -176,9 +176,22 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
-    fn next_sample(&self, memory: &Memory) -> f64 {
-        let step = self.walk.map_or(f64::INFINITY, |walk| walk.next_step(&memory.walk));
-        step.min(self.peak_time(memory.peak)).min(self.friction.next_sample(&memory.friction))
+    fn next_sample(&self, memory: &Memory) -> Sample {
+        let walk =
+            self.walk.map_or(Sample::NEVER, |walk| Sample::periodic(walk.next_step(&memory.walk), walk.time_step));
+        walk.earlier(Sample::exact(self.peak_time(memory.peak))).earlier(self.friction.next_sample(&memory.friction))
+    }
+
+    fn state_name(&self, state: usize) -> &'static str {
+        state_name::<Self, N, 1>(self, &TABLE, state)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        Event::ALL[event].name()
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction.law().title()
     }
 
     fn max_step(&self) -> f64 {

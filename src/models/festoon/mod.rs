@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE, TrolleyOutputs};
 use super::bristles::write_bristles;
-use super::equations::Equations;
+use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, MAX_STATES};
-use crate::hybrid::{HybridSystem, Indicator, UNUSED};
+use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Scalar;
@@ -189,7 +189,7 @@ impl Festoon {
         let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
         let still = [0.0; MAX_TROLLEYS];
         let friction = std::array::from_fn(|trolley| {
-            let contact = self.contact(start.time, &x, &u, &still, &links, trolley);
+            let contact = self.contact(0.0, &x, &u, &still, &links, trolley);
             self.friction[trolley].start(&contact, &mut x)
         });
         Simulator::new(build, start, x, Memory { friction, links })
@@ -376,9 +376,24 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         }
     }
 
-    fn next_sample(&self, memory: &Memory) -> f64 {
+    fn next_sample(&self, memory: &Memory) -> Sample {
         let trolleys = self.friction[..self.trolleys()].iter().zip(&memory.friction);
-        trolleys.map(|(friction, law)| friction.next_sample(law)).fold(f64::INFINITY, f64::min)
+        trolleys.map(|(friction, law)| friction.next_sample(law)).fold(Sample::NEVER, Sample::earlier)
+    }
+
+    fn state_name(&self, state: usize) -> &'static str {
+        state_name::<Self, N, 2>(self, &TABLE, state)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        match event.checked_sub(MAX_TROLLEYS) {
+            None => "a rope or buffer",
+            Some(event) => Event::ALL[event % Event::COUNT].name(),
+        }
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction[0].law().title()
     }
 
     fn max_step(&self) -> f64 {

@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE};
 use super::bristles::write_bristles;
-use super::equations::Equations;
+use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
-use crate::hybrid::{Groups, HybridSystem, QUANTITIES};
+use crate::hybrid::{Groups, HybridSystem, QUANTITIES, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Pair;
@@ -186,6 +186,7 @@ impl PneumaticServoCylinder {
             stops: EndStops {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
+                clearances: [0, 1].map(|side| chambers.dead_volumes[side] / chambers.areas[side]),
             },
             friction: FrictionContact::new(friction, BRISTLES),
             per_mass: 1.0 / p.moving_mass,
@@ -220,7 +221,7 @@ impl PneumaticServoCylinder {
                 0.0
             }
         };
-        let contact = self.contact(start.time, &x, &u, x[velocity(N)]);
+        let contact = self.contact(0.0, &x, &u, x[velocity(N)]);
         let friction = self.friction.start(&contact, &mut x);
         (x, Memory { set_point, friction })
     }
@@ -407,8 +408,20 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         self.friction.follow(contact, x, &mut memory.friction);
     }
 
-    fn next_sample(&self, memory: &Memory) -> f64 {
+    fn next_sample(&self, memory: &Memory) -> Sample {
         self.friction.next_sample(&memory.friction)
+    }
+
+    fn state_name(&self, state: usize) -> &'static str {
+        state_name::<Self, N, 3>(self, &TABLE, state)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        Event::ALL[event].name()
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction.law().title()
     }
 
     fn max_step(&self) -> f64 {
@@ -424,10 +437,23 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
     }
 
-    fn is_admissible(&self, x: &[f64; N]) -> bool {
-        let Pair(volumes) = self.chambers.volume(self.lengths(x[position(N)]));
-        let gases = [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
-        volumes.iter().chain(&gases).all(|value| *value > 0.0)
+    fn admit(&self, x: &[f64; N]) -> Result<(), &'static str> {
+        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(x[position(N)]));
+        let [pressure_a, pressure_b, temperature_a, temperature_b] =
+            [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
+        for (value, reason) in [
+            (volume_a, "the volume of chamber A vanishes"),
+            (volume_b, "the volume of chamber B vanishes"),
+            (pressure_a, "chamberA.pressure falls to 0"),
+            (pressure_b, "chamberB.pressure falls to 0"),
+            (temperature_a, "chamberA.temperature falls to 0"),
+            (temperature_b, "chamberB.temperature falls to 0"),
+        ] {
+            if value.is_nan() || value <= 0.0 {
+                return Err(reason);
+            }
+        }
+        Ok(())
     }
 
     fn scales(&self) -> [f64; N] {

@@ -21,11 +21,11 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Outputs, Parameters, TABLE};
 use super::bristles::write_bristles;
-use super::equations::Equations;
+use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, FrictionContact};
-use crate::hybrid::{HybridSystem, Indicator, UNUSED};
+use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
@@ -167,7 +167,7 @@ impl VibroImpact {
         x[INTERNAL_POSITION] = self.p.position0 + self.p.displacement0;
         x[INTERNAL_VELOCITY] = self.p.velocity0 + self.p.displacement_rate0;
         let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact(start.time, &x, &[start.inputs[0]], x[velocity(N)], touches);
+        let contact = self.contact(0.0, &x, &[start.inputs[0]], x[velocity(N)], touches);
         let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
     }
@@ -255,13 +255,25 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         self.friction.follow(contact, x, &mut memory.friction);
     }
 
-    fn next_sample(&self, memory: &Memory) -> f64 {
+    fn next_sample(&self, memory: &Memory) -> Sample {
         self.friction.next_sample(&memory.friction)
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         self.friction.sample(|| self.contact(time, x, u, rate, touches), time, x, &mut memory.friction);
+    }
+
+    fn state_name(&self, state: usize) -> &'static str {
+        state_name::<Self, N, 1>(self, &TABLE, state)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        if event == IMPACT { "impact" } else { Event::ALL[event - CONTACT].name() }
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction.law().title()
     }
 
     /// At rest in the middle only the excitation moves anything: a step must not pass over a period of it.

@@ -1,0 +1,98 @@
+//! Random sets of parameters and inputs of a model.
+
+use std::f64::consts::TAU;
+
+use anyhow::Result;
+use pneumatic_servo::model::{Model, Setup};
+use pneumatic_servo::numbers::random;
+use pneumatic_servo::variables::{Kind, Variable};
+
+/// How far parameters are from their defaults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// Real parameters within a factor of their defaults; all choices.
+    Factor(f64),
+    /// The whole legal range of every parameter.
+    Legal,
+}
+
+/// A source of random numbers that repeats.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in (0, 1].
+    pub fn uniform(&mut self) -> f64 {
+        random::uniform(&mut self.0)
+    }
+
+    /// Uniform between two numbers.
+    fn between(&mut self, least: f64, most: f64) -> f64 {
+        least + self.uniform() * (most - least)
+    }
+
+    /// One of a number of choices.
+    fn choice(&mut self, count: usize) -> usize {
+        ((self.uniform() * count as f64).ceil() as usize).clamp(1, count) - 1
+    }
+}
+
+/// A random set of parameters with a law.
+///
+/// # Errors
+/// When a value is drawn that its variable refuses: a mistake of this program.
+pub fn setup(model: &'static Model, law: i32, spread: Spread, random: &mut Random) -> Result<Setup> {
+    let mut setup = Setup::of(model).set("friction.law", law)?;
+    for variable in (model.variables)().parameters() {
+        // Schemes, tolerances and limits are what is tested, not what varies.
+        if variable.name == "friction.law" || variable.name.starts_with("solver.") {
+            continue;
+        }
+        if let Some(value) = value(variable, spread, random) {
+            setup.change(&variable.name, value)?;
+        }
+    }
+    Ok(setup)
+}
+
+/// A random value of a parameter, unless it keeps its default.
+fn value(variable: &Variable, spread: Spread, random: &mut Random) -> Option<f64> {
+    let start = variable.start?;
+    let (least, most) = (variable.min.unwrap_or(-1e6), variable.max.unwrap_or(1e6));
+    match (variable.kind, spread) {
+        (Kind::Enumeration(of), _) => Some(f64::from(of.items[random.choice(of.items.len())].0)),
+        (Kind::Boolean, _) => Some(random.choice(2) as f64),
+        (Kind::Integer, Spread::Factor(_)) => None,
+        (Kind::Integer, Spread::Legal) => Some(random.between(least - 1.0, most).ceil().clamp(least, most)),
+        (Kind::Real(_), Spread::Factor(factor)) => {
+            (start != 0.0).then(|| (start * factor.powf(random.between(-1.0, 1.0))).clamp(least, most))
+        }
+        (Kind::Real(_), Spread::Legal) if least > 0.0 => {
+            Some((least * (most / least).powf(random.uniform())).clamp(least, most))
+        }
+        (Kind::Real(_), Spread::Legal) => Some(random.between(least, most)),
+    }
+}
+
+/// Inputs that swing about their start values by their nominal values.
+pub struct Swing {
+    /// Place of the input, start value, amplitude, frequency in Hz and phase.
+    inputs: Vec<(usize, f64, f64, f64, f64)>,
+}
+
+impl Swing {
+    /// Random frequencies and phases for all inputs.
+    pub fn new(setup: &Setup, random: &mut Random) -> Self {
+        let inputs = setup.table().inputs().enumerate().map(|(place, variable)| {
+            let (start, nominal) = (variable.start.unwrap_or_default(), variable.nominal.unwrap_or(1.0));
+            (place, start, nominal * random.uniform(), random.between(0.2, 5.0), random.uniform() * TAU)
+        });
+        Self { inputs: inputs.collect() }
+    }
+
+    /// Places and values of the inputs at a time in s since the start.
+    pub fn at(&self, time: f64) -> impl Iterator<Item = (usize, f64)> {
+        self.inputs.iter().map(move |(place, start, amplitude, frequency, phase)| {
+            (*place, start + amplitude * (TAU * frequency * time + phase).sin())
+        })
+    }
+}

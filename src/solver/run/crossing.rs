@@ -1,0 +1,145 @@
+//! Events: found within a step, located, handled.
+
+use super::{Run, Trial, smallest_step};
+use crate::hybrid::HybridSystem;
+use crate::solver::counters::Counters;
+use crate::solver::error::{Rejection, StepError};
+use crate::solver::event::{Bracket, Hermite, root};
+
+/// Switches at one instant before it counts as chattering.
+const MAX_SWITCHES: usize = 100;
+/// Trial steps to locate an event; regula falsi needs about three.
+const MAX_REFINEMENTS: usize = 60;
+
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
+    pub(super) fn dips_between(&self, h: f64, trial: &Trial<N>) -> bool {
+        let slope = &self.linearisation.derivatives;
+        // The parabola through the start, its slope, and the end, at half the step.
+        let middle = std::array::from_fn(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
+        let between = self.indicators_at(self.time + 0.5 * h, &middle);
+        let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
+        pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
+    }
+
+    /// Ends the step where the first indicator turns negative, and switches.
+    pub(super) fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(), StepError> {
+        let (event, bracket, guess) = match self.first_crossing(h, trial, after) {
+            Ok(crossing) => crossing,
+            Err(event) => return self.leave_limit(event, h, trial),
+        };
+        let (end, trial) = self.refine(event, bracket, guess, *trial);
+        self.move_to(self.time + end, &trial);
+        self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
+        self.switch(event)
+    }
+
+    /// An indicator starts at zero and seems to fall at once: either a shorter step shows it rise first, or it shows no
+    /// change at all, or the step is so short that the event is now.
+    fn leave_limit(&mut self, event: usize, h: f64, trial: &Trial<N>) -> Result<(), StepError> {
+        let factor = if self.settings.is_adaptive() { 0.5 } else { 0.1 };
+        if h * factor > 2.0 * smallest_step(self.time) {
+            self.leaving = Some(event);
+            return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
+        }
+        self.move_to(self.time + h, trial);
+        self.switch(event)
+    }
+
+    /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross; or one that is
+    /// at zero from the start and nowhere positive.
+    fn first_crossing(&self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(usize, Bracket, f64), usize> {
+        const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
+        let end_time = self.time + h;
+        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+        let start_slope = &self.linearisation.derivatives;
+        let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let value_at = |event: usize, fraction: f64| {
+            self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_ref()[event]
+        };
+        let mut first: Option<(usize, Bracket, f64)> = None;
+        for (event, (start, end)) in self.indicators.as_ref().iter().zip(after.as_ref()).enumerate() {
+            if *end >= 0.0 {
+                continue;
+            }
+            let low = if *start > 0.0 {
+                (0.0, *start)
+            } else {
+                // The trivial root at the start (the velocity after break-away) does not count.
+                EARLY
+                    .into_iter()
+                    .map(|fraction| (fraction, value_at(event, fraction)))
+                    .find(|(_, value)| *value > 0.0)
+                    .ok_or(event)?
+            };
+            let bracket = Bracket::new(low, (1.0, *end));
+            let crossing = h * root(bracket, 1e-6, |fraction| value_at(event, fraction));
+            if first.is_none_or(|(.., earliest)| crossing < earliest) {
+                first = Some((event, Bracket::new((low.0 * h, low.1), (h, *end)), crossing));
+            }
+        }
+        first.ok_or(0)
+    }
+
+    /// Narrows the bracket by steps of the scheme itself, until its end is just behind the event.
+    fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, trial: Trial<N>) -> (f64, Trial<N>) {
+        let resolution = (bracket.end() * 1e-3 * self.settings.tolerance).max(smallest_step(self.time));
+        let mut best = (bracket.end(), trial);
+        let mut at = guess;
+        for _ in 0..MAX_REFINEMENTS {
+            let Ok(trial) = self.trial(at) else { break };
+            let value = self.indicators_at(self.time + at, &trial.end).as_ref()[event];
+            bracket.narrow(at, value);
+            if value <= 0.0 {
+                best = (at, trial);
+            }
+            if bracket.width() <= 2.0 * resolution || (value <= 0.0 && bracket.overshoot() <= resolution) {
+                break;
+            }
+            // Slightly behind the expected root, so that the bracket closes from both sides.
+            at = (bracket.guess() + 0.5 * resolution).min(bracket.end() - 0.5 * resolution);
+        }
+        best
+    }
+
+    pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
+        let u = self.inputs.at(self.time);
+        self.system.switch(event, self.time, &mut self.x, &u, &mut self.memory);
+        self.counters.events += 1;
+        self.is_linearised = false;
+        self.settle()
+    }
+
+    /// Lets the system switch until all indicators are valid.
+    pub(super) fn settle(&mut self) -> Result<(), StepError> {
+        let u = self.inputs.at(self.time);
+        let before = self.counters.events;
+        self.indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters)?;
+        self.is_linearised &= self.counters.events == before;
+        self.is_settled = true;
+        Ok(())
+    }
+}
+
+/// Switches until all indicators are valid, and returns them.
+pub(super) fn settle<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+    system: &H,
+    time: f64,
+    x: &mut [f64; N],
+    u: &[f64; U],
+    memory: &mut H::Memory,
+    counters: &mut Counters,
+) -> Result<H::Indicators, StepError> {
+    let mut last = None;
+    for _ in 0..MAX_SWITCHES {
+        let indicators = system.indicators(time, x, u, memory);
+        let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else {
+            return Ok(indicators);
+        };
+        system.switch(event, time, x, u, memory);
+        counters.events += 1;
+        last = Some(event);
+    }
+    let event = last.map_or("", |event| system.event_name(event));
+    Err(StepError::Chattering { time, event, variant: system.variant() })
+}

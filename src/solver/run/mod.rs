@@ -1,0 +1,234 @@
+//! The hybrid driver: takes steps, watches the indicators, lets the system switch.
+
+mod crossing;
+mod step;
+
+use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::balance::Balance;
+use super::counters::Counters;
+use super::error::StepError;
+use super::settings::Settings;
+use crate::hybrid::{Held, HybridSystem, QUANTITIES};
+
+/// A step that may be accepted.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<const N: usize> {
+    /// States at its end.
+    pub end: [f64; N],
+    /// Estimated error of each state (zero for fixed-step schemes).
+    pub error: [f64; N],
+}
+
+/// The equations linearised at the start of a step.
+#[derive(Clone, Debug)]
+pub struct Linearisation<const N: usize> {
+    /// Time derivatives of the states.
+    pub derivatives: [f64; N],
+    /// Their partial derivatives with respect to the states.
+    pub jacobian: SMatrix<f64, N, N>,
+    /// Their partial derivatives with respect to time, where they depend on it.
+    pub time_slopes: Option<[f64; N]>,
+}
+
+/// How far a run has come, apart from states and memory of its system.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Time in s.
+    time: f64,
+    /// Step size to try next, in s.
+    step: f64,
+    counters: Counters,
+    balance: Balance,
+}
+
+impl Progress {
+    /// Current time in s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Whether a run can have come this far.
+    pub fn is_sound(&self) -> bool {
+        self.time.is_finite() && self.step.is_finite() && self.step > 0.0 && self.balance.is_finite()
+    }
+}
+
+/// A running hybrid system.
+#[derive(Clone)]
+pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
+    system: H,
+    settings: Settings,
+    /// Magnitudes of the states.
+    scales: [f64; N],
+    time: f64,
+    x: [f64; N],
+    memory: H::Memory,
+    inputs: Held<U>,
+    /// Step size to try next, carried across communication points.
+    step: f64,
+    counters: Counters,
+    balance: Balance,
+    linearisation: Linearisation<N>,
+    /// Whether the linearisation is that of the present states, memory and inputs.
+    is_linearised: bool,
+    /// Indicators at the present states, memory and inputs.
+    indicators: H::Indicators,
+    /// Whether states and memory have followed the present inputs.
+    is_settled: bool,
+    /// The event that is at its limit here, and happens within the step tried last.
+    leaving: Option<usize>,
+}
+
+/// The largest step the adaptive scheme takes, in s.
+const MAX_STEP: f64 = 0.1;
+const FIRST_STEP: f64 = 1e-5;
+
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// A run from given states and memory.
+    pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
+        let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());
+        let indicators = system.indicators(time, &x, &inputs, &memory);
+        Self {
+            system,
+            settings,
+            scales,
+            balance,
+            time,
+            x,
+            memory,
+            inputs: Held::new(time, inputs, [0.0; U]),
+            step: if settings.is_adaptive() { FIRST_STEP } else { settings.step },
+            counters: Counters::default(),
+            linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
+            is_linearised: false,
+            indicators,
+            is_settled: false,
+            leaving: None,
+        }
+    }
+
+    /// Current time in s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The system.
+    pub fn system(&self) -> &H {
+        &self.system
+    }
+
+    /// Exchanges the system for one with other parameters.
+    pub fn replace_system(&mut self, system: H) {
+        self.scales = system.scales();
+        self.system = system;
+        (self.is_linearised, self.is_settled) = (false, false);
+    }
+
+    /// What has been done so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// How far the run has come.
+    pub fn progress(&self) -> Progress {
+        let &Self { time, step, counters, balance, .. } = self;
+        Progress { time, step, counters, balance }
+    }
+
+    /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
+    pub fn residuals(&self) -> [f64; QUANTITIES] {
+        if !self.settings.keeps_balance {
+            return [0.0; QUANTITIES];
+        }
+        self.balance.residual(self.system.content(&self.x, &self.memory))
+    }
+
+    /// States and memory as integrated.
+    pub fn state(&self) -> (&[f64; N], &H::Memory) {
+        (&self.x, &self.memory)
+    }
+
+    /// Goes back to states, memory and progress of a run of the same system.
+    pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
+        (self.x, self.memory) = (x, memory);
+        Progress { time: self.time, step: self.step, counters: self.counters, balance: self.balance } = progress;
+        (self.is_linearised, self.is_settled, self.leaving) = (false, false, None);
+    }
+
+    /// Sets the inputs and their slopes from now on.
+    pub fn set_inputs(&mut self, values: [f64; U], slopes: [f64; U]) {
+        let inputs = Held::new(self.time, values, slopes);
+        // Inputs that stay as they are leave everything valid.
+        let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes();
+        self.is_linearised &= is_same;
+        self.is_settled &= is_same;
+        self.inputs = inputs;
+    }
+
+    /// The inputs at the current time, and their slopes.
+    pub fn inputs(&self) -> ([f64; U], [f64; U]) {
+        (self.inputs.at(self.time), self.inputs.slopes())
+    }
+
+    /// Looks at the states and the memory consistent with the present inputs: what the next step starts from.
+    ///
+    /// If the inputs set off events without end, those before the limit have happened.
+    pub fn consistent<R>(&self, look: impl FnOnce(&[f64; N], &H::Memory) -> R) -> R {
+        if self.is_settled {
+            return look(&self.x, &self.memory);
+        }
+        let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
+        let u = self.inputs.at(self.time);
+        self.system.follow(self.time, &x, &u, &mut memory);
+        let _ = crossing::settle(&self.system, self.time, &mut x, &u, &mut memory, &mut counters);
+        look(&x, &memory)
+    }
+
+    /// Integrates to `end`.
+    ///
+    /// # Errors
+    /// [`StepError`] when `end` cannot be reached; the state is then that of the last accepted step.
+    pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.follow();
+        self.settle()?;
+        let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
+        let limit = limit.map_err(|limit| StepError::TooManySteps { time: self.time, limit })?;
+        let (start, mut attempts) = (self.time, 0);
+        while self.time < end {
+            if attempts == limit {
+                return Err(StepError::TooManySteps { time: self.time, limit });
+            }
+            attempts += 1;
+            let sample = self.system.next_sample(&self.memory);
+            if sample.time <= self.time || (self.time == start && sample.is_due_at(start)) {
+                self.sample(sample.time.max(self.time))?;
+            } else {
+                let limit = if sample.is_before(end) { sample.time } else { end };
+                self.attempt(limit.min(self.time + self.system.max_step()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the sample of a time in s, which is now but for the tolerance of samples.
+    fn sample(&mut self, time: f64) -> Result<(), StepError> {
+        self.system.sample(time, &mut self.x, &self.inputs.at(self.time), &mut self.memory);
+        self.is_linearised = false;
+        self.settle()
+    }
+
+    fn follow(&mut self) {
+        self.system.follow(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
+    }
+
+    fn indicators_at(&self, time: f64, x: &[f64; N]) -> H::Indicators {
+        self.system.indicators(time, x, &self.inputs.at(time), &self.memory)
+    }
+}
+
+/// A step that the clock resolves well.
+fn smallest_step(time: f64) -> f64 {
+    (16.0 * f64::EPSILON * time.abs()).max(1e-15)
+}

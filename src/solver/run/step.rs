@@ -1,0 +1,206 @@
+//! One step: tried, judged, accepted or repeated with another size.
+
+use super::{MAX_STEP, Run, Trial, smallest_step};
+use crate::hybrid::HybridSystem;
+use crate::numbers::Dual;
+use crate::solver::error::{Rejection, StepError};
+use crate::solver::event::Hermite;
+use crate::solver::settings::Scheme;
+use crate::solver::{implicit_euler, rosenbrock, runge_kutta};
+
+const SAFETY: f64 = 0.9;
+const MAX_GROWTH: f64 = 5.0;
+const MAX_SHRINKAGE: f64 = 0.1;
+/// Multiple of its scale that no state exceeds unless the scheme diverges.
+const FAR_OUT: f64 = 1e9;
+
+/// Why a step leads nowhere.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Nonsense {
+    /// Its equations have no solution.
+    Unsolvable,
+    /// A state, by its index, is out of all bounds or no number.
+    Unbounded(usize),
+    /// The system gives a reason.
+    Meaningless(&'static str),
+}
+
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
+    pub(super) fn attempt(&mut self, limit: f64) -> Result<(), StepError> {
+        self.linearise();
+        let remaining = limit - self.time;
+        // A step slightly too short is stretched, and two equal steps are better than one long and one tiny.
+        let h = if self.step * 1.1 >= remaining {
+            remaining
+        } else if self.step * 2.0 > remaining && self.settings.is_adaptive() {
+            0.5 * remaining
+        } else {
+            self.step
+        };
+        let end_time = if h == remaining { limit } else { self.time + h };
+        let trial = match self.trial(h) {
+            Ok(trial) => trial,
+            Err(nonsense) => return self.reject_nonsense(h, nonsense),
+        };
+        let error = self.error_norm(&trial);
+        if error > 1.0 {
+            let factor = (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE);
+            return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial)));
+        }
+        if self.system.has_events() {
+            let after = self.indicators_at(end_time, &trial.end);
+            if after.as_ref().iter().any(|value| *value < 0.0) {
+                return self.step_to_event(h, &trial, &after);
+            }
+            // Within the resolution of the clock the dip would be one of rounding.
+            if h > 4.0 * smallest_step(self.time) && self.dips_between(h, &trial) {
+                return self.reject(h, 0.5, |_| Rejection::Passed);
+            }
+            if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event] == 0.0) {
+                // The indicator has not left zero, and is negative a little later: but for rounding the event is now.
+                self.accept(h, end_time, &trial, error);
+                return self.switch(event);
+            }
+            self.indicators = after;
+        }
+        self.accept(h, end_time, &trial, error);
+        Ok(())
+    }
+
+    fn linearise(&mut self) {
+        if self.is_linearised {
+            return;
+        }
+        let u = self.inputs.at(self.time);
+        let here = &mut self.linearisation;
+        if self.settings.scheme == Scheme::Adaptive {
+            here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian);
+            self.counters.jacobians += 1;
+            here.time_slopes = (self.inputs.vary() || self.system.depends_on_time()).then(|| {
+                let time = Dual::<1>::variable(self.time, 0);
+                let u = std::array::from_fn(|i| Dual { value: u[i], slope: [self.inputs.slopes()[i]] });
+                let rates = self.system.derivatives(time, &self.x.map(scalar_constant), &u, &self.memory);
+                rates.map(|rate| rate.slope[0])
+            });
+        } else {
+            here.derivatives = self.system.derivatives(self.time, &self.x, &u, &self.memory);
+        }
+        self.is_linearised = true;
+    }
+
+    /// The step of size `h` from here, if it leads to states that have a meaning.
+    pub(super) fn trial(&mut self, h: f64) -> Result<Trial<N>, Nonsense> {
+        let (system, time, x, inputs, memory) = (&self.system, self.time, &self.x, &self.inputs, &self.memory);
+        let here = &self.linearisation;
+        let trial = match self.settings.scheme {
+            Scheme::Adaptive => {
+                rosenbrock::step(system, time, x, inputs, memory, here, h).ok_or(Nonsense::Unsolvable)?
+            }
+            Scheme::ImplicitEuler => {
+                let jacobians = &mut self.counters.jacobians;
+                implicit_euler::step(system, time, x, inputs, memory, h, jacobians).ok_or(Nonsense::Unsolvable)?
+            }
+            Scheme::ExplicitEuler => {
+                runge_kutta::EXPLICIT_EULER.step(system, time, x, inputs, memory, &here.derivatives, h)
+            }
+            Scheme::Rk3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
+            Scheme::Rk4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
+        };
+        let is_bounded = |(value, scale): (&f64, f64)| value.abs() <= FAR_OUT * scale;
+        if !trial.end.iter().zip(self.scales).all(is_bounded) {
+            let state = trial.end.iter().zip(self.scales).position(|pair| !is_bounded(pair));
+            return Err(Nonsense::Unbounded(state.unwrap_or_default()));
+        }
+        self.system.admit(&trial.end).map_err(Nonsense::Meaningless)?;
+        Ok(trial)
+    }
+
+    /// The largest error of a state relative to what is allowed.
+    fn error_norm(&self, trial: &Trial<N>) -> f64 {
+        // One instruction, where `f64::max` needs several to tell a missing number.
+        let larger = |a: f64, b: f64| if a < b { b } else { a };
+        let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
+        let mut norm = 0.0;
+        for (((scale, start), end), error) in magnitudes.zip(trial.error) {
+            norm = larger(norm, error.abs() / larger(larger(scale, start.abs()), end.abs()));
+        }
+        norm / self.settings.tolerance
+    }
+
+    /// Name of the state whose error is largest.
+    fn least_accurate(&self, trial: &Trial<N>) -> &'static str {
+        let relative = |i: usize| trial.error[i].abs() / self.scales[i].max(self.x[i].abs()).max(trial.end[i].abs());
+        self.system.state_name((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
+    }
+
+    /// A step that leads nowhere: a shorter one may not, unless the scheme has a fixed step and is explicit.
+    fn reject_nonsense(&mut self, h: f64, nonsense: Nonsense) -> Result<(), StepError> {
+        let reason = |run: &Self| match nonsense {
+            Nonsense::Unsolvable => Rejection::Unsolvable,
+            Nonsense::Unbounded(state) => Rejection::Unbounded(run.system.state_name(state)),
+            Nonsense::Meaningless(reason) => Rejection::Meaningless(reason),
+        };
+        if matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::Rk3 | Scheme::Rk4) {
+            self.counters.rejected += 1;
+            return Err(StepError::Diverged { time: self.time, step: self.settings.step, reason: reason(self) });
+        }
+        self.reject(h, 0.25, reason)
+    }
+
+    /// Goes on with a step that is smaller by a factor, if the clock resolves it.
+    pub(super) fn reject(
+        &mut self,
+        h: f64,
+        factor: f64,
+        reason: impl FnOnce(&Self) -> Rejection,
+    ) -> Result<(), StepError> {
+        self.counters.rejected += 1;
+        let step = h * factor;
+        // Where the clock is coarser than the longest step, `h` is 0: the step size to save must stay positive.
+        if step < smallest_step(self.time) {
+            let (reason, variant) = (reason(self), self.system.variant());
+            return Err(StepError::StepSizeTooSmall { time: self.time, reason, variant });
+        }
+        self.step = step;
+        Ok(())
+    }
+
+    fn accept(&mut self, h: f64, end_time: f64, trial: &Trial<N>, error: f64) {
+        self.move_to(end_time, trial);
+        self.step = if self.settings.is_adaptive() {
+            let growth = SAFETY / fourth_root(error.max(1e-8));
+            if growth >= MAX_GROWTH { self.step.max(h * MAX_GROWTH) } else { h * growth }.min(MAX_STEP)
+        } else {
+            self.settings.step
+        };
+    }
+
+    pub(super) fn move_to(&mut self, time: f64, trial: &Trial<N>) {
+        if self.settings.keeps_balance {
+            self.keep_balance(time, trial);
+        }
+        self.time = time;
+        self.x = trial.end;
+        self.counters.steps += 1;
+        (self.is_linearised, self.leaving) = (false, None);
+        self.follow();
+    }
+
+    fn keep_balance(&mut self, end_time: f64, trial: &Trial<N>) {
+        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+        let start_slope = &self.linearisation.derivatives;
+        let h = end_time - self.time;
+        let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
+        self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);
+    }
+}
+
+fn scalar_constant(value: f64) -> Dual<1> {
+    Dual { value, slope: [0.0] }
+}
+
+/// The fourth root, by correctly rounded square roots so that it has the same bits everywhere.
+fn fourth_root(value: f64) -> f64 {
+    value.sqrt().sqrt()
+}

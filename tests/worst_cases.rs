@@ -1,0 +1,208 @@
+//! Legal starts, parameters and clocks that once took a solver to its limits.
+
+use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::find;
+
+fn setup(model: &str, law: &str, values: &[(&str, f64)]) -> Setup {
+    let mut setup = Setup::of(find(model).unwrap()).set("friction.law", law).unwrap();
+    for (name, value) in values {
+        setup.change(name, *value).unwrap();
+    }
+    setup
+}
+
+/// Runs in steps of a millisecond, counted from the start.
+fn run(plant: &mut Plant, steps: u32) -> Result<(), String> {
+    let start = plant.time();
+    (1..=steps).try_for_each(|step| plant.advance_to(start + f64::from(step) * 1e-3)).map_err(|error| error.to_string())
+}
+
+/// Solver steps so far, rejected ones included.
+fn work(plant: &mut Plant) -> f64 {
+    plant.get("solver.steps").unwrap() + plant.get("solver.rejectedSteps").unwrap()
+}
+
+/// Without a gap the impact spring just touches; the default step of 1 ms takes some ten solver steps.
+#[test]
+fn contact_that_just_touches_costs_no_more_than_others_wherever_it_is() {
+    for (index, (_, law, _)) in LAWS.items.iter().enumerate() {
+        let place = 0.1 + 0.037 * index as f64;
+        let mut plant = setup("VibroImpact", law, &[("position0", place)]).start(0.0).unwrap();
+        run(&mut plant, 1).unwrap();
+        assert!(work(&mut plant) < 200.0, "{law} at {place} m: {} solver steps", work(&mut plant));
+    }
+}
+
+#[test]
+fn rope_that_is_just_taut_and_buffer_that_just_touches_cost_no_more_than_others() {
+    for (length, limit, velocity) in [(1.1, "rope.length", 0.1), (0.3, "buffer.length", -0.1)] {
+        let values = [("spacing0", length), (limit, length), ("craneVelocity", velocity)];
+        for law in ["Stribeck", "LuGre", "GMS"] {
+            let mut plant = setup("Festoon", law, &values).start(0.0).unwrap();
+            run(&mut plant, 1).unwrap();
+            assert!(work(&mut plant) < 200.0, "{law}, {limit}: {} solver steps", work(&mut plant));
+        }
+    }
+}
+
+/// With the exponent 1 the same second takes 2,000 solver steps.
+#[test]
+fn brittle_bristle_saturates_in_bounded_work_and_ends_where_a_ductile_one_does() {
+    let end = |exponent: f64| {
+        let values = [("friction.dahl.n", exponent), ("valveVoltage", 6.0)];
+        let mut plant = setup("PneumaticServoCylinder", "Dahl", &values).start(0.0).unwrap();
+        run(&mut plant, 600).unwrap_or_else(|error| panic!("n = {exponent}: {error}"));
+        assert!(work(&mut plant) < 10_000.0, "n = {exponent}: {} solver steps", work(&mut plant));
+        (plant.get("position").unwrap(), plant.get("frictionForce").unwrap())
+    };
+    let (position, force) = end(1.0);
+    for exponent in [0.1, 0.3, 0.5, 0.6, 0.9] {
+        let (other_position, other_force) = end(exponent);
+        // Presliding takes micrometres of a travel of centimetres; sliding is at the same level.
+        assert!((other_position - position).abs() < 2e-5, "n = {exponent}: {other_position}, not {position}");
+        assert!((other_force - force).abs() < 1e-4, "n = {exponent}: {other_force}, not {force}");
+    }
+}
+
+/// The bristle of a prescribed motion: `|a|^(1-n) = 1 - (1-n)*sigma0*s/F_c` on the path `s`, until `a` is 0.
+#[test]
+fn brittle_bristle_follows_its_closed_form_up_to_the_limit_and_stays_there() {
+    let (exponent, stiffness, limit, velocity) = (0.4, 8e6, 10.6, 1e-4);
+    let values = [("bench.drive", 2.0), ("friction.dahl.n", exponent), ("driveVelocity", velocity)];
+    let mut plant = setup("FrictionBench", "Dahl", &values).start(0.0).unwrap();
+    for step in 1..=40 {
+        let time = f64::from(step) * 1e-3;
+        plant.advance_to(time).unwrap();
+        let rest = 1.0 - (1.0 - exponent) * stiffness * velocity * time / limit;
+        let expected = limit * (1.0 - rest.max(0.0).powf(1.0 / (1.0 - exponent)));
+        let force = plant.get("frictionForce").unwrap();
+        // The tolerance of the solver is a millionth of the force, for each of some tens of steps.
+        assert!((force - expected).abs() < 1e-3, "{force}, not {expected} at {time} s");
+    }
+    assert_eq!(plant.get("frictionForce").unwrap(), limit);
+}
+
+/// 5 kg hit the cover at full flow, with less dead volume than the stop gives way.
+#[test]
+fn hard_hit_leaves_gas_behind_the_piston() {
+    let values = [
+        ("cylinder.bore", 0.032),
+        ("cylinder.rod", 0.012),
+        ("cylinder.stroke", 0.2),
+        ("position0", 0.0),
+        ("mass.moving", 5.0),
+        ("valve.C", 8.3e-9),
+        ("chamberA.deadVolume", 1e-6),
+        ("chamberB.deadVolume", 1e-6),
+        ("supplyPressure", 7e5),
+        ("valveVoltage", 10.0),
+    ];
+    let mut plant = setup("PneumaticServoCylinder", "Stribeck", &values).start(0.0).unwrap();
+    let clearance = 1e-6 / (std::f64::consts::FRAC_PI_4 * (0.032f64.powi(2) - 0.012f64.powi(2)));
+    let mut farthest = 0.0f64;
+    for step in 1..=1000 {
+        plant.advance_to(f64::from(step) * 1e-3).unwrap();
+        farthest = farthest.max(plant.get("position").unwrap());
+    }
+    assert!(farthest > 0.2 && farthest < 0.2 + clearance, "{farthest} m");
+    // At rest the stop holds the supply pressure on the piston: half a millimetre.
+    let position = plant.get("position").unwrap();
+    assert!(position > 0.2 && position < 0.201, "{position} m");
+}
+
+/// At 1.7e9 s the clock resolves 0.24 us, in which the carriage moves 0.2 um.
+#[test]
+fn late_clocks_give_the_run_of_early_ones() {
+    for (_, law, _) in LAWS.items {
+        let [early, late] = [0.0, 1.7e9].map(|start| {
+            let values = [("valveVoltage", 6.0)];
+            let mut plant = setup("PneumaticServoCylinder", law, &values).start(start).unwrap();
+            run(&mut plant, 300).unwrap_or_else(|error| panic!("{law} from {start} s: {error}"));
+            (plant.get("position").unwrap(), work(&mut plant))
+        });
+        assert!((early.0 - late.0).abs() < 1e-6, "{law}: {} and {}", early.0, late.0);
+        assert!((late.1 - early.1).abs() < 0.1 * early.1 + 10.0, "{law}: {} and {} solver steps", early.1, late.1);
+    }
+}
+
+#[test]
+fn saved_state_of_a_late_clock_goes_on_bit_for_bit() {
+    let setup = setup("PneumaticServoCylinder", "Armstrong", &[("valveVoltage", 6.0)]);
+    let mut plant = setup.start(1.7e9).unwrap();
+    run(&mut plant, 100).unwrap();
+    let saved = plant.save();
+    run(&mut plant, 100).unwrap();
+    let mut other = setup.start(3.0).unwrap();
+    other.restore(&saved).unwrap();
+    run(&mut other, 100).unwrap();
+    assert_eq!((other.time(), other.computed().to_vec()), (plant.time(), plant.computed().to_vec()));
+}
+
+/// A step that cannot be done is refused at once, and one that is too much work after as many solver steps as it has
+/// microseconds; the message says what to change.
+#[test]
+fn work_of_a_step_is_bounded_by_its_length() {
+    let mut festoon = setup("Festoon", "BlimanSorine", &[]).start(0.0).unwrap();
+    let error = festoon.step(1e15).unwrap_err().to_string();
+    assert!(error.contains("limit of 1000000") && error.contains("solver.maxStepsPerCommunicationStep"), "{error}");
+    assert_eq!(work(&mut festoon), 0.0);
+
+    // Each sample, a microsecond after the last, takes a solver step of its own.
+    let sampled = setup("FrictionBench", "DNLRX", &[("friction.dnlrx.Ts", 1e-6)]);
+    sampled.start(0.0).unwrap().step(1e-3).unwrap();
+    let error = sampled.start(0.0).unwrap().step(1e-2).unwrap_err().to_string();
+    assert!(error.contains("limit of 10000 solver steps"), "{error}");
+}
+
+/// A fixed step that ends where an indicator leaves zero is repeated, not given up.
+#[test]
+fn fixed_step_at_a_band_of_rest_does_not_diverge() {
+    for scheme in ["RK4", "ExplicitEuler"] {
+        for step in [1e-6, 1e-5, 1e-4, 1e-3] {
+            let values = [("spring.stiffness", 1e3), ("solver.step", step)];
+            let setup = setup("FrictionBench", "Karnopp", &values).set("solver.scheme", scheme).unwrap();
+            let mut plant = setup.start(0.0).unwrap();
+            run(&mut plant, 1000).unwrap_or_else(|error| panic!("{scheme}, {step} s: {error}"));
+        }
+    }
+}
+
+/// The clock of a host that adds its steps is off by some units in the last place.
+#[test]
+fn sampled_values_do_not_depend_on_how_the_host_rounds_its_clock() {
+    for (model, law, input, name) in [
+        ("PneumaticServoCylinder", "DNLRX", "valveVoltage", "frictionForce"),
+        ("DrivenSlider", "Coulomb", "externalForce", "walk.velocity"),
+    ] {
+        let mut plants = [0, 1].map(|_| setup(model, law, &[]).start(0.0).unwrap());
+        let mut sum = 0.0;
+        for step in 1..=1000 {
+            sum += 1e-3;
+            for (plant, time) in plants.iter_mut().zip([f64::from(step) * 1e-3, sum]) {
+                let start = if model == "DrivenSlider" { 0.0 } else { 5.0 };
+                plant.set(input, start + 1.5 * (6.0 * f64::from(step) * 1e-3).sin()).unwrap();
+                plant.advance_to(time).unwrap();
+            }
+            let [exact, added] = plants.each_mut().map(|plant| plant.get(name).unwrap());
+            // Positions differ by what the carriage moves in the difference of the clocks: below 1e-13 s.
+            assert!((exact - added).abs() < 1e-5, "{model}: {exact} and {added} at {sum} s");
+        }
+    }
+}
+
+/// Sampled every millisecond: at a sample's own time the force is still that of the sample before.
+#[test]
+fn communication_point_on_a_sample_shows_the_old_value() {
+    let values = [("bench.drive", 2.0), ("driveVelocity", 1e-3), ("friction.dnlrx.Ts", 1e-3)];
+    for late in [-1e-15, 0.0, 1e-15] {
+        let mut plant = setup("FrictionBench", "DNLRX", &values).start(0.0).unwrap();
+        plant.advance_to(0.5e-3).unwrap();
+        let before = plant.get("frictionForce").unwrap();
+        plant.advance_to(1e-3 + late).unwrap();
+        assert_eq!(plant.get("frictionForce").unwrap(), before, "{late}");
+        plant.advance_to(1.5e-3).unwrap();
+        assert_ne!(plant.get("frictionForce").unwrap(), before, "{late}");
+    }
+}
