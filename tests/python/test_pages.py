@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 NOT_HERE = {
     "README.md": "its commands are those that build, and run these tests",
     "CONTRIBUTING.md": "the same",
+    "python/README.md": "its command installs, and the environment of the tests has the package",
     "docs/platforms.md": "its commands build and install",
     "docs/realtime.md": "its host is compiled and run by test_realtime.py",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
@@ -29,7 +30,8 @@ KNOWN = {"python", "sh", "rust", "text"}
 
 def pages() -> Iterator[str]:
     """Every page that people read, as a path in the repository."""
-    for file in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+    first = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "python" / "README.md"]
+    for file in [*first, *sorted((ROOT / "docs").rglob("*.md"))]:
         yield file.relative_to(ROOT).as_posix()
 
 
