@@ -46,7 +46,10 @@ export abstract class LivePage implements Page {
     const again = element("button", { type: "button", "data-again": "", onclick: () => this.restart() }, "Restart");
     const speed = segments("Speed", SPEEDS, 1, (value) => (this.clock.speed = value));
     const transport = element("div", { class: "transport" }, this.play, step, again, speed, this.status);
-    const editor = signalEditor(this.context.settings.signal, this.scale, () => this.context.changed());
+    const editor = signalEditor(this.context.settings.signal, this.scale, () => {
+      if (this.run) this.run.isRetuned = true;
+      this.context.changed();
+    });
     this.root.replaceChildren(
       element("section", { class: "card scene" }, ...scene, transport, editor),
       element("section", { class: "charts" }, ...charts),
@@ -106,7 +109,14 @@ export abstract class LivePage implements Page {
   }
 
   files(): Files | null {
-    return this.run && this.filesOf(this.run);
+    if (!this.run) return null;
+    const files = this.filesOf(this.run);
+    const { isRetuned, recording } = this.run;
+    const notes = [
+      isRetuned ? "# Something was changed under way; this program has the last values from the beginning.\n" : "",
+      recording.isCut ? "# The file of the run begins in its middle; this program begins with the initial state.\n" : "",
+    ];
+    return { ...files, python: notes.join("") + files.python };
   }
 
   private advance(): void {

@@ -203,6 +203,9 @@ test("gains are tuned while the loop runs", async () => {
   await page.waitForTimeout(200);
   assert.equal((await status(page)).time, time, "the run does not restart");
   assert.equal((await fragment(page)).get("PositionController.gain.position"), "30");
+  const { text } = await download(page, "Python");
+  assert.match(text, /^# Something was changed under way/);
+  assert.match(text, /"gain.position": 30,/);
   await close();
 });
 
