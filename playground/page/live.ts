@@ -73,6 +73,7 @@ export abstract class LivePage implements Page {
 
   toggle(): void {
     this.isRunning = !this.isRunning;
+    this.isStale = true;
     this.clock.pause();
     this.label();
   }

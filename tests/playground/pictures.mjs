@@ -4,8 +4,8 @@ import { launch, open, VIEWS } from "./browser.mjs";
 const folder = process.argv[2];
 const browser = await launch();
 const LOOKS = [
-  ["", { viewport: { width: 1440, height: 1060 } }],
-  ["-dark", { viewport: { width: 1440, height: 1060 }, colorScheme: "dark" }],
+  ["", { viewport: { width: 1440, height: 1180 } }],
+  ["-dark", { viewport: { width: 1440, height: 1180 }, colorScheme: "dark" }],
   ["-narrow", { viewport: { width: 400, height: 1400 }, hasTouch: true, isMobile: true }],
 ];
 for (const view of VIEWS) {
