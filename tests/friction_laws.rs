@@ -2,7 +2,7 @@
 
 mod rig;
 
-use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, MAX_STATES, Memory};
+use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, MAX_STATES, Memory};
 use pneumatic_servo::hybrid::UNUSED;
 use pneumatic_servo::numbers::{Dual, Scalar};
 use rig::Rig;
@@ -115,7 +115,7 @@ fn mirrored_motion_gives_mirrored_friction() {
 
 /// The law with default parameters.
 fn default_law(law: &str) -> Friction {
-    let table = Friction::table("friction", 0, 1);
+    let table = Friction::table("friction", 0, Law::None);
     let mut values: Vec<f64> = table.iter().map(|variable| variable.start.unwrap()).collect();
     values[0] = f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0);
     Friction::new(&values, "friction").unwrap()
@@ -221,7 +221,7 @@ fn restored_runs_repeat_every_bit() {
 /// friction no larger than Coulomb friction.
 #[test]
 fn steep_and_flat_stribeck_curves_are_integrated() {
-    let table = Friction::table("friction", 0, 1);
+    let table = Friction::table("friction", 0, Law::None);
     for law in laws() {
         let group = format!("friction.{}", law_group(law));
         let has = |name: &str| table.iter().any(|variable| variable.name == format!("{group}.{name}"));

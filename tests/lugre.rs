@@ -55,7 +55,7 @@ fn default_bristle_is_passive() {
             time += 2e-7 / speed.abs();
             run.advance(time).unwrap();
             let [force, z, rate] =
-                ["frictionForce", "friction.state[1]", "der(friction.state[1])"].map(|name| run.get(name));
+                ["frictionForce", "friction.deflection", "der(friction.deflection)"].map(|name| run.get(name));
             let (taken, stored) = (force * speed, 1e6 * z * rate);
             // Rounding of two nearly equal powers.
             assert!(taken - stored > -1e-9 * taken.abs(), "{taken} W against {stored} W at {speed} m/s");

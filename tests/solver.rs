@@ -114,8 +114,8 @@ fn fixed_step_schemes_have_their_order() {
     for (scheme, order, step) in [
         (Scheme::ExplicitEuler, 1, 1e-3),
         (Scheme::ImplicitEuler, 1, 1e-3),
-        (Scheme::Rk3, 3, 0.02),
-        (Scheme::Rk4, 4, 0.05),
+        (Scheme::RK3, 3, 0.02),
+        (Scheme::RK4, 4, 0.05),
     ] {
         let error = |step: f64| oscillator_error(Settings { scheme, step, ..ADAPTIVE }, 2.0);
         let ratio = error(step) / error(step / 2.0);
@@ -254,7 +254,7 @@ fn error_says_what_stands_in_the_way() {
         panic!("{error}")
     };
     assert!((time - 0.5).abs() < 1e-9);
-    let settings = Settings { scheme: Scheme::Rk4, ..ADAPTIVE };
+    let settings = Settings { scheme: Scheme::RK4, ..ADAPTIVE };
     let error = Run::new(Tank, settings, 0.0, [0.5], (), [0.0]).advance(1.0).unwrap_err();
     assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
 }

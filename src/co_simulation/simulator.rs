@@ -108,8 +108,8 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         let mut states = [0.0; N];
-        for (place, seed) in direction.states.iter().enumerate() {
-            if let Some(index) = self.run.system().state_index(place) {
+        for (reference, seed) in E::table().states().zip(direction.states) {
+            if let Some(index) = self.run.system().state_at(reference) {
                 states[index] = *seed;
             }
         }
@@ -117,7 +117,8 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
     }
 
     fn state_index(&self, state: usize) -> Option<usize> {
-        self.run.system().state_index(state)
+        let reference = E::table().states().nth(state)?;
+        self.run.system().state_at(reference)
     }
 
     fn save(&self) -> Snapshot {

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::event::{Event, Indicators};
-use super::law::{Contact, MAX_STATES};
+use super::law::{Contact, MAX_STATES, StateKind};
 use super::registry::{Friction, Memory};
+use super::states;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 
@@ -18,12 +19,15 @@ pub struct FrictionContact {
     first: usize,
     /// Number of states of the law.
     count: usize,
+    /// Value reference that the variables of its states count from.
+    references: u32,
 }
 
 impl FrictionContact {
-    /// A contact under a law, whose states begin at an index among those of the model.
-    pub fn new(law: Friction, first: usize) -> Self {
-        Self { count: law.states(), law, first }
+    /// A contact under a law, whose states begin at an index among those of the model, and whose variables count from a
+    /// value reference.
+    pub fn new(law: Friction, first: usize, references: u32) -> Self {
+        Self { count: law.states(), law, first, references }
     }
 
     /// The law.
@@ -40,6 +44,12 @@ impl FrictionContact {
     #[inline(always)]
     pub fn states(&self) -> Range<usize> {
         self.first..self.first + self.count
+    }
+
+    /// Index among the states of the model of the one that a variable stands for, if the law has it.
+    pub fn state_at(&self, reference: u32) -> Option<usize> {
+        let number = states::number_of(self.law.state_kind(), reference.checked_sub(self.references)?)?;
+        (number < self.count).then_some(self.first + number)
     }
 
     /// The memory a run starts with; may set the states of the law, which are zero.
@@ -65,10 +75,18 @@ impl FrictionContact {
         states[..self.count].copy_from_slice(&x[self.states()]);
         let force = self.law.force(contact, &states[..self.count], memory, &mut rates[..self.count]);
         let sticking = S::constant(f64::from(self.law.is_sticking(memory)));
-        Observation { force, sticking, is_held: self.law.holds_position(memory), states, rates }
+        Observation {
+            force,
+            sticking,
+            is_held: self.law.holds_position(memory),
+            kind: self.law.state_kind(),
+            states,
+            rates,
+        }
     }
 
     /// The event indicators in the present mode.
+    #[inline(always)]
     pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &Memory) -> Indicators {
         self.law.indicators(contact, &x[self.states()], memory)
     }
@@ -79,6 +97,7 @@ impl FrictionContact {
     }
 
     /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
+    #[inline(always)]
     pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut Memory) {
         let mut rate = x[velocity];
         self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
@@ -92,11 +111,13 @@ impl FrictionContact {
     }
 
     /// The next sample.
+    #[inline(always)]
     pub fn next_sample(&self, memory: &Memory) -> Sample {
         self.law.next_sample(memory)
     }
 
     /// Takes the sample that is due at the time of the contact, if any.
+    #[inline(always)]
     pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut Memory) {
         if self.law.next_sample(memory).time <= time {
             self.law.sample(&contact(), &x[self.states()], memory);
@@ -104,6 +125,7 @@ impl FrictionContact {
     }
 
     /// Longest step in s the solver may take.
+    #[inline(always)]
     pub fn max_step(&self) -> f64 {
         self.law.max_step()
     }
@@ -133,6 +155,8 @@ pub struct Observation<S> {
     pub sticking: S,
     /// Whether the position is exactly constant.
     pub is_held: bool,
+    /// What the states of the law are.
+    pub kind: StateKind,
     /// The states of the law; those it does not have are 0.
     pub states: [S; MAX_STATES],
     /// Their rates.
@@ -140,6 +164,11 @@ pub struct Observation<S> {
 }
 
 impl<S: Scalar> Observation<S> {
+    /// Writes the states and their rates in the order of [`states::table`], and returns the rest of the slots.
+    pub fn write<'s>(&self, slots: &'s mut [S]) -> &'s mut [S] {
+        states::write(self, slots)
+    }
+
     /// An acceleration while the mass moves, 0 while the law holds its position.
     pub fn unless_held(&self, acceleration: S) -> S {
         if self.is_held { S::zero() } else { acceleration }

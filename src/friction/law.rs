@@ -3,12 +3,22 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
+use super::parts::elements::MAX_ELEMENTS;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::variables::{ParameterError, ParameterSet};
 
-/// The largest number of continuous states a law may have.
-pub const MAX_STATES: usize = 10;
+/// The largest number of continuous states a law may have: one for each element.
+pub const MAX_STATES: usize = MAX_ELEMENTS;
+
+/// What the continuous states of a law are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateKind {
+    /// A deflection in m.
+    Deflection,
+    /// Forces in N.
+    Force,
+}
 
 /// What sets the contact in motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +72,11 @@ pub trait FrictionLaw: Sized {
     /// Number of continuous states, at most [`MAX_STATES`].
     fn states(&self) -> usize {
         0
+    }
+
+    /// What the continuous states are.
+    fn state_kind(&self) -> StateKind {
+        StateKind::Deflection
     }
 
     /// Magnitude of the continuous states, for error control.

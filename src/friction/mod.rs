@@ -12,6 +12,7 @@
 //! | `event` | what can end a mode of a contact |
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
+//! | [`states`] | the states of a contact as variables |
 //! | [`parts`] | what several laws are made of |
 
 pub mod contact;
@@ -20,8 +21,9 @@ pub mod law;
 pub mod laws;
 pub mod parts;
 mod registry;
+pub mod states;
 
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
-pub use law::{Contact, Drive, FrictionLaw, MAX_STATES};
-pub use registry::{Friction, LAWS, Memory};
+pub use law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind};
+pub use registry::{Friction, LAWS, Law, Memory};

@@ -3,21 +3,22 @@
 use serde::{Deserialize, Serialize};
 
 use super::event::{Event, Indicators};
-use super::law::{Contact, FrictionLaw};
+use super::law::{Contact, FrictionLaw, StateKind};
 use super::laws::*;
+use crate::enumeration;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Variable};
+use crate::variables::{Choice, Enumeration, ParameterError, ParameterSet, Variable};
 
 /// Makes the enumeration of laws, the parameter table and the dispatch from one line per law.
 macro_rules! registry {
     ($($id:literal $law:ident $group:literal $module:ident::$type:ident $summary:literal;)*) => {
-        /// The choice of a friction law; ids are never reused.
-        pub static LAWS: Enumeration = Enumeration {
-            name: "FrictionLaw",
-            description: "Friction law of the contact",
-            items: &[$(($id, stringify!($law), $summary)),*],
-        };
+        enumeration! {
+            /// The choice of a friction law; ids are never reused.
+            Law "FrictionLaw": "Friction law of the contact" {
+                $($id $law: $summary;)*
+            }
+        }
 
         /// A friction law chosen at run time.
         #[derive(Clone, Debug)]
@@ -46,8 +47,8 @@ macro_rules! registry {
 
         impl Friction {
             /// Variables of the choice and of every law, in groups below `group`; value references from `base`.
-            pub fn table(group: &str, base: u32, default: i32) -> Vec<Variable> {
-                let law = Variable::choice(0, "law", &LAWS, default).text("Friction law of the contact");
+            pub fn table(group: &str, base: u32, default: Law) -> Vec<Variable> {
+                let law = Variable::choice(0, "law", default).text("Friction law of the contact");
                 let mut table = vec![law.within(group, base)];
                 $(table.extend(
                     <<$module::$type as FrictionLaw>::Parameters as ParameterSet>::table()
@@ -62,19 +63,20 @@ macro_rules! registry {
             /// # Errors
             /// [`ParameterError`] when the values of the chosen law do not fit together.
             pub fn new(values: &[f64], group: &str) -> Result<Self, ParameterError> {
-                let mut next = 1;
+                let chosen = Law::from_id(values[0]).ok_or_else(|| {
+                    ParameterError::new("law", values[0], "it must be one of the items of FrictionLaw").within(group)
+                })?;
+                let rest = &values[1..];
                 $(
-                    let end = next + <<$module::$type as FrictionLaw>::Parameters as ParameterSet>::LEN;
-                    if values[0] == f64::from($id) {
-                        let parameters = ParameterSet::read(&values[next..end]);
-                        return <$module::$type as FrictionLaw>::new(parameters)
+                    let (own, rest) = rest.split_at(<<$module::$type as FrictionLaw>::Parameters as ParameterSet>::LEN);
+                    if chosen == Law::$law {
+                        return ParameterSet::read(own)
+                            .and_then(<$module::$type as FrictionLaw>::new)
                             .map(Friction::$law)
                             .map_err(|error| error.within($group).within(group));
                     }
-                    next = end;
                 )*
-                let _ = next;
-                Err(ParameterError::new("law", values[0], "it must be one of the items of FrictionLaw").within(group))
+                unreachable!("every law has its line; {} values are left", rest.len())
             }
 
             /// The law in words, for messages.
@@ -95,6 +97,11 @@ macro_rules! registry {
             /// The events that can end a mode.
             pub fn events(&self) -> &'static [Event] {
                 match self { $(Friction::$law(law) => law.events()),* }
+            }
+
+            /// What the continuous states are.
+            pub fn state_kind(&self) -> StateKind {
+                match self { $(Friction::$law(law) => law.state_kind()),* }
             }
 
             /// Magnitude of the continuous states.
@@ -146,6 +153,9 @@ registry! {
     23 StickSlipSpring "stickSlipSpring" stick_slip_spring::StickSlipSpring "Spring-damper while sticking, Coulomb friction while sliding";
     24 StickSlipCreep "stickSlipCreep" stick_slip_creep::StickSlipCreep "Bounded stiction displacement at low speed, Coulomb friction at high speed";
 }
+
+/// All laws: ids, names and summaries.
+pub static LAWS: &Enumeration = Law::ENUMERATION;
 
 impl Friction {
     /// The friction force in N; writes the time derivatives of the continuous states.

@@ -9,21 +9,20 @@ pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
     /// Conserved quantities whose residuals the table lists before the solver's counters.
     const RESIDUALS: usize = 0;
 
+    /// The variable table of the model.
+    fn table() -> &'static Table;
+
     /// Writes the computed variables in the order of the table.
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory, computed: &mut [S]);
 
-    /// The index among the `N` states of the state whose derivative the table lists in a place, if it is integrated.
-    fn state_index(&self, place: usize) -> Option<usize>;
+    /// The index among the `N` states of the one that a variable stands for, if it is integrated: with other parameters
+    /// (another friction law, another rig) it may not be, and keeps its start value.
+    fn state_at(&self, reference: u32) -> Option<usize>;
 }
 
-/// Name of the variable of a model's table that is a state, by its index.
-pub fn state_name<E: Equations<N, U>, const N: usize, const U: usize>(
-    equations: &E,
-    table: &Table,
-    state: usize,
-) -> &'static str {
-    let mut derivatives = table.into_iter().filter_map(|variable| variable.derivative_of).enumerate();
-    let reference = derivatives.find_map(|(place, of)| (equations.state_index(place) == Some(state)).then_some(of));
-    let variable = table.into_iter().find(|variable| Some(variable.reference) == reference && !variable.is_parameter());
-    variable.map_or("an internal state", |variable| variable.name.as_str())
+/// Name of the variable of a model that is a state, by its index.
+pub fn state_name<E: Equations<N, U>, const N: usize, const U: usize>(equations: &E, state: usize) -> &'static str {
+    let reference = E::table().states().find(|reference| equations.state_at(*reference) == Some(state));
+    let entry = reference.and_then(|reference| E::table().by_reference(reference));
+    entry.map_or("an internal state", |entry| entry.variable.name.as_str())
 }

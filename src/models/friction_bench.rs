@@ -11,17 +11,17 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::bristles::{bristle_table, write_bristles};
 use super::equations::{Equations, state_name};
+use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
-use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators};
+use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, MAX_STATES, states};
 use crate::hybrid::{HybridSystem, Sample};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
-use crate::{outputs, parameters};
+use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::{enumeration, inputs, outputs, parameters, states};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -33,92 +33,100 @@ pub const MODEL: Model = Model {
     experiment: Experiment { stop_time: 120.0, step_size: 1e-2, signals: &[] },
 };
 
-/// Value reference of the first variable of the friction law.
-const FRICTION_BASE: u32 = 10_000;
-/// Value reference of the first parameter of the solver.
-const SOLVER_BASE: u32 = 5_000;
-/// Value reference of the first counter of the solver.
-const COUNTERS_BASE: u32 = 5_100;
-/// Value reference of the first bristle state; its derivatives follow.
-const BRISTLE_BASE: u32 = 400;
-
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));
-    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(states::table("friction", references::CONTACT, &[depends::DRIVE, depends::V]));
+    table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
-    table.extend(Friction::table("friction", FRICTION_BASE, 7));
-    table.extend(Tuning::grouped(SOLVER_BASE));
+    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
+    table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
 
-parameters! {
+inputs! {
     /// The inputs.
     Inputs {
-        drive_velocity: f64 = Variable::input(1, "driveVelocity", units::METRE_PER_SECOND, 0.1).nominal(0.1).shown_in("mm/s")
+        drive_velocity = Variable::input(1, "driveVelocity", units::METRE_PER_SECOND, 0.1).nominal(0.1).shown_in("mm/s")
             .text("Velocity of the free end of the spring, or of the mass itself if its motion is prescribed");
-        applied_force: f64 = Variable::input(2, "appliedForce", units::NEWTON, 0.0).nominal(10.0)
+        applied_force = Variable::input(2, "appliedForce", units::NEWTON, 0.0).nominal(10.0)
             .text("Force on the mass towards +x; in a prescribed motion, what a law with true stiction answers at rest");
+    }
+}
+
+states! {
+    /// The states; positions resolve presliding.
+    State of Parameters, from 0; {
+        ..friction;
+        DrivePosition: 104, |_| 1e-3;
+        Position: 101, |_| 1e-3;
+        Velocity: 102, |_| 1e-2;
     }
 }
 
 /// Inputs and states that the computed variables depend on; with which drive, is a matter of parameters.
 mod depends {
+    use super::{State, references, states};
+
     pub const DRIVE: u32 = 1;
     pub const FORCE: u32 = 2;
-    pub const X: u32 = 101;
-    pub const V: u32 = 102;
-    pub const Y: u32 = 104;
+    pub const X: u32 = State::Position.reference();
+    pub const V: u32 = State::Velocity.reference();
+    pub const Y: u32 = State::DrivePosition.reference();
+
+    /// What decides whether a law without states of its own holds the mass.
+    pub const LOAD: &[u32] = &[references::TIME, DRIVE, FORCE, X, V, Y];
+
     /// What friction and acceleration depend on.
-    pub const MOTION: &[u32] = &[DRIVE, FORCE, X, V, Y, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+    pub fn motion() -> Vec<u32> {
+        [LOAD.to_vec(), states::references(references::CONTACT)].concat()
+    }
 }
 
 outputs! {
     /// The computed variables.
     Outputs {
-        position = Variable::output(101, "position", units::METRE).nominal(0.1).shown_in("mm")
+        position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::X])
             .text("Position of the mass");
-        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(101)
+        velocity = Variable::output(depends::V, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(depends::X)
             .depends_on(&[depends::V, depends::DRIVE])
             .text("Velocity of the mass; exactly 0 while it sticks");
-        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(102)
-            .depends_on(depends::MOTION)
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::V)
+            .depends_on(&depends::motion())
             .text("Acceleration of the mass; 0 in a prescribed motion, whose velocity is an input");
-        drive_position = Variable::output(104, "drivePosition", units::METRE).nominal(0.1).shown_in("mm")
+        drive_position = Variable::output(depends::Y, "drivePosition", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::Y])
             .text("Position of the free end of the spring: the integral of driveVelocity");
         spring_force = Variable::output(105, "springForce", units::NEWTON).nominal(10.0)
             .depends_on(&[depends::Y, depends::X, depends::V, depends::DRIVE])
             .text("Force of spring and damper on the mass towards +x; 0 unless they pull it");
         friction_force = Variable::output(106, "frictionForce", units::NEWTON).nominal(10.0)
-            .depends_on(depends::MOTION)
+            .depends_on(&depends::motion())
             .text("Friction force on the mass, positive when it opposes motion towards +x");
         sticking = Variable::flag(107, "sticking")
+            .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the mass");
-        drive_rate = Variable::output(204, "der(drivePosition)", units::METRE_PER_SECOND).local().nominal(0.1).shown_in("mm/s").derivative_of(104)
+        drive_rate = Variable::output(204, "der(drivePosition)", units::METRE_PER_SECOND).local().nominal(0.1).shown_in("mm/s").derivative_of(depends::Y)
             .depends_on(&[depends::DRIVE])
             .text("Velocity of the free end of the spring");
     }
 }
 
-/// What moves the mass; ids are never reused.
-pub static DRIVES: Enumeration = Enumeration {
-    name: "BenchDrive",
-    description: "What moves the mass",
-    items: &[
-        (1, "SpringPull", "A spring and damper, whose free end moves with driveVelocity, and appliedForce"),
-        (2, "PrescribedMotion", "The mass moves with driveVelocity; its friction force is read"),
-        (3, "Free", "appliedForce alone"),
-    ],
-};
+enumeration! {
+    /// What moves the mass; ids are never reused.
+    Drive "BenchDrive": "What moves the mass" {
+        1 SpringPull: "A spring and damper, whose free end moves with driveVelocity, and appliedForce";
+        2 PrescribedMotion: "The mass moves with driveVelocity; its friction force is read";
+        3 Free: "appliedForce alone";
+    }
+}
 
 parameters! {
     /// The parameters of the bench; those of the friction law and of the solver follow in the table.
     Parameters {
-        drive: f64 = Variable::choice(1001, "bench.drive", &DRIVES, 1)
+        drive: Drive = Variable::choice(1001, "bench.drive", Drive::SpringPull)
             .text("What moves the mass");
         mass: f64 = Variable::parameter(1002, "mass", units::KILOGRAM, 1.0).range(1e-3, 1e4)
             .text("Mass");
@@ -133,19 +141,10 @@ parameters! {
     }
 }
 
-/// What moves the mass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Drive {
-    SpringPull,
-    PrescribedMotion,
-    Free,
-}
-
 /// The equations of the bench for given parameters.
 #[derive(Clone, Debug)]
 pub struct FrictionBench {
     p: Parameters,
-    drive: Drive,
     friction: FrictionContact,
 }
 
@@ -176,110 +175,100 @@ impl Trend {
     }
 }
 
-/// Bristles come first, then drive position, position and velocity.
-const BRISTLES: usize = 0;
-const fn drive_position(n: usize) -> usize {
-    n - 3
-}
-const fn position(n: usize) -> usize {
-    n - 2
-}
-const fn velocity(n: usize) -> usize {
-    n - 1
-}
-const STATES_WITHOUT_BRISTLES: usize = 3;
-
 /// A force in N beyond every level that a friction law can have.
 const OVERWHELMING: f64 = 1e12;
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
-        3 => Ok(Box::new(equations.run::<3>(start)?)),
-        4 => Ok(Box::new(equations.run::<4>(start)?)),
-        5 => Ok(Box::new(equations.run::<5>(start)?)),
-        6..=7 => Ok(Box::new(equations.run::<7>(start)?)),
-        _ => Ok(Box::new(equations.run::<13>(start)?)),
+    match equations.friction.count() {
+        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
+        2 => Ok(Box::new(equations.run::<{ State::OTHERS + 2 }>(start)?)),
+        3..=4 => Ok(Box::new(equations.run::<{ State::OTHERS + 4 }>(start)?)),
+        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
 fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
-    let p = Parameters::read(own);
-    let drive = match p.drive as i32 {
-        2 => Drive::PrescribedMotion,
-        3 => Drive::Free,
-        _ => Drive::SpringPull,
-    };
-    let friction = FrictionContact::new(Friction::new(friction, "friction")?, BRISTLES);
-    Ok((FrictionBench { p, drive, friction }, settings))
+    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
+    let p = Parameters::read(own)?;
+    let friction = FrictionContact::new(Friction::new(friction, "friction")?, State::FRICTION, references::CONTACT);
+    Ok((FrictionBench { p, friction }, settings))
 }
 
 impl FrictionBench {
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
-        let u: [f64; 2] = std::array::from_fn(|i| start.inputs[i]);
+        let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
         let mut x = [0.0; N];
-        (x[drive_position(N)], x[position(N)]) = (self.p.position0, self.p.position0);
-        x[velocity(N)] = self.p.velocity0;
-        let trend = Trend { velocity: u[0], sign: 1.0 };
-        let rate = if self.drive == Drive::PrescribedMotion { u[0] } else { self.p.velocity0 };
+        (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
+        x[State::Velocity.at(N)] = self.p.velocity0;
+        let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
+        let rate = if self.p.drive == Drive::PrescribedMotion { u.drive_velocity } else { self.p.velocity0 };
         let contact = self.contact(0.0, &x, &u, rate, trend);
         let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, trend })
     }
 
     /// Velocity of the mass: the input or the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], memory: &Memory) -> S {
-        match self.drive {
-            Drive::PrescribedMotion => u[0],
-            Drive::SpringPull | Drive::Free => self.friction.rate(x[velocity(N)], &memory.friction),
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> S {
+        match self.p.drive {
+            Drive::PrescribedMotion => u.drive_velocity,
+            Drive::SpringPull | Drive::Free => self.friction.rate(x[State::Velocity.at(N)], &memory.friction),
         }
     }
 
     /// Force of spring and damper in N at a velocity of the mass.
-    fn spring_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], rate: S) -> S {
-        match self.drive {
+    fn spring_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> S {
+        match self.p.drive {
             Drive::SpringPull => {
-                (x[drive_position(N)] - x[position(N)]) * self.p.stiffness + (u[0] - rate) * self.p.damping
+                (x[State::DrivePosition.at(N)] - x[State::Position.at(N)]) * self.p.stiffness
+                    + (u.drive_velocity - rate) * self.p.damping
             }
             Drive::PrescribedMotion | Drive::Free => S::zero(),
         }
     }
 
     /// Force on the mass other than friction in N, as the friction law sees it.
-    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &[S; 2], rate: S, trend: Trend) -> S {
+    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: Trend) -> S {
         let accelerates = trend.sign * sign(rate.value());
         // Polito's law knows from the applied force whether a sliding mass accelerates; the other laws do not ask.
-        if self.drive == Drive::PrescribedMotion
+        if self.p.drive == Drive::PrescribedMotion
             && accelerates != 0.0
             && matches!(self.friction.law(), Friction::Polito(_))
         {
             return S::constant(accelerates * OVERWHELMING);
         }
-        self.spring_force(x, u, rate) + u[1]
+        self.spring_force(x, u, rate) + u.applied_force
     }
 
     /// The contact as the friction law sees it, for a velocity of the mass.
-    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], rate: S, trend: Trend) -> Contact<S> {
-        let (drive, velocity) = match self.drive {
+    fn contact<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &Inputs<S>,
+        rate: S,
+        trend: Trend,
+    ) -> Contact<S> {
+        let (drive, velocity) = match self.p.drive {
             Drive::PrescribedMotion => (friction::Drive::Motion, rate),
-            Drive::SpringPull | Drive::Free => (friction::Drive::Force, x[velocity(N)]),
+            Drive::SpringPull | Drive::Free => (friction::Drive::Force, x[State::Velocity.at(N)]),
         };
         let applied = self.applied_force(x, u, rate, trend);
-        Contact { time, position: x[position(N)], velocity, applied, level: S::constant(1.0), drive }
+        Contact { time, position: x[State::Position.at(N)], velocity, applied, level: S::constant(1.0), drive }
     }
 
     /// The contact in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> Contact<S> {
+    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> Contact<S> {
         self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
     }
 
     /// Acceleration in m/s2 under a friction force.
     fn acceleration<S: Scalar>(&self, applied: S, friction_force: S) -> S {
-        match self.drive {
+        match self.p.drive {
             Drive::PrescribedMotion => S::zero(),
             Drive::SpringPull | Drive::Free => (applied - friction_force) / self.p.mass,
         }
@@ -291,16 +280,18 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     type Indicators = Indicators;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+        let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[drive_position(N)] = u[0];
-        rates[position(N)] = self.rate(x, u, memory);
-        rates[velocity(N)] = self.acceleration(contact.applied, force);
+        rates[State::DrivePosition.at(N)] = u.drive_velocity;
+        rates[State::Position.at(N)] = self.rate(x, u, memory);
+        rates[State::Velocity.at(N)] = self.acceleration(contact.applied, force);
         rates
     }
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Indicators {
+        let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         self.friction.indicators(&contact, x, &memory.friction)
     }
@@ -310,12 +301,14 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.switch(Event::ALL[event], &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
-        memory.trend.follow(u[0]);
+        let u = &Inputs::read(u);
+        memory.trend.follow(u.drive_velocity);
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         let contact = || self.contact(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
@@ -326,7 +319,7 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 2>(self, &TABLE, state)
+        state_name::<Self, N, 2>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -346,15 +339,14 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         self.friction.sample(|| self.contact(time, x, u, rate, trend), time, x, &mut memory.friction);
     }
 
-    /// Positions resolve presliding.
     fn scales(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
-        (scales[drive_position(N)], scales[position(N)]) = (1e-3, 1e-3);
-        scales[velocity(N)] = 1e-2;
+        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
@@ -364,29 +356,34 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
 }
 
 impl<const N: usize> Equations<N, 2> for FrictionBench {
+    fn table() -> &'static Table {
+        &TABLE
+    }
+
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+        let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, u, memory);
         let outputs = Outputs {
-            position: x[position(N)],
+            position: x[State::Position.at(N)],
             velocity: rate,
             acceleration: friction.unless_held(self.acceleration(contact.applied, friction.force)),
-            drive_position: x[drive_position(N)],
+            drive_position: x[State::DrivePosition.at(N)],
             spring_force: self.spring_force(x, u, rate),
             friction_force: friction.force,
             sticking: friction.sticking,
-            drive_rate: u[0],
+            drive_rate: u.drive_velocity,
         };
-        write_bristles(&friction, outputs.write(computed));
+        friction.write(outputs.write(computed));
     }
 
-    fn state_index(&self, place: usize) -> Option<usize> {
-        match place {
-            0 => Some(position(N)),
-            1 => (self.drive != Drive::PrescribedMotion).then_some(velocity(N)),
-            2 => Some(drive_position(N)),
-            bristle => (bristle - 3 < self.friction.count()).then_some(BRISTLES + bristle - 3),
-        }
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        let own = match State::of(reference) {
+            // A prescribed motion has its velocity from the input.
+            Some(State::Velocity) if self.p.drive == Drive::PrescribedMotion => None,
+            other => other,
+        };
+        own.map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
     }
 }

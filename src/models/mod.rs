@@ -1,12 +1,12 @@
 //! Complete systems: equations, events and the variable table of each.
 
-mod bristles;
 pub mod driven_slider;
 pub(crate) mod equations;
 pub mod festoon;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
+mod references;
 pub mod vibro_impact;
 
 use crate::model::Model;

@@ -25,8 +25,8 @@ use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::sign;
 use crate::solver::StepError;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
-use crate::{outputs, parameters};
+use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -69,16 +69,16 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
     Table::new(table)
 });
 
-parameters! {
+inputs! {
     /// The inputs.
     Inputs {
-        reference: f64 = Variable::input(1, "referencePosition", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
+        reference = Variable::input(1, "referencePosition", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
             .text("Position that the carriage is to have");
-        reference_velocity: f64 = Variable::input(2, "referenceVelocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
+        reference_velocity = Variable::input(2, "referenceVelocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
             .text("Velocity of the reference; used if feedForward.source is Input");
-        position: f64 = Variable::input(3, "position", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
+        position = Variable::input(3, "position", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
             .text("Measured position of the carriage");
-        velocity: f64 = Variable::input(4, "velocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
+        velocity = Variable::input(4, "velocity", units::METRE_PER_SECOND, 0.0).range(-1e3, 1e3).nominal(0.1).shown_in("mm/s")
             .text("Measured velocity of the carriage");
     }
 }
@@ -99,15 +99,13 @@ outputs! {
     }
 }
 
-/// Where the velocity of the reference comes from; ids are never reused.
-pub static SOURCES: Enumeration = Enumeration {
-    name: "FeedForwardSource",
-    description: "Where the velocity of the reference comes from",
-    items: &[
-        (1, "Difference", "Difference of the last two samples of referencePosition"),
-        (2, "Input", "The input referenceVelocity"),
-    ],
-};
+enumeration! {
+    /// Where the velocity of the reference comes from; ids are never reused.
+    Source "FeedForwardSource": "Where the velocity of the reference comes from" {
+        1 Difference: "Difference of the last two samples of referencePosition";
+        2 Input: "The input referenceVelocity";
+    }
+}
 
 parameters! {
     /// The parameters. The gains suit the cylinder with its default parameters.
@@ -122,7 +120,7 @@ parameters! {
             .text("Rate of the integral part per velocity error");
         feed_forward: f64 = Variable::parameter(1005, "feedForward.gain", units::VOLT_SECOND_PER_METRE, 1.6).range(0.0, 1e6).tunable()
             .text("Command per wanted velocity");
-        source: f64 = Variable::choice(1006, "feedForward.source", &SOURCES, 1)
+        source: Source = Variable::choice(1006, "feedForward.source", Source::Difference)
             .text("Where the velocity of the reference comes from");
         velocity_limit: f64 = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).shown_in("mm/s").tunable()
             .text("Largest wanted velocity");
@@ -136,18 +134,18 @@ parameters! {
             .text("Dead zone of the valve as a fraction of its range, which the controller inverts");
         transition: f64 = Variable::parameter(1012, "valve.transition", units::VOLT, 0.1).range(0.0, 1e3).tunable()
             .text("Commands smaller than this cross the dead zone on a line; 0: by a jump");
-        polarity: f64 = Variable::count(1013, "valve.polarity", 1).range(-1.0, 1.0)
+        polarity: i32 = Variable::count(1013, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than the neutral voltage moves the carriage towards +x; -1: towards -x");
-        max_samples: f64 = Variable::count(1014, "maxSamplesPerCommunicationStep", 1_000_000).range(1.0, f64::from(i32::MAX))
+        max_samples: u64 = Variable::count(1014, "maxSamplesPerCommunicationStep", 1_000_000).range(1.0, f64::from(i32::MAX))
             .text("Bound on samples within one communication step; beyond it the step is discarded");
     }
 }
 
 impl Parameters {
     fn checked(values: &[f64]) -> Result<Self, ParameterError> {
-        let parameters = Self::read(values);
-        if parameters.polarity == 0.0 {
-            return Err(ParameterError::new("valve.polarity", parameters.polarity, "it must be 1 or -1"));
+        let parameters = Self::read(values)?;
+        if parameters.polarity == 0 {
+            return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
         Ok(parameters)
     }
@@ -189,11 +187,11 @@ struct Memory {
 impl PositionController {
     fn new(start: &Start) -> Result<Self, ParameterError> {
         let p = Parameters::checked(start.parameters)?;
-        let values = std::array::from_fn(|i| start.inputs[i]);
+        let values: [f64; Inputs::LEN] = std::array::from_fn(|i| start.inputs[i]);
         let memory = Memory {
             start: start.time,
             count: 0,
-            reference: Inputs::read(start.inputs).reference,
+            reference: Inputs::read(&values).reference,
             error: 0.0,
             wanted: 0.0,
             command: 0.0,
@@ -212,9 +210,9 @@ impl PositionController {
     fn sample(&mut self) {
         let (p, memory) = (&self.p, &mut self.memory);
         let input = Inputs::read(&self.inputs.at(self.time));
-        let slope = match p.source as i32 {
-            2 => input.reference_velocity,
-            _ => (input.reference - memory.reference) / p.sample_time,
+        let slope = match p.source {
+            Source::Input => input.reference_velocity,
+            Source::Difference => (input.reference - memory.reference) / p.sample_time,
         };
         memory.reference = input.reference;
         memory.error = input.reference - input.position;
@@ -247,7 +245,7 @@ impl Simulation for PositionController {
     }
 
     fn advance(&mut self, end: f64) -> Result<(), StepError> {
-        let limit = self.p.max_samples as u64;
+        let limit = self.p.max_samples;
         let mut samples = 0;
         while self.next_sample().is_before(end) {
             if samples == limit {
@@ -264,7 +262,7 @@ impl Simulation for PositionController {
     fn values(&self, computed: &mut [f64]) {
         let (p, memory) = (&self.p, &self.memory);
         let outputs = Outputs {
-            voltage: p.neutral + p.polarity * memory.effort,
+            voltage: p.neutral + f64::from(p.polarity) * memory.effort,
             error: memory.error,
             wanted: memory.wanted,
             command: memory.command,

@@ -2,20 +2,18 @@
 
 use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
 use super::orifice::Inflow;
+use crate::enumeration;
 use crate::numbers::Scalar;
 use crate::numbers::{Number, Pair};
-use crate::variables::Enumeration;
 
-/// The choice of a thermal model; ids are never reused.
-pub static THERMAL_MODELS: Enumeration = Enumeration {
-    name: "ThermalModel",
-    description: "Thermal model of the chambers",
-    items: &[
-        (1, "EnergyBalance", "Energy balance with heat transfer to the wall"),
-        (2, "Isothermal", "Gas always at ambient temperature"),
-        (3, "Polytropic", "Temperature follows the pressure with a polytropic exponent"),
-    ],
-};
+enumeration! {
+    /// The choice of a thermal model; ids are never reused.
+    ThermalModel "ThermalModel": "Thermal model of the chambers" {
+        1 EnergyBalance: "Energy balance with heat transfer to the wall";
+        2 Isothermal: "Gas always at ambient temperature";
+        3 Polytropic: "Temperature follows the pressure with a polytropic exponent";
+    }
+}
 
 /// How temperature follows.
 #[derive(Clone, Copy, Debug, PartialEq)]

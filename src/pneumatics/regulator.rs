@@ -1,6 +1,11 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use crate::numbers::Scalar;
+use super::actuator::{Actuating, Ports, STATES, VOLTAGE};
+use super::gas::GasState;
+use super::orifice::{Inflow, Orifice};
+use crate::numbers::{Pair, Scalar};
+use crate::variables::{ParameterError, Variable, units};
+use crate::{outputs, parameters};
 
 /// A pressure regulator commanded by 0 to 10 V, with a first-order lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +30,92 @@ impl Regulator {
     /// Rate in Pa/s at which the pressure approaches the commanded one.
     pub fn pressure_rate<S: Scalar>(&self, command: S, pressure: S) -> S {
         (command - pressure) / self.time_constant
+    }
+}
+
+parameters! {
+    /// The parameters of [`PressureRegulator`].
+    Parameters {
+        min_pressure: f64 = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1.5e5).range(1e3, 1e8).shown_in("bar")
+            .text("Absolute pressure of the regulator at 0 V");
+        max_pressure: f64 = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 10e5).range(1e3, 1e8).shown_in("bar")
+            .text("Absolute pressure of the regulator at 10 V");
+        time_constant: f64 = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
+            .text("Time constant of the regulator");
+        conductance: f64 = Variable::parameter(1036, "regulator.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+            .text("Sonic conductance between regulator and chamber A");
+        critical_ratio: f64 = Variable::parameter(1037, "regulator.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio between regulator and chamber A");
+    }
+}
+
+/// Value reference of the state.
+const PRESSURE: u32 = 203;
+
+outputs! {
+    /// The computed variables of [`PressureRegulator`].
+    Outputs {
+        pressure = Variable::output(PRESSURE, "regulator.pressure", units::PASCAL).local().nominal(1e5).shown_in("bar")
+            .depends_on(&[PRESSURE])
+            .starts_from(&[VOLTAGE])
+            .text("Absolute pressure behind the regulator; 0 on the rig with a valve");
+        pressure_rate = Variable::output(205, "der(regulator.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(PRESSURE)
+            .depends_on(&[VOLTAGE, PRESSURE])
+            .text("Rate of the pressure behind the regulator");
+    }
+}
+
+/// The regulator that feeds chamber A, chamber B plugged. State: the pressure behind it.
+#[derive(Clone, Debug)]
+pub struct PressureRegulator {
+    regulator: Regulator,
+    orifice: Orifice,
+}
+
+impl Actuating for PressureRegulator {
+    type Memory = ();
+    type Parameters = Parameters;
+
+    const VARIABLES: [Option<u32>; STATES] = [None, Some(PRESSURE)];
+    const FEEDS: [&'static [u32]; 2] = [&[PRESSURE], &[]];
+    const COMPUTED: usize = Outputs::<f64>::LEN;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        if p.max_pressure < p.min_pressure {
+            let reason = format!("it must not be below regulator.pMin = {}", p.min_pressure);
+            return Err(ParameterError::new("regulator.pMax", p.max_pressure, &reason));
+        }
+        let Parameters { min_pressure, max_pressure, time_constant, conductance, critical_ratio } = p;
+        let regulator = Regulator { min_pressure, max_pressure, time_constant, conductance };
+        Ok(Self { regulator, orifice: Orifice::new(critical_ratio) })
+    }
+
+    fn computed() -> Vec<Variable> {
+        Outputs::<f64>::table()
+    }
+
+    /// Above 30 Pa the pressure itself is the magnitude of its errors.
+    fn scales(&self) -> [f64; STATES] {
+        [1.0, 30.0]
+    }
+
+    fn start(&self, voltage: f64) -> ([f64; STATES], ()) {
+        ([0.0, self.regulator.command(voltage)], ())
+    }
+
+    fn rates<S: Scalar>(&self, [_, pressure]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
+        [S::zero(), self.regulator.pressure_rate(self.regulator.command(voltage), pressure)]
+    }
+
+    #[inline(always)]
+    fn feed<S: Scalar>(&self, pressure: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
+        Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([pressure; 2])), gas))
+    }
+
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
+        let [[_, pressure], [_, pressure_rate]] = [states, self.rates(states, voltage, memory)];
+        Outputs { pressure, pressure_rate }.write(slots);
     }
 }
 

@@ -2,8 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::numbers::Number;
-use crate::numbers::Scalar;
+use super::actuator::{Actuating, Ports, STATES, SUPPLY, VOLTAGE};
+use super::gas::GasState;
+use super::orifice::{Inflow, Orifice};
+use crate::numbers::{Number, Pair, Scalar};
+use crate::variables::{ParameterError, Variable, units};
+use crate::{outputs, parameters};
 
 /// A proportional valve, closed in the centre, commanded by 0 to 10 V.
 ///
@@ -80,11 +84,18 @@ impl Valve {
     }
 
     /// The play operator: where the command drags the spool's set point from where it was.
+    ///
+    /// Its derivative is 1 while the command pushes, also where it has just come to rest against the set point (the
+    /// derivative of the side that was pushed), and 0 inside the play.
     pub fn play<S: Scalar>(&self, before: f64, command: S) -> S {
-        if self.hysteresis == 0.0 {
-            return command;
+        let (low, high) = (command - self.hysteresis, command + self.hysteresis);
+        if low.value() >= before {
+            low
+        } else if high.value() <= before {
+            high
+        } else {
+            S::constant(before)
         }
-        S::constant(before).clamp(command - self.hysteresis, command + self.hysteresis)
     }
 
     /// The set point a run starts with: the command, as far as the play around 0 reaches.
@@ -93,9 +104,136 @@ impl Valve {
     }
 }
 
+parameters! {
+    /// The parameters of [`ProportionalValve`].
+    Parameters {
+        conductance: f64 = Variable::parameter(1024, "valve.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)").tunable()
+            .text("Sonic conductance of a fully open metering edge");
+        critical_ratio: f64 = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99).tunable()
+            .text("Critical pressure ratio of the metering edges");
+        dead_zone: f64 = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
+            .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel");
+        leakage: f64 = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0).tunable()
+            .text("Opening of a closed metering edge as a fraction of the full opening");
+        bandwidth: f64 = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
+            .text("Natural frequency of the spool");
+        damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
+            .text("Damping ratio of the spool");
+        hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
+            .text("Half width of the play between command and spool set point");
+        polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
+            .text("1: more than 5 V feeds chamber A; -1: chamber B");
+    }
+}
+
+/// Value references of the states.
+const SPOOL: u32 = 113;
+const SPOOL_VELOCITY: u32 = 202;
+
+outputs! {
+    /// The computed variables of [`ProportionalValve`].
+    Outputs {
+        spool = Variable::output(SPOOL, "valve.spool", units::ONE).nominal(1.0)
+            .depends_on(&[SPOOL])
+            .text("Spool position as a fraction of its travel, positive feeds chamber A; 0 on the rig with a regulator");
+        spool_velocity = Variable::output(SPOOL_VELOCITY, "valve.spoolVelocity", units::PER_SECOND).local().nominal(100.0).derivative_of(SPOOL)
+            .depends_on(&[SPOOL_VELOCITY])
+            .text("Velocity of the spool");
+        spool_acceleration = Variable::output(204, "der(valve.spoolVelocity)", units::PER_SECOND_SQUARED).local().nominal(1e5).derivative_of(SPOOL_VELOCITY)
+            .depends_on(&[VOLTAGE, SPOOL, SPOOL_VELOCITY])
+            .text("Acceleration of the spool");
+        valve_command = Variable::output(206, "valve.command", units::ONE).local().nominal(1.0)
+            .depends_on(&[VOLTAGE])
+            .text("Set point of the spool after the hysteresis");
+    }
+}
+
+/// The valve between supply, exhaust and both chambers. States: velocity of the spool, and the spool.
+#[derive(Clone, Debug)]
+pub struct ProportionalValve {
+    valve: Valve,
+    orifice: Orifice,
+    bandwidth: f64,
+}
+
+/// How many times larger the errors of the spool may be than those of other states: what they do to position and force
+/// stays far below the promised accuracy, and they would take most of the steps.
+const ALLOWANCE: f64 = 30.0;
+
+impl Actuating for ProportionalValve {
+    /// Set point of the spool: the state of the hysteresis.
+    type Memory = f64;
+    type Parameters = Parameters;
+
+    const VARIABLES: [Option<u32>; STATES] = [Some(SPOOL_VELOCITY), Some(SPOOL)];
+    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, SPOOL]; 2];
+    const COMPUTED: usize = Outputs::<f64>::LEN;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        if p.polarity == 0 {
+            return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
+        }
+        let valve = Valve {
+            edge: MeteringEdge::new(p.conductance, p.dead_zone, p.leakage),
+            spool: Spool::new(p.bandwidth, p.damping),
+            hysteresis: p.hysteresis,
+            polarity: f64::from(p.polarity),
+        };
+        Ok(Self { valve, orifice: Orifice::new(p.critical_ratio), bandwidth: p.bandwidth })
+    }
+
+    fn computed() -> Vec<Variable> {
+        Outputs::<f64>::table()
+    }
+
+    fn scales(&self) -> [f64; STATES] {
+        [ALLOWANCE * self.bandwidth, ALLOWANCE]
+    }
+
+    fn start(&self, voltage: f64) -> ([f64; STATES], f64) {
+        ([0.0; STATES], self.valve.initial_play(self.valve.command(voltage)))
+    }
+
+    fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &f64) -> [S; STATES] {
+        [self.valve.spool.acceleration(self.set_point(voltage, *set_point), spool, velocity), velocity]
+    }
+
+    fn follow(&self, voltage: f64, set_point: &mut f64) {
+        *set_point = self.set_point(voltage, *set_point);
+    }
+
+    #[inline(always)]
+    fn feed<S: Scalar>(&self, spool: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let spool = Pair([spool, -spool]);
+        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
+        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        Inflow::from(self.orifice.flow(self.valve.edge.conductance(spool), supply, gas))
+            + Inflow::from(self.orifice.flow(self.valve.edge.conductance(-spool), exhaust, gas))
+    }
+
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &f64, slots: &mut [S]) {
+        let [spool_velocity, spool] = states;
+        let [spool_acceleration, _] = self.rates(states, voltage, set_point);
+        let command = self.set_point(voltage, *set_point);
+        Outputs { spool, spool_velocity, spool_acceleration, valve_command: command }.write(slots);
+    }
+
+    fn fits(&self, set_point: &f64) -> bool {
+        set_point.is_finite()
+    }
+}
+
+impl ProportionalValve {
+    /// Set point of the spool under a voltage.
+    fn set_point<S: Scalar>(&self, voltage: S, before: f64) -> S {
+        self.valve.play(before, self.valve.command(voltage))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Dual;
 
     const VALVE: Valve = Valve {
         edge: MeteringEdge::new(4e-9, 0.1, 0.002),
@@ -117,11 +255,22 @@ mod tests {
         assert_eq!(VALVE.play(0.2, 0.1), 0.11);
     }
 
+    /// At rest against the play the derivative is that of the side that was pushed; inside the play it is 0.
+    #[test]
+    fn play_has_the_derivative_of_the_side_that_is_pushed() {
+        let slope = |before: f64, command: f64| VALVE.play(before, Dual::<1>::variable(command, 0)).slope[0];
+        for command in [0.3, -0.4] {
+            let followed = VALVE.play(0.0, command);
+            assert_eq!([slope(0.0, command), slope(followed, command)], [1.0, 1.0]);
+            assert_eq!(slope(followed, command * 0.99), 0.0);
+        }
+    }
+
     /// Without hysteresis the set point is the command, derivatives included.
     #[test]
     fn play_of_no_width_hands_on_the_command() {
         let direct = Valve { hysteresis: 0.0, ..VALVE };
-        let command = crate::numbers::Dual::<1>::variable(0.2, 0);
+        let command = Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(0.2, command), command);
     }
 

@@ -1,27 +1,25 @@
 //! The solver's parameters.
 
-use crate::parameters;
-use crate::variables::{Enumeration, ParameterSet, Variable, units};
+use crate::variables::{ParameterSet, Variable, units};
+use crate::{enumeration, parameters};
 
-/// The integration schemes; ids are never reused.
-pub static SCHEMES: Enumeration = Enumeration {
-    name: "SolverScheme",
-    description: "Integration scheme",
-    items: &[
-        (1, "Adaptive", "Stiffly accurate Rosenbrock method of order 4 with error control (recommended)"),
-        (2, "ExplicitEuler", "Explicit Euler method with fixed step"),
-        (3, "ImplicitEuler", "Implicit Euler method with fixed step"),
-        (4, "RK3", "Explicit Runge-Kutta method of order 3 with fixed step"),
-        (5, "RK4", "Classical Runge-Kutta method of order 4 with fixed step"),
-    ],
-};
+enumeration! {
+    /// An integration scheme; ids are never reused.
+    Scheme "SolverScheme": "Integration scheme" {
+        1 Adaptive: "Stiffly accurate Rosenbrock method of order 4 with error control (recommended)";
+        2 ExplicitEuler: "Explicit Euler method with fixed step";
+        3 ImplicitEuler: "Implicit Euler method with fixed step";
+        4 RK3: "Explicit Runge-Kutta method of order 3 with fixed step";
+        5 RK4: "Classical Runge-Kutta method of order 4 with fixed step";
+    }
+}
 
 const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 parameters! {
     /// The solver's parameters as a host sets them.
     Tuning {
-        scheme: f64 = Variable::choice(0, "scheme", &SCHEMES, 1)
+        scheme: Scheme = Variable::choice(0, "scheme", Scheme::Adaptive)
             .text("Integration scheme; all locate stick, slip and other events");
         relative_tolerance: f64 = Variable::parameter(1, "relativeTolerance", units::ONE, DEFAULT_TOLERANCE)
             .range(1e-12, 1e-2)
@@ -29,7 +27,7 @@ parameters! {
         step: f64 = Variable::parameter(2, "step", units::SECOND, 1e-5)
             .range(1e-9, 1.0)
             .text("Step size of the fixed-step schemes");
-        max_steps: f64 = Variable::count(3, "maxStepsPerCommunicationStep", 0)
+        max_steps: u64 = Variable::count(3, "maxStepsPerCommunicationStep", 0)
             .range(0.0, f64::from(i32::MAX))
             .text("Bound on solver steps (rejected ones included) within one communication step; beyond it the step is discarded. 0: one per microsecond of the step, at least 5,000, at most 1,000,000");
     }
@@ -40,21 +38,6 @@ impl Tuning {
     pub fn grouped(base: u32) -> Vec<Variable> {
         Self::table().into_iter().map(|variable| variable.within("solver", base)).collect()
     }
-}
-
-/// An integration scheme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scheme {
-    /// Rosenbrock method with error control.
-    Adaptive,
-    /// Explicit Euler method.
-    ExplicitEuler,
-    /// Implicit Euler method.
-    ImplicitEuler,
-    /// Runge-Kutta method of order 3.
-    Rk3,
-    /// Runge-Kutta method of order 4.
-    Rk4,
 }
 
 /// How a run is integrated.
@@ -75,18 +58,11 @@ pub struct Settings {
 impl Settings {
     /// The settings for checked parameters and the tolerance the host asks for.
     pub fn new(tuning: &Tuning, host_tolerance: Option<f64>) -> Self {
-        let scheme = match tuning.scheme as i32 {
-            2 => Scheme::ExplicitEuler,
-            3 => Scheme::ImplicitEuler,
-            4 => Scheme::Rk3,
-            5 => Scheme::Rk4,
-            _ => Scheme::Adaptive,
-        };
         let tolerance = match host_tolerance {
             Some(asked) if tuning.relative_tolerance == DEFAULT_TOLERANCE => asked.clamp(1e-12, 1e-2),
             _ => tuning.relative_tolerance,
         };
-        Self { scheme, tolerance, step: tuning.step, max_steps: tuning.max_steps as u64, keeps_balance: false }
+        Self { scheme: tuning.scheme, tolerance, step: tuning.step, max_steps: tuning.max_steps, keeps_balance: false }
     }
 
     /// The same, keeping account of conserved quantities or not.

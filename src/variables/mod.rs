@@ -1,145 +1,18 @@
 //! The variable table: every variable of a model is stated here once, and the XML, the get and set functions,
 //! the documentation and the tests are made from it.
 
+mod declare;
+mod enumeration;
+mod error;
+mod states;
 mod table;
+mod unit;
 
-use std::fmt;
-
+pub use declare::{Declaration, Field, ParameterSet, refused};
+pub use enumeration::{Choice, Enumeration};
+pub use error::ParameterError;
 pub use table::{Entry, Place, Table};
-
-/// Exponents of the SI base units kg, m, s, A, K, mol, cd and rad.
-pub type BaseUnit = [i8; 8];
-
-/// A display unit: `shown = factor * value + offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DisplayUnit {
-    /// Name, for example `bar`.
-    pub name: &'static str,
-    /// Factor from the SI unit.
-    pub factor: f64,
-    /// Offset after scaling.
-    pub offset: f64,
-}
-
-/// A coherent SI unit, so that its factor to the base units is 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit {
-    /// Name, for example `Pa`.
-    pub name: &'static str,
-    /// Exponents of the SI base units.
-    pub base: BaseUnit,
-    /// Units an engineer may prefer to look at.
-    pub display: &'static [DisplayUnit],
-}
-
-/// The units of this library.
-pub mod units {
-    use super::{DisplayUnit, Unit};
-
-    macro_rules! units {
-        ($($(#[$doc:meta])* $id:ident = $name:literal $base:expr $(, $shown:literal $factor:expr, $offset:expr)*;)*) => {
-            $($(#[$doc])* pub const $id: Unit = Unit {
-                name: $name,
-                base: $base,
-                display: &[$(DisplayUnit { name: $shown, factor: $factor, offset: $offset }),*],
-            };)*
-            /// Every unit.
-            pub const ALL: &[Unit] = &[$($id),*];
-        };
-    }
-
-    // Exponents in the order kg, m, s, A, K, mol, cd, rad.
-    units! {
-        /// A number without dimension.
-        ONE = "1" [0; 8];
-        /// Length; shown in millimetres.
-        METRE = "m" [0, 1, 0, 0, 0, 0, 0, 0], "mm" 1e3, 0.0;
-        /// Microscopic length; the same unit as [`METRE`].
-        SQUARE_METRE = "m2" [0, 2, 0, 0, 0, 0, 0, 0];
-        /// Volume; shown in cubic centimetres.
-        CUBIC_METRE = "m3" [0, 3, 0, 0, 0, 0, 0, 0], "cm3" 1e6, 0.0;
-        /// Time; shown in milliseconds.
-        SECOND = "s" [0, 0, 1, 0, 0, 0, 0, 0], "ms" 1e3, 0.0;
-        /// Rate.
-        PER_SECOND = "1/s" [0, 0, -1, 0, 0, 0, 0, 0];
-        /// Rate of a rate.
-        PER_SECOND_SQUARED = "1/s2" [0, 0, -2, 0, 0, 0, 0, 0];
-        /// Frequency.
-        HERTZ = "Hz" [0, 0, -1, 0, 0, 0, 0, 0];
-        /// Velocity; shown in millimetres per second.
-        METRE_PER_SECOND = "m/s" [0, 1, -1, 0, 0, 0, 0, 0], "mm/s" 1e3, 0.0;
-        /// Inverse velocity.
-        SECOND_PER_METRE = "s/m" [0, -1, 1, 0, 0, 0, 0, 0];
-        /// Acceleration.
-        METRE_PER_SECOND_SQUARED = "m/s2" [0, 1, -2, 0, 0, 0, 0, 0];
-        /// Mass; shown in grams.
-        KILOGRAM = "kg" [1, 0, 0, 0, 0, 0, 0, 0], "g" 1e3, 0.0;
-        /// Force.
-        NEWTON = "N" [1, 1, -2, 0, 0, 0, 0, 0];
-        /// Rate of a force.
-        NEWTON_PER_SECOND = "N/s" [1, 1, -3, 0, 0, 0, 0, 0];
-        /// Stiffness.
-        NEWTON_PER_METRE = "N/m" [1, 0, -2, 0, 0, 0, 0, 0];
-        /// Cubic stiffness.
-        NEWTON_PER_CUBIC_METRE = "N/m3" [1, -2, -2, 0, 0, 0, 0, 0];
-        /// Viscous damping.
-        NEWTON_SECOND_PER_METRE = "N.s/m" [1, 0, -1, 0, 0, 0, 0, 0];
-        /// Inverse length.
-        PER_METRE = "1/m" [0, -1, 0, 0, 0, 0, 0, 0];
-        /// Pressure; shown in bar.
-        PASCAL = "Pa" [1, -1, -2, 0, 0, 0, 0, 0], "bar" 1e-5, 0.0;
-        /// Rate of a pressure.
-        PASCAL_PER_SECOND = "Pa/s" [1, -1, -3, 0, 0, 0, 0, 0], "bar/s" 1e-5, 0.0;
-        /// Inverse pressure.
-        PER_PASCAL = "1/Pa" [-1, 1, 2, 0, 0, 0, 0, 0], "1/bar" 1e5, 0.0;
-        /// Absolute temperature; shown in degrees Celsius.
-        KELVIN = "K" [0, 0, 0, 0, 1, 0, 0, 0], "degC" 1.0, -273.15;
-        /// Rate of a temperature.
-        KELVIN_PER_SECOND = "K/s" [0, 0, -1, 0, 1, 0, 0, 0];
-        /// Mass flow; shown as the volume flow at the reference conditions of ISO 8778 (density 1.185 kg/m3).
-        KILOGRAM_PER_SECOND = "kg/s" [1, 0, -1, 0, 0, 0, 0, 0], "g/s" 1e3, 0.0, "l/min(ANR)" 60_000.0 / 1.185, 0.0;
-        /// Sonic conductance of ISO 6358; shown in dm3/(s.bar).
-        CUBIC_METRE_PER_SECOND_PASCAL = "m3/(s.Pa)" [-1, 4, 1, 0, 0, 0, 0, 0], "dm3/(s.bar)" 1e8, 0.0;
-        /// Laminar leakage coefficient: mass flow per difference of squared pressures.
-        KILOGRAM_PER_SECOND_SQUARE_PASCAL = "kg/(s.Pa2)" [-1, 2, 3, 0, 0, 0, 0, 0];
-        /// Heat transfer coefficient.
-        WATT_PER_SQUARE_METRE_KELVIN = "W/(m2.K)" [1, 0, -3, 0, -1, 0, 0, 0];
-        /// Voltage.
-        VOLT = "V" [1, 2, -3, -1, 0, 0, 0, 0];
-        /// Voltage per velocity.
-        VOLT_SECOND_PER_METRE = "V.s/m" [1, 1, -2, -1, 0, 0, 0, 0];
-        /// Voltage per length.
-        VOLT_PER_METRE = "V/m" [1, 1, -3, -1, 0, 0, 0, 0];
-        /// Angle; shown in degrees.
-        RADIAN = "rad" [0, 0, 0, 0, 0, 0, 0, 1], "deg" 57.295_779_513_082_32, 0.0;
-        /// Damping of a joint.
-        NEWTON_METRE_SECOND = "N.m.s/rad" [1, 2, -1, 0, 0, 0, 0, -1];
-        /// Angular velocity; shown in degrees per second.
-        RADIAN_PER_SECOND = "rad/s" [0, 0, -1, 0, 0, 0, 0, 1], "deg/s" 57.295_779_513_082_32, 0.0;
-        /// Angular acceleration.
-        RADIAN_PER_SECOND_SQUARED = "rad/s2" [0, 0, -2, 0, 0, 0, 0, 1];
-        /// Energy.
-        JOULE = "J" [1, 2, -2, 0, 0, 0, 0, 0];
-    }
-}
-
-/// An enumeration type; the ids are part of the interface and never reused.
-#[derive(Debug, PartialEq)]
-pub struct Enumeration {
-    /// Type name, different from every variable name.
-    pub name: &'static str,
-    /// What is chosen.
-    pub description: &'static str,
-    /// Id, name and description of each item.
-    pub items: &'static [(i32, &'static str, &'static str)],
-}
-
-impl Enumeration {
-    /// The id of an item.
-    pub fn id(&self, name: &str) -> Option<i32> {
-        self.items.iter().find(|(_, item, _)| *item == name).map(|(id, ..)| *id)
-    }
-}
+pub use unit::{BaseUnit, DisplayUnit, Unit, units};
 
 /// The FMI base type of a variable, with what belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,8 +69,10 @@ pub struct Variable {
     pub display: Option<&'static str>,
     /// Value reference of the state this is the time derivative of.
     pub derivative_of: Option<u32>,
-    /// Value references of the inputs and states an output depends on directly.
+    /// Value references of what a computed variable depends on directly.
     pub depends_on: Vec<u32>,
+    /// Value references of the inputs that the start value of a state follows from.
+    pub starts_from: Vec<u32>,
 }
 
 impl Variable {
@@ -215,6 +90,7 @@ impl Variable {
             display: None,
             derivative_of: None,
             depends_on: Vec::new(),
+            starts_from: Vec::new(),
         }
     }
 
@@ -244,8 +120,9 @@ impl Variable {
     }
 
     /// A fixed choice among the items of an enumeration.
-    pub fn choice(reference: u32, name: &str, of: &'static Enumeration, start: i32) -> Self {
-        Self { start: Some(start.into()), ..Self::new(reference, name, Kind::Enumeration(of), Role::Fixed) }
+    pub fn choice<C: Choice>(reference: u32, name: &str, start: C) -> Self {
+        let kind = Kind::Enumeration(C::ENUMERATION);
+        Self { start: Some(start.id().into()), ..Self::new(reference, name, kind, Role::Fixed) }
     }
 
     /// A real output.
@@ -314,9 +191,15 @@ impl Variable {
         Self { derivative_of: Some(state), ..self }
     }
 
-    /// Names the inputs and states that enter the variable's equation directly.
+    /// Names the inputs, the states and, by reference 0, the time that enter the variable's equation directly: in the
+    /// present mode if it is a number, also by way of events if it is true or false.
     pub fn depends_on(self, references: &[u32]) -> Self {
         Self { depends_on: references.to_vec(), ..self }
+    }
+
+    /// Names the inputs that the start value of a state follows from; from parameters they all may.
+    pub fn starts_from(self, references: &[u32]) -> Self {
+        Self { starts_from: references.to_vec(), ..self }
     }
 
     /// Puts the variable into a group: `group.name`, with its value reference counted from `base`.
@@ -349,152 +232,13 @@ impl Variable {
         if let Some(max) = self.max.filter(|max| value > *max) {
             return refuse(format!("it must be at most {max}"));
         }
-        if let Kind::Enumeration(of) = self.kind
-            && !of.items.iter().any(|(id, ..)| f64::from(*id) == value)
-        {
-            return refuse(format!("it must be one of the items of {}", of.name));
+        match self.kind {
+            Kind::Enumeration(of) if !of.items.iter().any(|(id, ..)| f64::from(*id) == value) => {
+                refuse(format!("it must be one of the items of {}", of.name))
+            }
+            Kind::Integer if value.trunc() != value => refuse("it must be a whole number".to_owned()),
+            Kind::Boolean if value != 0.0 && value != 1.0 => refuse("it must be 0 (false) or 1 (true)".to_owned()),
+            _ => Ok(()),
         }
-        Ok(())
     }
-}
-
-/// A parameter or input that cannot be accepted.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParameterError {
-    /// Name of the variable.
-    pub variable: String,
-    /// The refused value.
-    pub value: f64,
-    /// What it must be.
-    pub reason: String,
-}
-
-impl ParameterError {
-    /// An error for a variable of a group; [`ParameterError::within`] completes its name.
-    pub fn new(variable: &str, value: f64, reason: &str) -> Self {
-        Self { variable: variable.to_owned(), value, reason: reason.to_owned() }
-    }
-
-    /// Puts the name of the variable into its group.
-    pub fn within(self, group: &str) -> Self {
-        Self { variable: format!("{group}.{}", self.variable), ..self }
-    }
-}
-
-impl fmt::Display for ParameterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {} is refused: {}", self.variable, self.value, self.reason)
-    }
-}
-
-impl std::error::Error for ParameterError {}
-
-/// Something that takes one or more consecutive numbers of a table: `f64`, or `[f64; N]` for an array.
-pub trait Field: Sized {
-    /// How many numbers it takes.
-    const LEN: usize;
-    /// Reads them from the front.
-    fn read(values: &[f64]) -> Self;
-}
-
-impl Field for f64 {
-    const LEN: usize = 1;
-    fn read(values: &[f64]) -> Self {
-        values[0]
-    }
-}
-
-impl<const N: usize> Field for [f64; N] {
-    const LEN: usize = N;
-    fn read(values: &[f64]) -> Self {
-        std::array::from_fn(|index| values[index])
-    }
-}
-
-/// One variable or an array of them, as a declaration in [`parameters!`](crate::parameters) yields it.
-pub trait Declaration {
-    /// The variables, in order.
-    fn into_variables(self) -> Vec<Variable>;
-}
-
-impl Declaration for Variable {
-    fn into_variables(self) -> Vec<Variable> {
-        vec![self]
-    }
-}
-
-impl<const N: usize> Declaration for [Variable; N] {
-    fn into_variables(self) -> Vec<Variable> {
-        self.into()
-    }
-}
-
-/// A struct of parameters or inputs, made by [`parameters!`](crate::parameters).
-pub trait ParameterSet: Sized {
-    /// How many variables there are.
-    const LEN: usize;
-    /// The variables, in the order of the fields.
-    fn table() -> Vec<Variable>;
-    /// Reads the fields from values in the order of the table.
-    fn read(values: &[f64]) -> Self;
-}
-
-/// Declares a [`ParameterSet`]: each field together with the variable (or array of variables) it is read from.
-#[macro_export]
-macro_rules! parameters {
-    ($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty = $declaration:expr;)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Debug, PartialEq)]
-        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
-        pub struct $name { $(pub $field: $type),* }
-
-        impl $crate::variables::ParameterSet for $name {
-            const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
-
-            fn table() -> Vec<$crate::variables::Variable> {
-                #[allow(unused_mut, reason = "a struct may have no fields")]
-                let mut table = Vec::new();
-                $(table.extend($crate::variables::Declaration::into_variables($declaration));)*
-                table
-            }
-
-            #[allow(unused, reason = "a struct may have no fields")]
-            fn read(values: &[f64]) -> Self {
-                let mut next = 0;
-                $(
-                    let $field = <$type as $crate::variables::Field>::read(&values[next..]);
-                    next += <$type as $crate::variables::Field>::LEN;
-                )*
-                Self { $($field),* }
-            }
-        }
-    };
-}
-
-/// Declares a struct of computed variables, generic over the scalar, together with their table.
-///
-/// The struct gets `table()`, the variables in the order of the fields, and `values()`, an iterator in that order.
-#[macro_export]
-macro_rules! outputs {
-    ($(#[$doc:meta])* $name:ident { $($field:ident = $declaration:expr;)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Debug)]
-        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
-        pub struct $name<S> { $(pub $field: S),* }
-
-        impl<S> $name<S> {
-            /// The variables, in the order of the fields.
-            pub fn table() -> Vec<$crate::variables::Variable> {
-                vec![$($declaration),*]
-            }
-
-            /// Writes the values in the order of the table, and returns the rest of the slots.
-            pub fn write(self, slots: &mut [S]) -> &mut [S] where S: Copy {
-                let values = [$(self.$field),*];
-                let (own, rest) = slots.split_at_mut(values.len());
-                own.copy_from_slice(&values);
-                rest
-            }
-        }
-    };
 }

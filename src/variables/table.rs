@@ -46,7 +46,7 @@ impl Table {
     /// The table of a model.
     ///
     /// # Panics
-    /// If two variables have the same name or value reference.
+    /// If two variables have the same name or value reference, or one refers to a variable that is not there.
     pub fn new(variables: Vec<Variable>) -> Self {
         let variables: &'static [Variable] = variables.leak();
         let mut counts = [0; 3];
@@ -74,6 +74,11 @@ impl Table {
             let slot = &mut by_reference[*reference as usize];
             assert!(*slot == NONE, "the value reference {reference} of {name} is used twice");
             *slot = index as u32;
+        }
+        for reference in variables.iter().flat_map(|variable| variable.derivative_of.iter().chain(&variable.depends_on))
+        {
+            let known = by_reference.get(*reference as usize).is_some_and(|index| *index != NONE);
+            assert!(known, "no variable has the value reference {reference}, on which another depends");
         }
         Self { variables, places, states, by_name, by_reference }
     }
@@ -113,6 +118,24 @@ impl Table {
     /// The computed variables, in order.
     pub fn computed(&self) -> impl Iterator<Item = &'static Variable> {
         self.variables.iter().filter(|variable| variable.is_computed())
+    }
+
+    /// Value references of the continuous states, in the order in which the table lists their derivatives.
+    pub fn states(&self) -> impl Iterator<Item = u32> {
+        self.variables.iter().filter_map(|variable| variable.derivative_of)
+    }
+
+    /// Value references of the inputs and of the time that a computed variable depends on at initialization, where states
+    /// follow from inputs, if from anything but parameters.
+    pub fn initial_dependencies(&self, variable: &Variable) -> Vec<u32> {
+        let of_state = |reference: u32| match self.by_reference(reference) {
+            Some(Entry { state: Some(_), variable, .. }) => variable.starts_from.clone(),
+            _ => vec![reference],
+        };
+        let mut references: Vec<u32> = variable.depends_on.iter().flat_map(|known| of_state(*known)).collect();
+        references.sort_unstable();
+        references.dedup();
+        references
     }
 
     /// How many continuous states there are.
@@ -196,6 +219,18 @@ mod tests {
         assert_eq!(place("valve.b"), Place::Parameter(1));
         assert_eq!(place("der(speed)"), Place::Computed(1));
         assert_eq!((table.find("speed").expect("found").state, table.number_of_states()), (Some(0), 1));
+    }
+
+    #[test]
+    fn states_stand_for_what_they_start_from_at_initialization() {
+        let table = Table::new(vec![
+            Variable::time(),
+            Variable::input(3, "voltage", units::VOLT, 0.0),
+            Variable::output(7, "speed", units::METRE_PER_SECOND).depends_on(&[7]).starts_from(&[3]),
+            Variable::output(8, "der(speed)", units::METRE_PER_SECOND_SQUARED).derivative_of(7).depends_on(&[0, 7]),
+        ]);
+        let initially = |name: &str| table.initial_dependencies(table.find(name).expect("found").variable);
+        assert_eq!((initially("speed"), initially("der(speed)")), (vec![3], vec![0, 3]));
     }
 
     #[test]

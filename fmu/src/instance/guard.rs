@@ -103,8 +103,9 @@ mod tests {
 
     use super::*;
     use crate::instance::layout::Base;
-    use crate::instance::testing::{self, INPUT, PANICS, STATE, TRAP};
+    use crate::instance::testing::{self, INPUT, STATE, TRAP, Trap};
     use pneumatic_servo::models;
+    use pneumatic_servo::variables::Choice;
 
     fn listening_sink() -> (Sink, Receiver<(Status, String)>) {
         let (sender, receiver) = channel();
@@ -114,11 +115,11 @@ mod tests {
         (Box::new(sink), receiver)
     }
 
-    fn initialized(trap: i32) -> (Handle, Receiver<(Status, String)>) {
+    fn initialized(trap: Trap) -> (Handle, Receiver<(Status, String)>) {
         let (sink, receiver) = listening_sink();
         let handle = Handle::new(Instance::new(testing::layout(), Log::new(sink, false)));
-        let done =
-            handle.call(Call::Set, "SetInteger", |it| it.set(Base::Integer, [(TRAP, f64::from(trap))].into_iter()));
+        let done = handle
+            .call(Call::Set, "SetInteger", |it| it.set(Base::Integer, [(TRAP, f64::from(trap.id()))].into_iter()));
         assert_eq!(done, Status::Ok);
         assert_eq!(
             handle.call(Call::EnterInitialization, "EnterInitializationMode", Instance::enter_initialization_mode),
@@ -137,8 +138,8 @@ mod tests {
 
     #[test]
     fn panic_becomes_fatal_with_a_message_and_other_instances_go_on() {
-        let (lost, messages) = initialized(PANICS);
-        let (other, _) = initialized(testing::NOTHING);
+        let (lost, messages) = initialized(Trap::Panics);
+        let (other, _) = initialized(Trap::Nothing);
         assert_eq!(step(&lost), Status::Fatal);
         let expected = "DoStep: internal error: a provoked panic with 100 % s";
         assert_eq!(messages.try_iter().collect::<Vec<_>>(), [(Status::Fatal, expected.to_owned())]);
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn message_of_a_formatted_panic_is_logged() {
-        let (handle, messages) = initialized(testing::NOTHING);
+        let (handle, messages) = initialized(Trap::Nothing);
         let number = 7;
         assert_eq!(handle.call(Call::Reset, "Reset", |_| panic!("number {number}")), Status::Fatal);
         assert!(messages.try_recv().expect("a message").1.ends_with("internal error: number 7"));
@@ -159,7 +160,7 @@ mod tests {
 
     #[test]
     fn call_during_a_call_is_refused_and_changes_nothing() {
-        let (handle, _) = initialized(testing::NOTHING);
+        let (handle, _) = initialized(Trap::Nothing);
         let outer = handle.call(Call::Get, "GetReal", |_| {
             assert_eq!(handle.call(Call::Reset, "Reset", Instance::reset), Status::Error);
             assert_eq!(handle.call(Call::Free, "FreeInstance", |_| Ok(())), Status::Error);
@@ -171,7 +172,7 @@ mod tests {
 
     #[test]
     fn call_outside_the_table_is_refused_with_a_reason_and_not_carried_out() {
-        let (handle, messages) = initialized(testing::NOTHING);
+        let (handle, messages) = initialized(Trap::Nothing);
         assert_eq!(handle.call(Call::SetUpExperiment, "SetupExperiment", |_| unreachable!("refused")), Status::Error);
         let (status, text) = messages.try_recv().expect("a message");
         assert_eq!(status, Status::Error);
@@ -180,7 +181,7 @@ mod tests {
 
     #[test]
     fn failed_value_calls_say_which_variable() {
-        let (handle, messages) = initialized(testing::NOTHING);
+        let (handle, messages) = initialized(Trap::Nothing);
         let refused = [
             handle.call(Call::Set, "SetReal", |it| it.set(Base::Real, [(STATE, 1.0)].into_iter())),
             handle.call(Call::Set, "SetReal", |it| it.set(Base::Real, [(INPUT, f64::NAN)].into_iter())),

@@ -66,11 +66,12 @@ mod tests {
     use super::*;
     use crate::instance::failure::Status;
     use crate::instance::layout::Base;
-    use crate::instance::testing::{self, INPUT, STATE, STEPS, SUPPLY, TRAP};
+    use crate::instance::testing::{self, INPUT, STATE, STEPS, SUPPLY, TRAP, Trap};
+    use pneumatic_servo::variables::Choice;
 
-    fn initialized(trap: i32) -> Instance {
+    fn initialized(trap: Trap) -> Instance {
         let mut instance = testing::instance();
-        instance.set(Base::Integer, [(TRAP, f64::from(trap))].into_iter()).expect("an item");
+        instance.set(Base::Integer, [(TRAP, f64::from(trap.id()))].into_iter()).expect("an item");
         instance.setup_experiment(None, 1.0, Some(3.0)).expect("legal");
         instance.enter_initialization_mode().expect("initialization");
         instance.exit_initialization_mode().expect("initialized");
@@ -83,7 +84,7 @@ mod tests {
 
     #[test]
     fn step_follows_the_closed_form() {
-        let mut instance = initialized(testing::NOTHING);
+        let mut instance = initialized(Trap::Nothing);
         instance.do_step(1.0, 0.25).expect("a step");
         let state = read(&mut instance, Base::Real, STATE).expect("finite");
         assert!((state - (1.0 - (-0.5f64).exp())).abs() < 1e-15, "{state}");
@@ -93,7 +94,7 @@ mod tests {
 
     #[test]
     fn slope_holds_for_one_step_and_the_input_keeps_what_it_reached() {
-        let mut instance = initialized(testing::NOTHING);
+        let mut instance = initialized(Trap::Nothing);
         instance.set_input_derivatives([(INPUT, 1, 4.0)].into_iter()).expect("legal");
         instance.do_step(1.0, 0.5).expect("a step");
         // u = 1 + 4 t, lag 0.5: x = u - 2 + (0 - 1 + 2) e^(-2 t)
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn slope_out_of_the_range_of_an_input_is_refused_before_the_step() {
-        let mut instance = initialized(testing::NOTHING);
+        let mut instance = initialized(Trap::Nothing);
         instance.set_input_derivatives([(SUPPLY, 1, -1.0)].into_iter()).expect("legal");
         let failure = instance.do_step(1.0, 0.5).expect_err("negative supply");
         assert_eq!((failure.status, instance.mode(), instance.time()), (Status::Error, Mode::StepComplete, 1.0));
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn step_past_the_stop_time_changes_nothing() {
-        let mut instance = initialized(testing::NOTHING);
+        let mut instance = initialized(Trap::Nothing);
         assert!(instance.do_step(1.0, 2.5).is_err());
         assert_eq!((instance.time(), read(&mut instance, Base::Integer, STEPS)), (1.0, Ok(0.0)));
         instance.do_step(1.0, 2.0).expect("to the stop time");
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn step_that_stops_halfway_is_discarded_with_its_time() {
-        let mut instance = initialized(testing::STOPS_HALFWAY);
+        let mut instance = initialized(Trap::StopsHalfway);
         instance.set_input_derivatives([(INPUT, 1, 4.0)].into_iter()).expect("legal");
         let failure = instance.do_step(1.0, 0.5).expect_err("halfway");
         assert!(failure.status == Status::Discard && failure.message.contains("at t = 1.25 s"), "{failure:?}");
@@ -140,7 +141,7 @@ mod tests {
 
     #[test]
     fn step_to_values_that_are_no_numbers_is_discarded() {
-        let mut instance = initialized(testing::YIELDS_NAN);
+        let mut instance = initialized(Trap::YieldsNan);
         let failure = instance.do_step(1.0, 0.5).expect_err("not a number");
         assert!(failure.status == Status::Discard && failure.message.contains("state is not a finite number"));
         assert_eq!(instance.last_step().successful_until, 1.0);
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn failed_step_can_be_undone_by_a_saved_state() {
-        let mut instance = initialized(testing::STOPS_HALFWAY);
+        let mut instance = initialized(Trap::StopsHalfway);
         let saved = instance.get_state(0).expect("a state");
         instance.do_step(1.0, 0.5).expect_err("halfway");
         instance.set_state(saved).expect("restored");

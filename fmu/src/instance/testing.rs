@@ -9,9 +9,10 @@ use super::failure::Failure;
 use super::layout::{Base, Layout};
 use super::log::Log;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
+use pneumatic_servo::enumeration;
 use pneumatic_servo::model::{Experiment, Model, Start};
 use pneumatic_servo::solver::StepError;
-use pneumatic_servo::variables::{Enumeration, ParameterError, Role, Table, Variable, units};
+use pneumatic_servo::variables::{Choice, ParameterError, Role, Table, Variable, units};
 
 pub const INPUT: u32 = 1;
 pub const SUPPLY: u32 = 2;
@@ -35,22 +36,15 @@ pub const MODEL: Model = Model {
     experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[] },
 };
 
-/// What goes wrong.
-pub const NOTHING: i32 = 0;
-pub const STOPS_HALFWAY: i32 = 1;
-pub const PANICS: i32 = 2;
-pub const YIELDS_NAN: i32 = 3;
-
-static TRAPS: Enumeration = Enumeration {
-    name: "Trap",
-    description: "What goes wrong",
-    items: &[
-        (NOTHING, "Nothing", "Nothing"),
-        (STOPS_HALFWAY, "StopsHalfway", "Steps fail in their middle"),
-        (PANICS, "Panics", "Steps panic"),
-        (YIELDS_NAN, "YieldsNan", "Steps end with a state that is no number"),
-    ],
-};
+enumeration! {
+    /// What goes wrong.
+    Trap "Trap": "What goes wrong" {
+        0 Nothing: "Nothing";
+        1 StopsHalfway: "Steps fail in their middle";
+        2 Panics: "Steps panic";
+        3 YieldsNan: "Steps end with a state that is no number";
+    }
+}
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
     Table::new(vec![
@@ -65,7 +59,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
         Variable::parameter(LAG, "lag", units::SECOND, 0.5).range(1e-3, 1e3),
         Variable::parameter(LOW, "low", units::ONE, 1.0).tunable(),
         Variable::parameter(HIGH, "high", units::ONE, 2.0).tunable(),
-        Variable::choice(TRAP, "trap", &TRAPS, NOTHING),
+        Variable::choice(TRAP, "trap", Trap::Nothing),
     ])
 });
 
@@ -106,8 +100,8 @@ impl Lag {
         Ok(Self { time: start.time, state: 0.0, inputs, slopes: [0.0; 2], parameters, memory: Memory { steps: 0 } })
     }
 
-    fn trap(&self) -> i32 {
-        self.parameters[3] as i32
+    fn trap(&self) -> Trap {
+        Trap::from_id(self.parameters[3]).expect("a legal parameter")
     }
 
     fn rate(&self) -> f64 {
@@ -144,8 +138,8 @@ impl Simulation for Lag {
 
     fn advance(&mut self, end: f64) -> Result<(), StepError> {
         let duration = match self.trap() {
-            STOPS_HALFWAY => 0.5 * (end - self.time),
-            PANICS => panic!("a provoked panic with 100 % s"),
+            Trap::StopsHalfway => 0.5 * (end - self.time),
+            Trap::Panics => panic!("a provoked panic with 100 % s"),
             _ => end - self.time,
         };
         // x = u - m*lag + (x0 - u0 + m*lag)*exp(-t/lag) for u = u0 + m*t
@@ -157,11 +151,11 @@ impl Simulation for Lag {
         }
         self.memory.steps += 1;
         match self.trap() {
-            STOPS_HALFWAY => {
+            Trap::StopsHalfway => {
                 self.time += duration;
                 return Err(StepError::TooManySteps { time: self.time, limit: 1 });
             }
-            YIELDS_NAN => self.state = f64::NAN,
+            Trap::YieldsNan => self.state = f64::NAN,
             _ => (),
         }
         self.time = end;

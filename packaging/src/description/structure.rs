@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io;
 
 use anyhow::{Context, Result};
-use pneumatic_servo::variables::{Role, Variable};
+use pneumatic_servo::variables::{Role, Table, Variable};
 
 use crate::xml::{Element, Xml};
 
@@ -12,7 +12,7 @@ use crate::xml::{Element, Xml};
 pub struct Structure {
     outputs: Vec<Unknown>,
     derivatives: Vec<Unknown>,
-    initial_unknowns: BTreeSet<usize>,
+    initial_unknowns: Vec<Unknown>,
 }
 
 /// A variable and those it depends on.
@@ -32,7 +32,7 @@ impl Structure {
     ///
     /// # Errors
     /// When a variable refers to one that the table does not have.
-    pub fn new(variables: &[Variable]) -> Result<Self> {
+    pub fn new(variables: &Table) -> Result<Self> {
         let select = |wanted: &dyn Fn(&Variable) -> bool| -> Result<Vec<Unknown>> {
             let numbered = (1..).zip(variables).filter(|(_, variable)| wanted(variable));
             numbered.map(|(index, variable)| Unknown::new(variables, index, variable)).collect()
@@ -44,7 +44,9 @@ impl Structure {
             index_of(variables, state)
         });
         // All of them are calculated at initialization; there are no calculated parameters.
-        let initial_unknowns = outputs.iter().chain(&derivatives).map(|unknown| unknown.index).chain(states).collect();
+        let initial: BTreeSet<usize> =
+            outputs.iter().chain(&derivatives).map(|unknown| unknown.index).chain(states).collect();
+        let initial_unknowns = initial.into_iter().map(|index| Unknown::initial(variables, index)).collect();
         Ok(Self { outputs, derivatives, initial_unknowns })
     }
 
@@ -53,7 +55,7 @@ impl Structure {
         Element::new("ModelStructure").contain(xml, |xml| {
             list(xml, "Outputs", self.outputs.iter().map(Unknown::element))?;
             list(xml, "Derivatives", self.derivatives.iter().map(Unknown::element))?;
-            list(xml, "InitialUnknowns", self.initial_unknowns.iter().map(|index| unknown(*index)))
+            list(xml, "InitialUnknowns", self.initial_unknowns.iter().map(Unknown::element))
         })
     }
 }
@@ -70,16 +72,24 @@ impl Unknown {
         Ok(Self { index, dependencies: dependencies.into_iter().collect() })
     }
 
+    /// The same at initialization: it depends on inputs and time as the table says, and on all parameters but those of
+    /// the solver, since any of them may have a part in it under some law and on some rig.
+    fn initial(variables: &Table, index: usize) -> Self {
+        let known = variables.initial_dependencies(&variables[index - 1]);
+        let is_used = |variable: &Variable| {
+            known.contains(&variable.reference) || variable.is_parameter() && !variable.name.starts_with("solver.")
+        };
+        let dependencies = (1..).zip(variables).filter(|(_, variable)| is_used(variable)).map(|(index, _)| index);
+        Self { index, dependencies: dependencies.collect() }
+    }
+
     fn element(&self) -> Element {
         let indices: Vec<String> = self.dependencies.iter().map(usize::to_string).collect();
-        unknown(self.index)
+        Element::new("Unknown")
+            .with("index", &self.index.to_string())
             .with("dependencies", &indices.join(" "))
             .with("dependenciesKind", &vec!["dependent"; indices.len()].join(" "))
     }
-}
-
-fn unknown(index: usize) -> Element {
-    Element::new("Unknown").with("index", &index.to_string())
 }
 
 /// Writes a list, unless it is empty.
@@ -97,15 +107,17 @@ mod tests {
 
     use super::*;
 
-    /// Time, an input, a state that is an output, its derivative, and a local variable.
-    fn table() -> Vec<Variable> {
-        vec![
-            Variable { role: Role::Time, ..Variable::output(0, "time", units::SECOND) },
+    /// Time, an input, a state that is an output, its derivative, a local variable and two parameters.
+    fn table() -> Table {
+        Table::new(vec![
+            Variable::time(),
             Variable::input(10, "flow", units::CUBIC_METRE, 0.0),
             Variable::output(30, "level", units::METRE).depends_on(&[30]),
             Variable::output(31, "rise", units::METRE_PER_SECOND).local().derivative_of(30).depends_on(&[30, 10]),
             Variable::output(32, "spill", units::METRE).local(),
-        ]
+            Variable::parameter(40, "width", units::METRE, 1.0),
+            Variable::parameter(41, "solver.step", units::SECOND, 1.0),
+        ])
     }
 
     #[test]
@@ -113,15 +125,15 @@ mod tests {
         let structure = Structure::new(&table())?;
         assert_eq!(structure.outputs, [Unknown { index: 3, dependencies: vec![3] }]);
         assert_eq!(structure.derivatives, [Unknown { index: 4, dependencies: vec![2, 3] }]);
-        assert_eq!(structure.initial_unknowns, BTreeSet::from([3, 4]));
         Ok(())
     }
 
+    /// Otherwise a plant and its controller would make an algebraic loop at initialization.
     #[test]
-    fn a_reference_to_nothing_is_named() {
-        let mut table = table();
-        table[2].depends_on.push(99);
-        let message = Structure::new(&table).err().map(|error| error.to_string());
-        assert_eq!(message.as_deref(), Some("level refers to the unknown value reference 99"));
+    fn initial_unknowns_depend_on_parameters_and_on_no_other_inputs_than_they_must() -> Result<()> {
+        let [level, rise] =
+            [Unknown { index: 3, dependencies: vec![6] }, Unknown { index: 4, dependencies: vec![2, 6] }];
+        assert_eq!(Structure::new(&table())?.initial_unknowns, [level, rise]);
+        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The Bliman-Sorine law of second order.
 
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::{Contact, FrictionLaw, StateKind};
 use crate::friction::parts::fading::fading_rate;
 use crate::friction::parts::parameters::{force_level, length, viscous};
 use crate::numbers::Scalar;
@@ -73,6 +73,10 @@ impl FrictionLaw for BlimanSorine {
 
     fn states(&self) -> usize {
         2
+    }
+
+    fn state_kind(&self) -> StateKind {
+        StateKind::Force
     }
 
     fn state_scale(&self) -> f64 {

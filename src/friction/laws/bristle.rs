@@ -18,10 +18,10 @@ parameters! {
     /// Parameters of [`Bristle`].
     Parameters {
         viscous: f64 = viscous(30.0);
-        count: f64 = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
+        count: usize = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
         stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
         strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load level 1");
-        seed: f64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
+        seed: u64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
         window: f64 = Variable::parameter(9, "window", units::SECOND, 1e-4)
             .range(0.0, 1e-2)
             .tunable()
@@ -95,10 +95,10 @@ impl FrictionLaw for Bristle {
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         Ok(Self {
             viscous: p.viscous,
-            count: p.count as usize,
+            count: p.count,
             stiffness: p.stiffness,
             strength: p.strength,
-            seed: p.seed as u64,
+            seed: p.seed,
             window: p.window,
         })
     }

@@ -19,10 +19,10 @@ parameters! {
     Parameters {
         sample_time: f64 = Variable::parameter(4, "Ts", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
             .text("Sample time");
-        count: f64 = elements::count(4);
-        position_taps: f64 = Variable::count(6, "nx", 1).range(0.0, (POSITION_TAPS - 1) as f64)
+        count: usize = elements::count(4);
+        position_taps: usize = Variable::count(6, "nx", 1).range(0.0, (POSITION_TAPS - 1) as f64)
             .text("Number of past displacements that count; coefficients beyond are unused");
-        spring_taps: f64 = Variable::count(7, "nchi", 0).range(0.0, (SPRING_TAPS - 1) as f64)
+        spring_taps: usize = Variable::count(7, "nchi", 0).range(0.0, (SPRING_TAPS - 1) as f64)
             .text("Number of past spring deformations that count; coefficients beyond are unused");
         limit: [f64; MAX_ELEMENTS] = Variable::parameter(10, "limit", units::METRE, 0.0).range(0.0, 1.0).tunable()
             .text("Largest deformation of a spring at load level 1")
@@ -96,9 +96,9 @@ impl FrictionLaw for Dnlrx {
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         Ok(Self {
             sample_time: p.sample_time,
-            count: p.count as usize,
-            position_taps: p.position_taps as usize,
-            spring_taps: p.spring_taps as usize,
+            count: p.count,
+            position_taps: p.position_taps,
+            spring_taps: p.spring_taps,
             limit: p.limit,
             position_coefficient: p.position_coefficient,
             spring_coefficient: [p.spring_coefficient, p.spring_coefficient_1, p.spring_coefficient_2],

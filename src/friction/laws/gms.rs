@@ -1,7 +1,7 @@
 //! The generalised Maxwell-slip law.
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::{Contact, FrictionLaw, StateKind};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::fading::{divisor, fading_rate};
@@ -20,7 +20,7 @@ parameters! {
         stribeck_velocity: f64 = stribeck_velocity(0.01);
         exponent: f64 = exponent();
         viscous: f64 = viscous(30.0);
-        count: f64 = elements::count(4);
+        count: usize = elements::count(4);
         attraction: f64 = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
             .range(1e-3, 1e9)
             .tunable()
@@ -73,7 +73,7 @@ impl FrictionLaw for Gms {
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        let count = p.count as usize;
+        let count = p.count;
         if p.share[..count].iter().all(|share| *share == 0.0) {
             return Err(ParameterError::new("alpha[1]", p.share[0], "one element in use must have a share above 0"));
         }
@@ -82,6 +82,10 @@ impl FrictionLaw for Gms {
 
     fn states(&self) -> usize {
         self.count
+    }
+
+    fn state_kind(&self) -> StateKind {
+        StateKind::Force
     }
 
     fn state_scale(&self) -> f64 {

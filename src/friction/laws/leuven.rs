@@ -292,7 +292,7 @@ mod tests {
     impl Path {
         fn new() -> Self {
             let defaults: Vec<f64> = Parameters::table().iter().map(|variable| variable.start.unwrap()).collect();
-            let law = Leuven::new(Parameters::read(&defaults)).unwrap();
+            let law = Leuven::new(Parameters::read(&defaults).unwrap()).unwrap();
             Self { law, memory: Memory { direction: 1.0, ..Memory::VIRGIN }, z: 0.0 }
         }
 

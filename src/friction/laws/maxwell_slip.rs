@@ -14,7 +14,7 @@ parameters! {
     /// Parameters of [`MaxwellSlip`].
     Parameters {
         viscous: f64 = viscous(30.0);
-        count: f64 = elements::count(4);
+        count: usize = elements::count(4);
         stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
             .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
         limit: [f64; MAX_ELEMENTS] = force_level(20, "W", 0.0).text("Largest force of an element")
@@ -61,7 +61,7 @@ impl FrictionLaw for MaxwellSlip {
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
-        Ok(Self { viscous: p.viscous, count: p.count as usize, stiffness: p.stiffness, limit: p.limit })
+        Ok(Self { viscous: p.viscous, count: p.count, stiffness: p.stiffness, limit: p.limit })
     }
 
     fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {

@@ -3,7 +3,7 @@
 //! Most laws have a static and a Coulomb friction among their parameters. A model that knows both itself (as friction
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
 
-use crate::friction::Friction;
+use crate::friction::{Friction, Law};
 use crate::variables::{Kind, ParameterError, Variable};
 
 /// A friction level and the variable of the model that sets it.
@@ -34,7 +34,7 @@ impl SharedLevels {
     ///
     /// All other defaults with a force in their unit are scaled to the Coulomb friction `rated` in N, so that every law
     /// keeps its lengths, velocities and times; viscous friction is 0 by default.
-    pub fn table(group: &str, base: u32, default: i32, rated: f64) -> Vec<Variable> {
+    pub fn table(group: &str, base: u32, default: Law, rated: f64) -> Vec<Variable> {
         let others = Friction::table(group, base, default).into_iter().filter(|variable| !is_level(variable));
         let presets = others.map(|variable| {
             let factor = match variable.kind {
@@ -54,7 +54,7 @@ impl SharedLevels {
     /// [`ParameterError`] when the values of the chosen law do not fit together or to the levels.
     pub fn build(&self, values: &[f64], group: &str) -> Result<Friction, ParameterError> {
         let mut others = values.iter();
-        let all: Vec<f64> = Friction::table("", 0, 1)
+        let all: Vec<f64> = Friction::table("", 0, Law::None)
             .iter()
             .map(|variable| match self.level(&variable.name) {
                 Some(force) => force,
@@ -106,6 +106,7 @@ fn last(name: &str) -> &str {
 mod tests {
     use super::*;
     use crate::friction::{Contact, Drive, MAX_STATES};
+    use crate::variables::Choice;
 
     fn levels(statics: f64, coulomb: f64) -> SharedLevels {
         let level = |variable, force| Level { variable, value: force / 10.0, force };
@@ -113,7 +114,7 @@ mod tests {
     }
 
     /// The defaults, with a law chosen.
-    fn values(law: i32) -> Vec<f64> {
+    fn values(law: Law) -> Vec<f64> {
         let table = SharedLevels::table("friction", 0, law, 0.83);
         table.iter().map(|variable| variable.start.expect("a start value")).collect()
     }
@@ -122,9 +123,10 @@ mod tests {
     #[test]
     fn every_law_slides_at_the_coulomb_level_of_the_contact() {
         // Sampled springs answer to a motion, and the steady force of the bristles is a mean.
-        const MOVED: [i32; 3] = [1, 11, 18];
-        for (id, name, _) in crate::friction::LAWS.items.iter().filter(|(id, ..)| !MOVED.contains(id)) {
-            let friction = levels(1.1, 0.83).build(&values(*id), "friction").unwrap();
+        const MOVED: [Law; 3] = [Law::None, Law::Bristle, Law::DNLRX];
+        let laws = crate::friction::LAWS.items.iter().filter_map(|(id, ..)| Law::from_id(f64::from(*id)));
+        for law in laws.filter(|law| !MOVED.contains(law)) {
+            let friction = levels(1.1, 0.83).build(&values(law), "friction").unwrap();
             let mut contact =
                 Contact { time: 0.0, position: 0.0, velocity: 5.0, applied: 0.0, level: 1.0, drive: Drive::Force };
             let mut z = [0.0; MAX_STATES];
@@ -147,13 +149,13 @@ mod tests {
                 contact.time += dt;
             }
             // Velocity-based friction and GMS come down to the level slowly: 0.7 % remain.
-            assert!((force - 0.83).abs() < 0.01, "{name}: {force}");
+            assert!((force - 0.83).abs() < 0.01, "{law:?}: {force}");
         }
     }
 
     #[test]
     fn levels_are_left_out_of_the_table() {
-        let table = SharedLevels::table("friction", 0, 7, 0.83);
+        let table = SharedLevels::table("friction", 0, Law::Stribeck, 0.83);
         assert!(table.iter().all(|variable| !variable.name.ends_with(".Fs") && !variable.name.ends_with(".Fc")));
         let start = |name: &str| table.iter().find(|variable| variable.name == name).and_then(|v| v.start).unwrap();
         assert_eq!(start("friction.stribeck.vs"), 0.01);
@@ -163,7 +165,7 @@ mod tests {
 
     #[test]
     fn levels_that_do_not_fit_are_refused_by_the_name_of_the_variable() {
-        let error = levels(1.0, 2.0).build(&values(7), "friction").unwrap_err();
+        let error = levels(1.0, 2.0).build(&values(Law::Stribeck), "friction").unwrap_err();
         assert_eq!((error.variable.as_str(), error.value), ("muDynamic", 0.2));
         assert!(error.reason.contains("friction.stribeck.Fc = 2 N"), "{error}");
     }

@@ -15,19 +15,19 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Outputs, Parameters, TABLE};
+use self::variables::{Inputs, Outputs, Parameters, State, TABLE};
 use self::walk::{Harmonic, Walk};
-use super::bristles::write_bristles;
 use super::equations::{Equations, state_name};
+use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
 use crate::hybrid::{HybridSystem, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -58,31 +58,21 @@ pub struct Memory {
     peak: f64,
 }
 
-/// Bristles come first, then the relative position and velocity.
-const BRISTLES: usize = 0;
-const fn position(n: usize) -> usize {
-    n - 2
-}
-const fn velocity(n: usize) -> usize {
-    n - 1
-}
-const STATES_WITHOUT_BRISTLES: usize = 2;
-
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
-        2 => Ok(Box::new(equations.run::<2>(start)?)),
-        3 => Ok(Box::new(equations.run::<3>(start)?)),
-        _ => Ok(Box::new(equations.run::<12>(start)?)),
+    match equations.friction.count() {
+        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
+        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
 fn build(start: &Start) -> Result<(DrivenSlider, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
-    let p = Parameters::read(own);
+    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
+    let p = Parameters::read(own)?;
     let friction = p.levels()?.build(friction, "friction")?;
     Ok((DrivenSlider::new(p, friction), settings))
 }
@@ -92,18 +82,24 @@ impl DrivenSlider {
         let tray = Harmonic { amplitude: p.tray_velocity, frequency: TAU * p.tray_frequency, phase: 0.0 };
         // From the velocity of the tray the slider comes to rest in v_d/(mu_dyn*g).
         let stick_free = tray.stick_free(p.flight_factor * p.tray_velocity / (p.dynamic_coefficient * GRAVITY));
-        let walk = (p.walk_steps > 0.0).then(|| {
+        let walk = (p.walk_steps > 0).then(|| {
             let coefficients = [p.static_coefficient, p.dynamic_coefficient];
-            let time_step = 1.0 / (p.tray_frequency * p.walk_steps);
-            Walk::new([tray, stick_free], coefficients, time_step, p.seed as u64)
+            let time_step = 1.0 / (p.tray_frequency * f64::from(p.walk_steps));
+            Walk::new([tray, stick_free], coefficients, time_step, p.seed)
         });
-        Self { tray, stick_free, walk, friction: FrictionContact::new(friction, BRISTLES), p }
+        Self {
+            tray,
+            stick_free,
+            walk,
+            friction: FrictionContact::new(friction, State::FRICTION, references::CONTACT),
+            p,
+        }
     }
 
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
-        (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
-        let contact = self.contact(0.0, &x, &[start.inputs[0]]);
+        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
+        let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]));
         let friction = self.friction.start(&contact, &mut x);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(0.0) })
@@ -118,12 +114,12 @@ impl DrivenSlider {
     }
 
     /// The contact with the tray as the friction law sees it.
-    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1]) -> Contact<S> {
+    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>) -> Contact<S> {
         Contact {
             time,
-            position: x[position(N)],
-            velocity: x[velocity(N)],
-            applied: u[0] - self.tray_acceleration(time) * self.p.mass,
+            position: x[State::Position.at(N)],
+            velocity: x[State::Velocity.at(N)],
+            applied: u.external_force - self.tray_acceleration(time) * self.p.mass,
             level: S::constant(1.0),
             drive: Drive::Force,
         }
@@ -131,7 +127,7 @@ impl DrivenSlider {
 
     /// Velocity on the tray: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        self.friction.rate(x[velocity(N)], &memory.friction)
+        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
     }
 
     /// Number of the half period after a time, in whose middle the tray turns back.
@@ -150,15 +146,17 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     type Indicators = Indicators;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+        let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let contact = self.contact(time, x, u);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[position(N)] = self.rate(x, memory);
-        rates[velocity(N)] = (contact.applied - force) / self.p.mass;
+        rates[State::Position.at(N)] = self.rate(x, memory);
+        rates[State::Velocity.at(N)] = (contact.applied - force) / self.p.mass;
         rates
     }
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Indicators {
+        let u = &Inputs::read(u);
         self.friction.indicators(&self.contact(time, x, u), x, &memory.friction)
     }
 
@@ -167,11 +165,13 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let contact = self.contact(time, x, u);
-        self.friction.switch(Event::ALL[event], &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction);
     }
 
@@ -183,7 +183,7 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 1>(self, &TABLE, state)
+        state_name::<Self, N, 1>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -203,6 +203,7 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         self.friction.sample(|| self.contact(time, x, u), time, x, &mut memory.friction);
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
             walk.step(&mut memory.walk);
@@ -214,7 +215,7 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
 
     fn scales(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
-        (scales[position(N)], scales[velocity(N)]) = (1e-3, 1e-2);
+        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
@@ -224,7 +225,12 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
 }
 
 impl<const N: usize> Equations<N, 1> for DrivenSlider {
+    fn table() -> &'static Table {
+        &TABLE
+    }
+
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+        let u = &Inputs::read(u);
         let contact = self.contact(time, x, u);
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, memory);
@@ -235,10 +241,10 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
         };
         let relative_acceleration = friction.unless_held((contact.applied - friction.force) / self.p.mass);
         let outputs = Outputs {
-            position: tray_position + x[position(N)],
+            position: tray_position + x[State::Position.at(N)],
             velocity: tray_velocity + rate,
             acceleration: tray_acceleration + relative_acceleration,
-            relative_position: x[position(N)],
+            relative_position: x[State::Position.at(N)],
             relative_velocity: rate,
             relative_acceleration,
             tray_position,
@@ -250,14 +256,10 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
             walk_velocity: of_walk(Walk::velocity),
             walk_probability: of_walk(|walk, _| walk.chi),
         };
-        write_bristles(&friction, outputs.write(computed));
+        friction.write(outputs.write(computed));
     }
 
-    fn state_index(&self, place: usize) -> Option<usize> {
-        match place {
-            0 => Some(position(N)),
-            1 => Some(velocity(N)),
-            bristle => (bristle - 2 < self.friction.count()).then_some(BRISTLES + bristle - 2),
-        }
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
     }
 }

@@ -4,20 +4,12 @@ use std::sync::LazyLock;
 
 use crate::co_simulation::counters_table;
 use crate::friction::parts::levels::{Level, SharedLevels};
+use crate::friction::{Law, states};
 use crate::mechanics::GRAVITY;
-use crate::models::bristles::bristle_table;
+use crate::models::references;
 use crate::solver::Tuning;
 use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
-use crate::{outputs, parameters};
-
-/// Value reference of the first variable of the friction law.
-const FRICTION_BASE: u32 = 10_000;
-/// Value reference of the first parameter of the solver.
-const SOLVER_BASE: u32 = 5_000;
-/// Value reference of the first counter of the solver.
-const COUNTERS_BASE: u32 = 5_100;
-/// Value reference of the first bristle state; its derivatives follow.
-const BRISTLE_BASE: u32 = 400;
+use crate::{inputs, outputs, parameters, states};
 
 /// The slider of the source.
 const MASS: f64 = 21.19e-3;
@@ -28,63 +20,94 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));
-    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(states::table("friction", references::CONTACT, &[depends::U]));
+    table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
-    table.extend(SharedLevels::table("friction", FRICTION_BASE, 3, DYNAMIC_COEFFICIENT * MASS * GRAVITY));
-    table.extend(Tuning::grouped(SOLVER_BASE));
+    table.extend(SharedLevels::table(
+        "friction",
+        references::FRICTION,
+        Law::CoulombStiction,
+        DYNAMIC_COEFFICIENT * MASS * GRAVITY,
+    ));
+    table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
 
-parameters! {
+inputs! {
     /// The input.
     Inputs {
-        external_force: f64 = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(0.1)
+        external_force = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(0.1)
             .text("Force on the slider towards +x");
+    }
+}
+
+states! {
+    /// The states: position and velocity on the tray.
+    State of Parameters, from 0; {
+        ..friction;
+        Position: 104, |_| 1e-3;
+        Velocity: 105, |_| 1e-2;
     }
 }
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
-    pub const R: u32 = 104;
-    pub const U: u32 = 105;
+    use super::State;
+    use crate::friction::states;
+    use crate::models::references;
+
+    pub const TIME: u32 = references::TIME;
+    pub const FORCE: u32 = 1;
+    pub const R: u32 = State::Position.reference();
+    pub const U: u32 = State::Velocity.reference();
+
+    /// What decides whether a law without states of its own holds the mass.
+    pub const LOAD: &[u32] = &[TIME, FORCE, R, U];
+
     /// What friction and acceleration depend on.
-    pub const MOTION: &[u32] = &[1, R, U, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+    pub fn motion() -> Vec<u32> {
+        [LOAD.to_vec(), states::references(references::CONTACT)].concat()
+    }
 }
 
 outputs! {
     /// The computed variables.
     Outputs {
         position = Variable::output(101, "position", units::METRE).nominal(1e-3).shown_in("mm")
-            .depends_on(&[depends::R])
+            .depends_on(&[depends::TIME, depends::R])
             .text("Position of the slider");
         velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
-            .depends_on(&[depends::U])
+            .depends_on(&[depends::TIME, depends::U])
             .text("Velocity of the slider");
         acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0)
-            .depends_on(depends::MOTION)
+            .depends_on(&depends::motion())
             .text("Acceleration of the slider");
-        relative_position = Variable::output(104, "relativePosition", units::METRE).nominal(1e-3).shown_in("mm")
+        relative_position = Variable::output(depends::R, "relativePosition", units::METRE).nominal(1e-3).shown_in("mm")
             .depends_on(&[depends::R])
             .text("Position of the slider on the tray");
-        relative_velocity = Variable::output(105, "relativeVelocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s").derivative_of(104)
+        relative_velocity = Variable::output(depends::U, "relativeVelocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s").derivative_of(depends::R)
             .depends_on(&[depends::U])
             .text("Velocity of the slider on the tray; exactly 0 while it sticks");
-        relative_acceleration = Variable::output(106, "relativeAcceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(105)
-            .depends_on(depends::MOTION)
+        relative_acceleration = Variable::output(106, "relativeAcceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::U)
+            .depends_on(&depends::motion())
             .text("Acceleration of the slider relative to the tray");
         tray_position = Variable::output(107, "tray.position", units::METRE).nominal(1e-3).shown_in("mm")
+            .depends_on(&[depends::TIME])
             .text("Position of the tray");
         tray_velocity = Variable::output(108, "tray.velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .depends_on(&[depends::TIME])
             .text("Velocity of the tray: the attractor of a slider that sticks");
         tray_acceleration = Variable::output(109, "tray.acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0)
+            .depends_on(&[depends::TIME])
             .text("Acceleration of the tray");
         friction_force = Variable::output(110, "frictionForce", units::NEWTON).nominal(0.1)
-            .depends_on(depends::MOTION)
+            .depends_on(&depends::motion())
             .text("Friction force on the slider, positive when it opposes motion on the tray towards +x");
         sticking = Variable::flag(111, "sticking")
+            .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the slider on the tray");
         stick_free_velocity = Variable::output(112, "walk.stickFreeVelocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
+            .depends_on(&[depends::TIME])
             .text("Velocity of the tray convolved with the deceleration of the slider: the attractor of a slider that never sticks");
         walk_velocity = Variable::output(113, "walk.velocity", units::METRE_PER_SECOND).nominal(0.01).shown_in("mm/s")
             .text("Velocity of the random walk between both attractors, held between its time steps; 0 without a walk");
@@ -110,9 +133,9 @@ parameters! {
             .text("Initial position on the tray");
         velocity0: f64 = Variable::parameter(1007, "relativeVelocity0", units::METRE_PER_SECOND, 0.0).range(-100.0, 100.0).shown_in("mm/s")
             .text("Initial velocity on the tray: that of a kick");
-        walk_steps: f64 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
+        walk_steps: i32 = Variable::count(1008, "walk.stepsPerPeriod", 500).range(0.0, 1e6)
             .text("Time steps of the random walk per period of the tray; 0: no walk");
-        seed: f64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))
+        seed: u64 = Variable::count(1009, "walk.seed", 1).range(0.0, f64::from(i32::MAX))
             .text("Seed of the random walk");
         flight_factor: f64 = Variable::parameter(1010, "walk.flightFactor", units::ONE, 1.0).range(0.0, 100.0)
             .text("Flight time of the stick-free attractor in units of v_d/(muDynamic*g), in which the slider comes to rest from v_d");

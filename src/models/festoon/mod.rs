@@ -19,8 +19,9 @@ mod variables;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Outputs, Parameters, TABLE, TrolleyOutputs};
-use super::bristles::write_bristles;
+use self::variables::{
+    CRANE_POSITION, Inputs, Outputs, Parameters, State, TABLE, TrolleyOutputs, contact_base, trolley_base,
+};
 use super::equations::{Equations, state_name};
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
@@ -30,7 +31,7 @@ use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -104,26 +105,16 @@ struct Motion<S> {
     angular_acceleration: S,
 }
 
-// The crane trolley's position comes first, then a block for each trolley: bristles, position, velocity, angle, angular
-// velocity. Blocks of trolleys that are not there stay as they are.
+// The crane trolley's position comes first, then a block for each trolley. Blocks of trolleys that are not there stay as
+// they are.
 const CRANE: usize = 0;
-const STATES_OF_TROLLEY: usize = 4;
+const BLOCKS: usize = 1;
 
-/// Number of states in a block.
-const fn block(n: usize) -> usize {
-    (n - 1) / MAX_TROLLEYS
-}
-const fn position(n: usize, trolley: usize) -> usize {
-    1 + (trolley + 1) * block(n) - STATES_OF_TROLLEY
-}
-const fn velocity(n: usize, trolley: usize) -> usize {
-    position(n, trolley) + 1
-}
-const fn angle(n: usize, trolley: usize) -> usize {
-    position(n, trolley) + 2
-}
-const fn spin(n: usize, trolley: usize) -> usize {
-    position(n, trolley) + 3
+/// Index of a state of a trolley among `n`.
+#[inline(always)]
+const fn at(state: State, trolley: usize, n: usize) -> usize {
+    let block = (n - BLOCKS) / MAX_TROLLEYS;
+    BLOCKS + trolley * block + state.at(block)
 }
 
 /// One indicator for each link comes first, then those of each trolley's contact.
@@ -160,31 +151,33 @@ const fn room(count: usize) -> usize {
 
 /// Number of all states, with room for some states of the friction law of each trolley.
 const fn states(room: usize) -> usize {
-    1 + MAX_TROLLEYS * (room + STATES_OF_TROLLEY)
+    BLOCKS + MAX_TROLLEYS * (State::OTHERS + room)
 }
 
 fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
-    let p = Parameters::read(own);
+    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
+    let p = Parameters::read(own)?;
     p.check()?;
     let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
     let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
     let law = Friction::new(friction, "friction")?;
-    let block = room(law.states()) + STATES_OF_TROLLEY;
-    let friction = std::array::from_fn(|trolley| FrictionContact::new(law.clone(), 1 + trolley * block));
+    let block = State::OTHERS + room(law.states());
+    let friction = std::array::from_fn(|trolley| {
+        FrictionContact::new(law.clone(), BLOCKS + trolley * block + State::FRICTION, contact_base(trolley))
+    });
     Ok((Festoon { p, rope, buffer, friction }, settings))
 }
 
 impl Festoon {
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
-        let u: [f64; 2] = std::array::from_fn(|i| start.inputs[i]);
+        let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
         let mut x = [0.0; N];
         x[CRANE] = self.p.crane_position0;
         for trolley in 0..self.trolleys() {
-            x[position(N, trolley)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
-            x[angle(N, trolley)] = self.p.angle0;
+            x[at(State::Position, trolley, N)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
+            x[at(State::Angle, trolley, N)] = self.p.angle0;
         }
         let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
         let still = [0.0; MAX_TROLLEYS];
@@ -196,17 +189,17 @@ impl Festoon {
     }
 
     fn trolleys(&self) -> usize {
-        self.p.trolleys as usize
+        self.p.trolleys
     }
 
     /// Position of a trolley; that of the crane trolley before the first.
     fn place<S: Scalar, const N: usize>(x: &[S; N], link: usize) -> S {
-        if link == 0 { x[CRANE] } else { x[position(N, link - 1)] }
+        if link == 0 { x[CRANE] } else { x[at(State::Position, link - 1, N)] }
     }
 
     /// Distance that a link spans.
     fn gap<S: Scalar, const N: usize>(x: &[S; N], link: usize) -> S {
-        Self::place(x, link) - x[position(N, link)]
+        Self::place(x, link) - x[at(State::Position, link, N)]
     }
 
     /// The link across a gap in m.
@@ -231,14 +224,16 @@ impl Festoon {
 
     /// Velocities of the trolleys: the states, unless the friction law holds a position.
     fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> [S; MAX_TROLLEYS] {
-        std::array::from_fn(|trolley| self.friction[trolley].rate(x[velocity(N, trolley)], &memory.friction[trolley]))
+        std::array::from_fn(|trolley| {
+            self.friction[trolley].rate(x[at(State::Velocity, trolley, N)], &memory.friction[trolley])
+        })
     }
 
     /// Forces of the link before a trolley, at velocities of the trolleys.
     fn link_forces<S: Scalar, const N: usize>(
         &self,
         x: &[S; N],
-        u: &[S; 2],
+        u: &Inputs<S>,
         rates: &[S; MAX_TROLLEYS],
         links: &[Link; MAX_TROLLEYS],
         link: usize,
@@ -248,7 +243,7 @@ impl Festoon {
             return none;
         }
         let gap = Self::gap(x, link);
-        let opening = if link == 0 { u[0] } else { rates[link - 1] } - rates[link];
+        let opening = if link == 0 { u.crane_velocity } else { rates[link - 1] } - rates[link];
         match links[link] {
             Link::Loose => none,
             Link::Taut => LinkForces { tow: self.rope.force(gap - self.p.rope_length, opening), ..none },
@@ -261,20 +256,24 @@ impl Festoon {
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 2],
+        u: &Inputs<S>,
         rates: &[S; MAX_TROLLEYS],
         links: &[Link; MAX_TROLLEYS],
         trolley: usize,
     ) -> Contact<S> {
         let pull = |link| self.link_forces(x, u, rates, links, link).pull();
-        let (sine, cosine, w) = (x[angle(N, trolley)].sin(), x[angle(N, trolley)].cos(), x[spin(N, trolley)]);
+        let (sine, cosine, w) = (
+            x[at(State::Angle, trolley, N)].sin(),
+            x[at(State::Angle, trolley, N)].cos(),
+            x[at(State::Spin, trolley, N)],
+        );
         let swing = sine * self.p.load_mass * (cosine * GRAVITY + w * w * self.p.load_length);
         let joint = w * cosine * (self.p.load_damping / self.p.load_length);
-        let pulse = if trolley == 0 { u[1] } else { S::zero() };
+        let pulse = if trolley == 0 { u.pulse_force } else { S::zero() };
         Contact {
             time,
-            position: x[position(N, trolley)],
-            velocity: x[velocity(N, trolley)],
+            position: x[at(State::Position, trolley, N)],
+            velocity: x[at(State::Velocity, trolley, N)],
             applied: pull(trolley) - pull(trolley + 1) + swing + joint + pulse,
             level: S::constant(self.p.level[trolley]),
             drive: Drive::Force,
@@ -286,7 +285,7 @@ impl Festoon {
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 2],
+        u: &Inputs<S>,
         memory: &Memory,
         trolley: usize,
     ) -> Contact<S> {
@@ -303,11 +302,11 @@ impl Festoon {
         trolley: usize,
     ) -> Motion<S> {
         let p = &self.p;
-        let (sine, cosine) = (x[angle(N, trolley)].sin(), x[angle(N, trolley)].cos());
+        let (sine, cosine) = (x[at(State::Angle, trolley, N)].sin(), x[at(State::Angle, trolley, N)].cos());
         let acceleration = (contact.applied - friction_force) / (sine * sine * p.load_mass + p.mass);
         // The load swings about the trolley as it is: at rest while the law holds its position.
         let carried = self.friction[trolley].rate(acceleration, memory);
-        let damping = x[spin(N, trolley)] * (p.load_damping / (p.load_mass * p.load_length * p.load_length));
+        let damping = x[at(State::Spin, trolley, N)] * (p.load_damping / (p.load_mass * p.load_length * p.load_length));
         let angular_acceleration = -(cosine * carried + sine * GRAVITY) / p.load_length - damping;
         Motion { acceleration, angular_acceleration }
     }
@@ -328,23 +327,25 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
     type Indicators = [f64; contact_indicators(MAX_TROLLEYS)];
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+        let u = &Inputs::read(u);
         let mut derivatives = [S::zero(); N];
-        derivatives[CRANE] = u[0];
+        derivatives[CRANE] = u.crane_velocity;
         let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
             let contact = self.contact(time, x, u, &rates, &memory.links, trolley);
             let law = &memory.friction[trolley];
             let friction_force = self.friction[trolley].force(&contact, x, law, &mut derivatives);
             let motion = self.motion(&contact, friction_force, x, law, trolley);
-            derivatives[position(N, trolley)] = rates[trolley];
-            derivatives[velocity(N, trolley)] = motion.acceleration;
-            derivatives[angle(N, trolley)] = x[spin(N, trolley)];
-            derivatives[spin(N, trolley)] = motion.angular_acceleration;
+            derivatives[at(State::Position, trolley, N)] = rates[trolley];
+            derivatives[at(State::Velocity, trolley, N)] = motion.acceleration;
+            derivatives[at(State::Angle, trolley, N)] = x[at(State::Spin, trolley, N)];
+            derivatives[at(State::Spin, trolley, N)] = motion.angular_acceleration;
         }
         derivatives
     }
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Self::Indicators {
+        let u = &Inputs::read(u);
         let mut indicators = [UNUSED; contact_indicators(MAX_TROLLEYS)];
         for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
             *indicator = self.link_indicator(x, memory, link);
@@ -358,6 +359,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         if event < MAX_TROLLEYS {
             memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event));
             return;
@@ -365,10 +367,11 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         let (trolley, event) = ((event - MAX_TROLLEYS) / Event::COUNT, (event - MAX_TROLLEYS) % Event::COUNT);
         let contact = self.contact_at(time, x, u, memory, trolley);
         let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
-        friction.switch(Event::ALL[event], &contact, velocity(N, trolley), x, law);
+        friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
             let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
@@ -382,7 +385,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
     }
 
     fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 2>(self, &TABLE, state)
+        state_name::<Self, N, 2>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -405,6 +408,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
             let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
@@ -412,15 +416,11 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         }
     }
 
-    /// Positions resolve presliding.
     fn scales(&self) -> [f64; N] {
         let mut scales = [self.friction[0].state_scale(); N];
         scales[CRANE] = 1e-2;
         for trolley in 0..MAX_TROLLEYS {
-            scales[position(N, trolley)] = 1e-2;
-            scales[velocity(N, trolley)] = 1e-2;
-            scales[angle(N, trolley)] = 1e-2;
-            scales[spin(N, trolley)] = 1e-1;
+            State::ALL.iter().for_each(|state| scales[at(*state, trolley, N)] = state.scale(&self.p));
         }
         scales
     }
@@ -431,10 +431,15 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
 }
 
 impl<const N: usize> Equations<N, 2> for Festoon {
+    fn table() -> &'static Table {
+        &TABLE
+    }
+
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+        let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         let forces = |link| self.link_forces(x, u, &rates, &memory.links, link);
-        let crane = Outputs { crane_position: x[CRANE], crane_rate: u[0], crane_force: forces(0).pull() };
+        let crane = Outputs { crane_position: x[CRANE], crane_rate: u.crane_velocity, crane_force: forces(0).pull() };
         let mut slots = crane.write(computed);
         for trolley in 0..MAX_TROLLEYS {
             if trolley >= self.trolleys() {
@@ -447,35 +452,26 @@ impl<const N: usize> Equations<N, 2> for Festoon {
             let friction = self.friction[trolley].observe(&contact, x, law);
             let motion = self.motion(&contact, friction.force, x, law, trolley);
             let outputs = TrolleyOutputs {
-                position: x[position(N, trolley)],
+                position: x[at(State::Position, trolley, N)],
                 velocity: rates[trolley],
                 acceleration: friction.unless_held(motion.acceleration),
-                angle: x[angle(N, trolley)],
-                spin: x[spin(N, trolley)],
+                angle: x[at(State::Angle, trolley, N)],
+                spin: x[at(State::Spin, trolley, N)],
                 angular_acceleration: motion.angular_acceleration,
                 tow_force: forces(trolley).tow,
                 buffer_force: forces(trolley).buffer,
                 friction_force: friction.force,
                 sticking: friction.sticking,
             };
-            slots = write_bristles(&friction, outputs.write(slots));
+            slots = friction.write(outputs.write(slots));
         }
     }
 
-    fn state_index(&self, place: usize) -> Option<usize> {
-        let Some(place) = place.checked_sub(1) else { return Some(CRANE) };
-        let per_trolley = STATES_OF_TROLLEY + MAX_STATES;
-        let (trolley, place) = (place / per_trolley, place % per_trolley);
-        let index = match place {
-            0 => position(N, trolley),
-            1 => velocity(N, trolley),
-            2 => angle(N, trolley),
-            3 => spin(N, trolley),
-            bristle if bristle - 4 < self.friction[trolley].count() => {
-                self.friction[trolley].states().start + bristle - 4
-            }
-            _ => return None,
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        let of_trolley = |trolley: usize| {
+            let own = reference.checked_sub(trolley_base(trolley)).and_then(State::of);
+            own.map(|state| at(state, trolley, N)).or_else(|| self.friction[trolley].state_at(reference))
         };
-        (trolley < self.trolleys()).then_some(index)
+        if reference == CRANE_POSITION { Some(CRANE) } else { (0..self.trolleys()).find_map(of_trolley) }
     }
 }

@@ -5,31 +5,36 @@ use std::sync::LazyLock;
 
 use super::MAX_TROLLEYS;
 use crate::co_simulation::counters_table;
-use crate::friction::{Friction, MAX_STATES};
-use crate::models::bristles::bristle_table;
+use crate::friction::{Friction, Law, states};
+use crate::models::references;
 use crate::solver::Tuning;
 use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
-use crate::{outputs, parameters};
-
-/// Value reference of the first variable of the friction law.
-const FRICTION_BASE: u32 = 10_000;
-/// Value reference of the first parameter of the solver.
-const SOLVER_BASE: u32 = 5_000;
-/// Value reference of the first counter of the solver.
-const COUNTERS_BASE: u32 = 5_100;
+use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
 const PULSE: u32 = 2;
-const CRANE_POSITION: u32 = 11;
+/// The position of the crane trolley, which is a state.
+pub const CRANE_POSITION: u32 = 11;
 
 /// Value reference that the variables of a trolley count from.
-const fn trolley_base(trolley: usize) -> u32 {
+pub const fn trolley_base(trolley: usize) -> u32 {
     100 * (trolley as u32 + 1)
 }
 
-/// Value reference of the first bristle state of a trolley; its derivatives follow.
-const fn bristle_base(trolley: usize) -> u32 {
-    400 + 2 * (MAX_STATES * trolley) as u32
+/// Value reference that the states of the contact of a trolley count from.
+pub const fn contact_base(trolley: usize) -> u32 {
+    references::CONTACT + states::REFERENCES * trolley as u32
+}
+
+states! {
+    /// The states of a trolley, with value references counted from those of the trolley; positions resolve presliding.
+    State of Parameters, from 0; {
+        ..friction;
+        Position: 1, |_| 1e-2;
+        Velocity: 2, |_| 1e-2;
+        Angle: 4, |_| 1e-2;
+        Spin: 5, |_| 1e-1;
+    }
 }
 
 /// Every variable of the festoon.
@@ -40,12 +45,12 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     for trolley in 0..MAX_TROLLEYS {
         table.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
-        table.extend(bristle_table(&group, bristle_base(trolley), &motion(trolley)));
+        table.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }
-    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
-    table.extend(Friction::table("friction", FRICTION_BASE, 7));
-    table.extend(Tuning::grouped(SOLVER_BASE));
+    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
+    table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
 
@@ -55,7 +60,7 @@ fn of_trolley(variable: Variable, trolley: usize) -> Variable {
     let depends_on = match variable.reference {
         own::POSITION | own::VELOCITY | own::ANGLE | own::SPIN => vec![base + variable.reference],
         own::TOW | own::BUFFER => link(trolley),
-        own::STICKING => Vec::new(),
+        own::STICKING => load(trolley),
         _ => motion(trolley),
     };
     let derivative_of = variable.derivative_of.map(|state| base + state);
@@ -75,6 +80,11 @@ fn link(trolley: usize) -> Vec<u32> {
 
 /// What friction and accelerations of a trolley depend on.
 fn motion(trolley: usize) -> Vec<u32> {
+    [load(trolley), states::references(contact_base(trolley))].concat()
+}
+
+/// What decides whether a law without states of its own holds a trolley.
+fn load(trolley: usize) -> Vec<u32> {
     let mut all = link(trolley);
     if trolley + 1 < MAX_TROLLEYS {
         all.extend(link(trolley + 1));
@@ -83,18 +93,18 @@ fn motion(trolley: usize) -> Vec<u32> {
         all.push(PULSE);
     }
     all.extend([own::ANGLE, own::SPIN].map(|state| trolley_base(trolley) + state));
-    all.extend(bristle_base(trolley)..bristle_base(trolley) + MAX_STATES as u32);
+    all.push(references::TIME);
     all.sort_unstable();
     all.dedup();
     all
 }
 
-parameters! {
+inputs! {
     /// The inputs.
     Inputs {
-        crane_velocity: f64 = Variable::input(CRANE_VELOCITY, "craneVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
+        crane_velocity = Variable::input(CRANE_VELOCITY, "craneVelocity", units::METRE_PER_SECOND, 0.0).nominal(0.1).shown_in("mm/s")
             .text("Velocity of the crane trolley, which tows the others");
-        pulse_force: f64 = Variable::input(PULSE, "pulseForce", units::NEWTON, 0.0).nominal(10.0)
+        pulse_force = Variable::input(PULSE, "pulseForce", units::NEWTON, 0.0).nominal(10.0)
             .text("Force on the first trolley towards +x");
     }
 }
@@ -116,11 +126,13 @@ outputs! {
 
 /// Variables of a trolley, counted from its base.
 mod own {
-    pub const POSITION: u32 = 1;
-    pub const VELOCITY: u32 = 2;
+    use super::State;
+
+    pub const POSITION: u32 = State::Position.reference();
+    pub const VELOCITY: u32 = State::Velocity.reference();
     pub const ACCELERATION: u32 = 3;
-    pub const ANGLE: u32 = 4;
-    pub const SPIN: u32 = 5;
+    pub const ANGLE: u32 = State::Angle.reference();
+    pub const SPIN: u32 = State::Spin.reference();
     pub const ANGULAR_ACCELERATION: u32 = 6;
     pub const TOW: u32 = 7;
     pub const BUFFER: u32 = 8;
@@ -157,7 +169,7 @@ outputs! {
 parameters! {
     /// The parameters of the festoon; those of the friction law and of the solver follow in the table.
     Parameters {
-        trolleys: f64 = Variable::count(1001, "trolleys", 3).range(1.0, MAX_TROLLEYS as f64)
+        trolleys: usize = Variable::count(1001, "trolleys", 3).range(1.0, MAX_TROLLEYS as f64)
             .text("Number of trolleys behind the crane trolley");
         mass: f64 = Variable::parameter(1002, "trolley.mass", units::KILOGRAM, 5.0).range(1e-3, 1e5)
             .text("Mass of a trolley without its load");

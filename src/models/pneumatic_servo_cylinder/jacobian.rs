@@ -5,13 +5,12 @@
 
 use nalgebra::SMatrix;
 
-use super::{
-    ACTUATOR, ACTUATOR_RATE, BRISTLES, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A,
-    TEMPERATURE_B, position, velocity,
-};
+use super::variables::{Inputs, State};
+use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
 use crate::hybrid::jacobian_by_duals;
 use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
+use crate::pneumatics::actuator::{FLOW, STATES};
 
 impl PneumaticServoCylinder {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
@@ -28,8 +27,9 @@ impl PneumaticServoCylinder {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
-        self.linearise_actuator(x, u, memory, jacobian, &mut derivatives);
-        self.linearise_chambers(x, u, memory, jacobian, &mut derivatives);
+        let inputs = &Inputs::read(u);
+        self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
+        self.linearise_chambers(x, inputs, memory, jacobian, &mut derivatives);
         match self.friction.count() {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
@@ -41,21 +41,21 @@ impl PneumaticServoCylinder {
     fn linearise_actuator<const N: usize>(
         &self,
         x: &[f64; N],
-        u: &[f64; 3],
+        u: &Inputs<f64>,
         memory: &Memory,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
-        let states = [ACTUATOR_RATE, ACTUATOR];
-        let seeded = [0, 1].map(|i| Dual::<2>::variable(x[states[i]], i));
-        let rates = self.actuator_rates(seeded, Dual::constant(u[0]), memory);
+        let states: [usize; STATES] = std::array::from_fn(|place| place);
+        let seeded = states.map(|place| Dual::<STATES>::variable(x[place], place));
+        let rates = self.actuator.rates(seeded, Dual::constant(u.valve_voltage), &memory.actuator);
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
     fn linearise_chambers<const N: usize>(
         &self,
         x: &[f64; N],
-        u: &[f64; 3],
+        u: &Inputs<f64>,
         memory: &Memory,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
@@ -63,15 +63,15 @@ impl PneumaticServoCylinder {
         // Each chamber in the directions of its own states, and what flows into it in the first three of them.
         let seeded = |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<3>::variable(x[i], direction)));
         let gas = self.chambers.gas(seeded([PRESSURE_A, PRESSURE_B], 1), seeded([TEMPERATURE_A, TEMPERATURE_B], 2));
-        let Pair([actuator, _]) = seeded([ACTUATOR, ACTUATOR], 0);
-        let inflow = self.inflow(actuator, Dual::constant(u[2]), gas);
-        let position_ = Dual::<5>::variable(x[position(N)], 3);
-        let rate = self.friction.rate(Dual::variable(x[velocity(N)], 4), &memory.friction);
+        let Pair([actuator, _]) = seeded([FLOW, FLOW], 0);
+        let inflow = self.inflow(actuator, Dual::constant(u.supply_pressure), gas);
+        let position_ = Dual::<5>::variable(x[State::Position.at(N)], 3);
+        let rate = self.friction.rate(Dual::variable(x[State::Velocity.at(N)], 4), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
         let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];
         for (side, (pressure, temperature)) in chambers.into_iter().enumerate() {
-            let states = [ACTUATOR, pressure, temperature, position(N), velocity(N)];
+            let states = [FLOW, pressure, temperature, State::Position.at(N), State::Velocity.at(N)];
             let rows = [(pressure, pressures[side]), (temperature, temperatures[side])];
             scatter(rows.into_iter(), &states, jacobian, derivatives);
         }
@@ -87,19 +87,26 @@ impl PneumaticServoCylinder {
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
-        let states = [position(N), velocity(N), PRESSURE_A, PRESSURE_B, BRISTLES, BRISTLES + 1];
+        let states = [
+            State::Position.at(N),
+            State::Velocity.at(N),
+            PRESSURE_A,
+            PRESSURE_B,
+            State::FRICTION,
+            State::FRICTION + 1,
+        ];
         let mut seeded = x.map(Dual::<D>::constant);
         for (direction, state) in states[..D].iter().enumerate() {
             seeded[*state].slope[direction] = 1.0;
         }
         // Apart from the other states, which then stay in registers.
-        let (bristles, mut bristle_rates) = ([seeded[BRISTLES], seeded[BRISTLES + 1]], [Dual::zero(); 2]);
-        let (time, u, count) = (Dual::constant(time), u.map(Dual::constant), D - 4);
+        let (bristles, mut bristle_rates) = ([seeded[State::FRICTION], seeded[State::FRICTION + 1]], [Dual::zero(); 2]);
+        let (time, u, count) = (Dual::constant(time), Inputs::read(&u.map(Dual::constant)), D - 4);
         let [rate, acceleration] =
             self.motion_rates(time, &seeded, &u, memory, &bristles[..count], &mut bristle_rates[..count]);
         let [first, second] = bristle_rates;
         let rows = [rate, acceleration, first, second].into_iter().take(2 + count);
-        let places = [position(N), velocity(N), BRISTLES, BRISTLES + 1];
+        let places = [State::Position.at(N), State::Velocity.at(N), State::FRICTION, State::FRICTION + 1];
         scatter(places.into_iter().zip(rows), &states, jacobian, derivatives);
     }
 }
@@ -122,13 +129,13 @@ fn scatter<const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::LAWS;
+    use crate::friction::{LAWS, MAX_STATES};
     use crate::hybrid::HybridSystem;
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::{MODEL, build};
     use crate::variables::{Role, Variable};
 
-    const N: usize = 18;
+    const N: usize = State::OTHERS + MAX_STATES;
 
     /// The default cylinder with some parameters changed, in motion under different pressures and temperatures.
     fn moving(changes: &[(&str, f64)], check: impl Fn(&PneumaticServoCylinder, &[f64; N], &[f64; 3], &Memory)) {
@@ -146,9 +153,10 @@ mod tests {
         let (mut x, memory) = cylinder.initial_state::<N>(&start);
         for spool in [-0.4, 0.3] {
             // A spool, or the pressure behind the regulator.
-            x[ACTUATOR] = if x[ACTUATOR] > 1e3 { 4e5 } else { spool };
-            (x[ACTUATOR_RATE], x[PRESSURE_A], x[PRESSURE_B]) = (20.0, 3.1e5, 5.2e5);
-            (x[TEMPERATURE_A], x[TEMPERATURE_B], x[position(N)], x[velocity(N)]) = (281.0, 307.0, 0.2, 0.1);
+            x[FLOW] = if x[FLOW] > 1e3 { 4e5 } else { spool };
+            (x[0], x[PRESSURE_A], x[PRESSURE_B]) = (20.0, 3.1e5, 5.2e5);
+            (x[TEMPERATURE_A], x[TEMPERATURE_B], x[State::Position.at(N)], x[State::Velocity.at(N)]) =
+                (281.0, 307.0, 0.2, 0.1);
             check(&cylinder, &x, &[6.0, 3.0, 7e5], &memory);
         }
     }

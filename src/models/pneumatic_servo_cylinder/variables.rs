@@ -4,150 +4,147 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use crate::co_simulation::counters_table;
-use crate::friction::Friction;
-use crate::models::bristles::bristle_table;
-use crate::pneumatics::chamber::THERMAL_MODELS;
+use crate::friction::{Friction, Law, states};
+use crate::models::references;
+use crate::pneumatics::actuator::{self, Actuator};
+use crate::pneumatics::chamber::ThermalModel;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, ParameterError, ParameterSet, Table, Variable, units};
-use crate::{outputs, parameters};
+use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::{inputs, outputs, parameters, states};
 
 /// Conserved quantities: mass and energy.
 pub const RESIDUALS: usize = 2;
-
-/// Value reference of the first variable of the friction law.
-const FRICTION_BASE: u32 = 10_000;
-/// Value reference of the first parameter of the solver.
-const SOLVER_BASE: u32 = 5_000;
-/// Value reference of the first counter of the solver.
-const COUNTERS_BASE: u32 = 5_100;
-/// Value reference of the first bristle state; its derivatives follow.
-const BRISTLE_BASE: u32 = 400;
 
 /// Every variable of the cylinder.
 pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table("friction", BRISTLE_BASE, depends::MOTION));
+    table.extend(Actuator::computed());
+    table.extend(states::table("friction", references::CONTACT, &[depends::V, depends::P_A, depends::P_B]));
     table.extend(residuals_table());
-    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
-    table.extend(Friction::table("friction", FRICTION_BASE, 7));
-    table.extend(Tuning::grouped(SOLVER_BASE));
+    table.extend(Actuator::parameters(1032));
+    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
+    table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
 
-parameters! {
+inputs! {
     /// The inputs.
     Inputs {
-        valve_voltage: f64 = Variable::input(1, "valveVoltage", units::VOLT, 5.0).nominal(5.0)
+        valve_voltage = Variable::input(depends::VOLTAGE, "valveVoltage", units::VOLT, 5.0).nominal(5.0)
             .text("Valve voltage: 5 V closes the valve, more feeds chamber A, less chamber B; saturates at 0 and 10 V. Commands the regulator on the second rig");
-        external_force: f64 = Variable::input(2, "externalForce", units::NEWTON, 0.0).nominal(10.0)
+        external_force = Variable::input(depends::FORCE, "externalForce", units::NEWTON, 0.0).nominal(10.0)
             .text("External force on the carriage towards +x");
-        supply_pressure: f64 = Variable::input(3, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
+        supply_pressure = Variable::input(depends::SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
             .text("Supply pressure of the valve, absolute");
+    }
+}
+
+states! {
+    /// The states behind those of the actuator.
+    ///
+    /// Their order keeps the elimination of the implicit scheme sparse: a chain from the actuator over the chambers and
+    /// the friction law to the motion.
+    State of Parameters, from actuator::STATES; {
+        TemperatureA: 109, |_| 300.0;
+        TemperatureB: 110, |_| 300.0;
+        PressureA: 107, |_| 1e5;
+        PressureB: 108, |_| 1e5;
+        ..friction;
+        Position: 101, |_| 0.1;
+        Velocity: 102, |_| 0.1;
     }
 }
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
+    use super::{Actuator, State, references, states};
+    pub use crate::pneumatics::actuator::{SUPPLY, VOLTAGE};
+
     pub const FORCE: u32 = 2;
-    pub const SUPPLY: u32 = 3;
-    pub const VOLTAGE: u32 = 1;
-    pub const X: u32 = 101;
-    pub const V: u32 = 102;
-    pub const P_A: u32 = 107;
-    pub const P_B: u32 = 108;
-    pub const T_A: u32 = 109;
-    pub const T_B: u32 = 110;
-    pub const SPOOL: u32 = 113;
-    pub const SPOOL_RATE: u32 = 202;
-    pub const REGULATOR: u32 = 203;
-    pub const Z: [u32; 10] = [400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
-    // The laminar leakage past the piston depends on both pressures and on the temperature upstream.
-    /// What the mass flow into chamber A depends on.
-    pub const FLOW_A: &[u32] = &[SUPPLY, P_A, P_B, T_A, T_B, SPOOL, REGULATOR];
-    /// What the mass flow into chamber B depends on.
-    pub const FLOW_B: &[u32] = &[SUPPLY, P_A, P_B, T_A, T_B, SPOOL];
-    /// What the rates of chamber A depend on.
-    pub const GAS_A: &[u32] = &[SUPPLY, X, V, P_A, P_B, T_A, T_B, SPOOL, REGULATOR];
-    /// What the rates of chamber B depend on.
-    pub const GAS_B: &[u32] = &[SUPPLY, X, V, P_A, P_B, T_A, T_B, SPOOL];
+    pub const X: u32 = State::Position.reference();
+    pub const V: u32 = State::Velocity.reference();
+    pub const P_A: u32 = State::PressureA.reference();
+    pub const P_B: u32 = State::PressureB.reference();
+    pub const T_A: u32 = State::TemperatureA.reference();
+    pub const T_B: u32 = State::TemperatureB.reference();
+
+    /// What the mass flow into a chamber depends on; the laminar leakage past the piston, on both pressures.
+    pub fn flow(chamber: usize) -> Vec<u32> {
+        [Actuator::feeds(chamber), vec![P_A, P_B, [T_A, T_B][chamber]]].concat()
+    }
+
+    /// What the rates of a chamber depend on; what leaks past the piston brings the temperature upstream along.
+    pub fn gas(chamber: usize) -> Vec<u32> {
+        [flow(chamber), vec![[T_B, T_A][chamber], X, V]].concat()
+    }
+
+    /// What decides whether a law without states of its own holds the mass.
+    pub const LOAD: &[u32] = &[references::TIME, FORCE, X, V, P_A, P_B];
+
     /// What friction and acceleration depend on.
-    pub const MOTION: &[u32] = &[FORCE, X, V, P_A, P_B, Z[0], Z[1], Z[2], Z[3], Z[4], Z[5], Z[6], Z[7], Z[8], Z[9]];
+    pub fn motion() -> Vec<u32> {
+        [LOAD.to_vec(), states::references(references::CONTACT)].concat()
+    }
 }
 
 outputs! {
     /// The computed variables.
     Outputs {
-        position = Variable::output(101, "position", units::METRE).nominal(0.1).shown_in("mm")
+        position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::X])
             .text("Position of the carriage, 0 at the end of the instroke, stroke at the end of the outstroke");
-        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(101)
+        velocity = Variable::output(depends::V, "velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(depends::X)
             .depends_on(&[depends::V])
             .text("Velocity of the carriage; exactly 0 while it sticks");
-        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(102)
-            .depends_on(depends::MOTION)
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::V)
+            .depends_on(&depends::motion())
             .text("Acceleration of the carriage");
         rod_force = Variable::output(104, "rodForce", units::NEWTON).nominal(10.0)
-            .depends_on(depends::MOTION)
+            .depends_on(&depends::motion())
             .text("Force of the rod on the carriage, positive when pushing: what a load cell between them reads");
         pressure_force = Variable::output(105, "pressureForce", units::NEWTON).nominal(10.0)
             .depends_on(&[depends::P_A, depends::P_B])
             .text("Force of the chambers and of the atmosphere on the rod");
         friction_force = Variable::output(106, "frictionForce", units::NEWTON).nominal(10.0)
-            .depends_on(depends::MOTION)
+            .depends_on(&depends::motion())
             .text("Friction force on the moving mass, positive when it opposes motion towards +x");
-        pressure_a = Variable::output(107, "chamberA.pressure", units::PASCAL).nominal(1e5).shown_in("bar")
+        pressure_a = Variable::output(depends::P_A, "chamberA.pressure", units::PASCAL).nominal(1e5).shown_in("bar")
             .depends_on(&[depends::P_A])
             .text("Absolute pressure in chamber A");
-        pressure_b = Variable::output(108, "chamberB.pressure", units::PASCAL).nominal(1e5).shown_in("bar")
+        pressure_b = Variable::output(depends::P_B, "chamberB.pressure", units::PASCAL).nominal(1e5).shown_in("bar")
             .depends_on(&[depends::P_B])
             .text("Absolute pressure in chamber B");
-        temperature_a = Variable::output(109, "chamberA.temperature", units::KELVIN).nominal(300.0).shown_in("degC")
+        temperature_a = Variable::output(depends::T_A, "chamberA.temperature", units::KELVIN).nominal(300.0).shown_in("degC")
             .depends_on(&[depends::P_A, depends::T_A])
             .text("Gas temperature in chamber A");
-        temperature_b = Variable::output(110, "chamberB.temperature", units::KELVIN).nominal(300.0).shown_in("degC")
+        temperature_b = Variable::output(depends::T_B, "chamberB.temperature", units::KELVIN).nominal(300.0).shown_in("degC")
             .depends_on(&[depends::P_B, depends::T_B])
             .text("Gas temperature in chamber B");
         mass_flow_a = Variable::output(111, "chamberA.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(depends::FLOW_A)
+            .depends_on(&depends::flow(0))
             .text("Net mass flow into chamber A, leakage included");
         mass_flow_b = Variable::output(112, "chamberB.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(depends::FLOW_B)
+            .depends_on(&depends::flow(1))
             .text("Net mass flow into chamber B, leakage included");
-        spool = Variable::output(113, "valve.spool", units::ONE).nominal(1.0)
-            .depends_on(&[depends::SPOOL])
-            .text("Spool position as a fraction of its travel, positive feeds chamber A; 0 on the rig with a regulator");
         sticking = Variable::flag(114, "sticking")
+            .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the carriage");
-        pressure_rate_a = Variable::output(207, "der(chamberA.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(107)
-            .depends_on(depends::GAS_A)
+        pressure_rate_a = Variable::output(207, "der(chamberA.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(depends::P_A)
+            .depends_on(&depends::gas(0))
             .text("Rate of the pressure in chamber A");
-        temperature_rate_a = Variable::output(209, "der(chamberA.temperature)", units::KELVIN_PER_SECOND).local().nominal(100.0).derivative_of(109)
-            .depends_on(depends::GAS_A)
+        temperature_rate_a = Variable::output(209, "der(chamberA.temperature)", units::KELVIN_PER_SECOND).local().nominal(100.0).derivative_of(depends::T_A)
+            .depends_on(&depends::gas(0))
             .text("Rate of the temperature in chamber A");
-        pressure_rate_b = Variable::output(208, "der(chamberB.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(108)
-            .depends_on(depends::GAS_B)
+        pressure_rate_b = Variable::output(208, "der(chamberB.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(depends::P_B)
+            .depends_on(&depends::gas(1))
             .text("Rate of the pressure in chamber B");
-        temperature_rate_b = Variable::output(210, "der(chamberB.temperature)", units::KELVIN_PER_SECOND).local().nominal(100.0).derivative_of(110)
-            .depends_on(depends::GAS_B)
+        temperature_rate_b = Variable::output(210, "der(chamberB.temperature)", units::KELVIN_PER_SECOND).local().nominal(100.0).derivative_of(depends::T_B)
+            .depends_on(&depends::gas(1))
             .text("Rate of the temperature in chamber B");
-        spool_velocity = Variable::output(202, "valve.spoolVelocity", units::PER_SECOND).local().nominal(100.0).derivative_of(113)
-            .depends_on(&[depends::SPOOL_RATE])
-            .text("Velocity of the spool");
-        spool_acceleration = Variable::output(204, "der(valve.spoolVelocity)", units::PER_SECOND_SQUARED).local().nominal(1e5).derivative_of(202)
-            .depends_on(&[depends::VOLTAGE, depends::SPOOL, depends::SPOOL_RATE])
-            .text("Acceleration of the spool");
-        regulator_pressure = Variable::output(203, "regulator.pressure", units::PASCAL).local().nominal(1e5).shown_in("bar")
-            .depends_on(&[depends::REGULATOR])
-            .text("Absolute pressure behind the regulator; 0 on the rig with a valve");
-        regulator_rate = Variable::output(205, "der(regulator.pressure)", units::PASCAL_PER_SECOND).local().nominal(1e6).derivative_of(203)
-            .depends_on(&[depends::VOLTAGE, depends::REGULATOR])
-            .text("Rate of the pressure behind the regulator");
-        valve_command = Variable::output(206, "valve.command", units::ONE).local().nominal(1.0)
-            .depends_on(&[depends::VOLTAGE])
-            .text("Set point of the spool after the hysteresis");
         stop_force = Variable::output(211, "cylinder.stopForce", units::NEWTON).local().nominal(100.0)
             .depends_on(&[depends::X, depends::V])
             .text("Force of the end stops on the carriage towards +x");
@@ -166,16 +163,6 @@ fn residuals_table() -> [Variable; RESIDUALS] {
             .text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
     ]
 }
-
-/// The choice of the rig; ids are never reused.
-pub static ACTUATIONS: Enumeration = Enumeration {
-    name: "Actuation",
-    description: "What moves the cylinder",
-    items: &[
-        (1, "ProportionalValve", "5/3 proportional valve between supply and both chambers"),
-        (2, "PressureRegulator", "Pressure regulator feeding chamber A, chamber B plugged"),
-    ],
-};
 
 parameters! {
     /// The parameters of the rig; those of the friction law and of the solver follow in the table.
@@ -216,7 +203,7 @@ parameters! {
             .text("Temperature of the supplied air");
         heat_transfer: f64 = Variable::parameter(1018, "thermal.heatTransfer", units::WATT_PER_SQUARE_METRE_KELVIN, 60.0).range(0.0, 1e5).tunable()
             .text("Heat transfer coefficient between gas and wall, which is at ambient temperature");
-        thermal_model: f64 = Variable::choice(1019, "thermal.model", &THERMAL_MODELS, 1)
+        thermal_model: ThermalModel = Variable::choice(1019, "thermal.model", ThermalModel::EnergyBalance)
             .text("How the gas temperature follows");
         exponent: f64 = Variable::parameter(1020, "thermal.exponent", units::ONE, 1.2).range(1.0, 2.0)
             .text("Polytropic exponent of the model Polytropic");
@@ -226,39 +213,11 @@ parameters! {
             .text("Retracting force of the position transducer's wire, towards -x");
         piston_leakage: f64 = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
             .text("Laminar leakage coefficient between the chambers");
-        valve_conductance: f64 = Variable::parameter(1024, "valve.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)").tunable()
-            .text("Sonic conductance of a fully open metering edge");
-        valve_ratio: f64 = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99).tunable()
-            .text("Critical pressure ratio of the metering edges");
-        dead_zone: f64 = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
-            .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel");
-        leakage: f64 = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0).tunable()
-            .text("Opening of a closed metering edge as a fraction of the full opening");
-        bandwidth: f64 = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
-            .text("Natural frequency of the spool");
-        damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
-            .text("Damping ratio of the spool");
-        hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
-            .text("Half width of the play between command and spool set point");
-        polarity: f64 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
-            .text("1: more than 5 V feeds chamber A; -1: chamber B");
-        actuation: f64 = Variable::choice(1032, "actuation", &ACTUATIONS, 1)
-            .text("What moves the cylinder");
-        regulator_min: f64 = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1.5e5).range(1e3, 1e8).shown_in("bar")
-            .text("Absolute pressure of the regulator at 0 V");
-        regulator_max: f64 = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 10e5).range(1e3, 1e8).shown_in("bar")
-            .text("Absolute pressure of the regulator at 10 V");
-        regulator_lag: f64 = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
-            .text("Time constant of the regulator");
-        regulator_conductance: f64 = Variable::parameter(1036, "regulator.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
-            .text("Sonic conductance between regulator and chamber A");
-        regulator_ratio: f64 = Variable::parameter(1037, "regulator.b", units::ONE, 0.3).range(0.0, 0.99)
-            .text("Critical pressure ratio between regulator and chamber A");
         kappa_a: f64 = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
             .text("Growth of the friction levels with the pressure in chamber A above ambient");
         kappa_b: f64 = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
             .text("Growth of the friction levels with the pressure in chamber B above ambient");
-        keeps_balance: f64 = Variable::option(1040, "balance.enabled", false)
+        keeps_balance: bool = Variable::option(1040, "balance.enabled", false)
             .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a fifth slower");
     }
 }
@@ -274,19 +233,12 @@ impl Parameters {
             return refuse(
                 "position0",
                 self.position0,
-                format!("it must not exceed cylinder.stroke = {}", self.stroke),
+                format!("it must not exceed cylinder.stroke = {}: set both together", self.stroke),
             );
         }
         if self.carriage_mass > self.moving_mass {
             let reason = format!("it must not exceed mass.moving = {}", self.moving_mass);
             return refuse("mass.carriage", self.carriage_mass, reason);
-        }
-        if self.polarity == 0.0 {
-            return refuse("valve.polarity", self.polarity, "it must be 1 or -1".to_owned());
-        }
-        if self.regulator_max < self.regulator_min {
-            let reason = format!("it must not be below regulator.pMin = {}", self.regulator_min);
-            return refuse("regulator.pMax", self.regulator_max, reason);
         }
         Ok(())
     }

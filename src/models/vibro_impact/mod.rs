@@ -19,17 +19,17 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Outputs, Parameters, TABLE};
-use super::bristles::write_bristles;
+use self::variables::{Inputs, Outputs, Parameters, State, TABLE};
 use super::equations::{Equations, state_name};
+use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, FrictionContact};
+use crate::friction::{self, Contact, Drive, Event, FrictionContact, MAX_STATES};
 use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -75,18 +75,6 @@ pub struct Memory {
     impacts: u32,
 }
 
-/// The internal mass comes first, then the bristles, then the body.
-const INTERNAL_POSITION: usize = 0;
-const INTERNAL_VELOCITY: usize = 1;
-const BRISTLES: usize = 2;
-const fn position(n: usize) -> usize {
-    n - 2
-}
-const fn velocity(n: usize) -> usize {
-    n - 1
-}
-const STATES_WITHOUT_BRISTLES: usize = 4;
-
 /// The indicator of the impact spring comes first, then those of the contact.
 const IMPACT: usize = 0;
 const CONTACT: usize = 1;
@@ -101,19 +89,19 @@ fn indicators() -> Vec<Indicator> {
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
-    match STATES_WITHOUT_BRISTLES + equations.friction.count() {
-        4 => Ok(Box::new(equations.run::<4>(start)?)),
-        5 => Ok(Box::new(equations.run::<5>(start)?)),
-        _ => Ok(Box::new(equations.run::<14>(start)?)),
+    match equations.friction.count() {
+        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
+        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
 fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
     let (own, rest) = start.parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning), start.tolerance);
-    let p = Parameters::read(own);
-    let friction = FrictionContact::new(p.levels().build(friction, "friction")?, BRISTLES);
+    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
+    let p = Parameters::read(own)?;
+    let friction = FrictionContact::new(p.levels().build(friction, "friction")?, State::FRICTION, references::CONTACT);
     Ok((VibroImpact { coupling: Coupling::new(&p), friction, p }, settings))
 }
 
@@ -163,18 +151,18 @@ impl Coupling {
 impl VibroImpact {
     fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
-        (x[position(N)], x[velocity(N)]) = (self.p.position0, self.p.velocity0);
-        x[INTERNAL_POSITION] = self.p.position0 + self.p.displacement0;
-        x[INTERNAL_VELOCITY] = self.p.velocity0 + self.p.displacement_rate0;
+        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
+        x[State::InternalPosition.at(N)] = self.p.position0 + self.p.displacement0;
+        x[State::InternalVelocity.at(N)] = self.p.velocity0 + self.p.displacement_rate0;
         let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact(0.0, &x, &[start.inputs[0]], x[velocity(N)], touches);
+        let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]), x[State::Velocity.at(N)], touches);
         let friction = self.friction.start(&contact, &mut x);
         Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
     }
 
     /// Displacement of the internal mass on the body and its rate, for a velocity of the body.
     fn displacement<S: Scalar, const N: usize>(&self, x: &[S; N], rate: S) -> (S, S) {
-        (x[INTERNAL_POSITION] - x[position(N)], x[INTERNAL_VELOCITY] - rate)
+        (x[State::InternalPosition.at(N)] - x[State::Position.at(N)], x[State::InternalVelocity.at(N)] - rate)
     }
 
     /// Force on the internal mass, and its reaction on the body.
@@ -189,28 +177,28 @@ impl VibroImpact {
         &self,
         time: S,
         x: &[S; N],
-        u: &[S; 1],
+        u: &Inputs<S>,
         rate: S,
         touches: bool,
     ) -> Contact<S> {
         Contact {
             time,
-            position: x[position(N)],
-            velocity: x[velocity(N)],
-            applied: u[0] - self.internal_force(time, x, rate, touches),
+            position: x[State::Position.at(N)],
+            velocity: x[State::Velocity.at(N)],
+            applied: u.external_force - self.internal_force(time, x, rate, touches),
             level: S::constant(1.0),
             drive: Drive::Force,
         }
     }
 
     /// The contact in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> Contact<S> {
+    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> Contact<S> {
         self.contact(time, x, u, self.rate(x, memory), memory.touches)
     }
 
     /// Velocity of the body: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        self.friction.rate(x[velocity(N)], &memory.friction)
+        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
     }
 }
 
@@ -219,18 +207,20 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     type Indicators = [f64; CONTACT + Event::COUNT];
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+        let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[INTERNAL_POSITION] = x[INTERNAL_VELOCITY];
-        rates[INTERNAL_VELOCITY] = (u[0] - contact.applied) / self.coupling.internal_mass;
-        rates[position(N)] = rate;
-        rates[velocity(N)] = (contact.applied - force) / self.coupling.body_mass;
+        rates[State::InternalPosition.at(N)] = x[State::InternalVelocity.at(N)];
+        rates[State::InternalVelocity.at(N)] = (u.external_force - contact.applied) / self.coupling.internal_mass;
+        rates[State::Position.at(N)] = rate;
+        rates[State::Velocity.at(N)] = (contact.applied - force) / self.coupling.body_mass;
         rates
     }
 
     fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Self::Indicators {
+        let u = &Inputs::read(u);
         let mut indicators = [UNUSED; CONTACT + Event::COUNT];
         let (d, _) = self.displacement(x, 0.0);
         indicators[IMPACT] = if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d };
@@ -240,16 +230,18 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     }
 
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         if event == IMPACT {
             memory.touches = !memory.touches;
             memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
             return;
         }
         let contact = self.contact_at(time, x, u, memory);
-        self.friction.switch(Event::ALL[event - CONTACT], &contact, velocity(N), x, &mut memory.friction);
+        self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         let contact = || self.contact(time, x, u, rate, touches);
         self.friction.follow(contact, x, &mut memory.friction);
@@ -260,12 +252,13 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
     }
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+        let u = &Inputs::read(u);
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         self.friction.sample(|| self.contact(time, x, u, rate, touches), time, x, &mut memory.friction);
     }
 
     fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 1>(self, &TABLE, state)
+        state_name::<Self, N, 1>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -287,9 +280,7 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
 
     fn scales(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
-        let (length, speed) = if self.p.is_dimensionless() { (1.0, 1.0) } else { (1e-3, 1e-2) };
-        (scales[INTERNAL_POSITION], scales[position(N)]) = (length, length);
-        (scales[INTERNAL_VELOCITY], scales[velocity(N)]) = (speed, speed);
+        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
@@ -299,18 +290,23 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
 }
 
 impl<const N: usize> Equations<N, 1> for VibroImpact {
+    fn table() -> &'static Table {
+        &TABLE
+    }
+
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+        let u = &Inputs::read(u);
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let (d, d_rate) = self.displacement(x, rate);
         let outputs = Outputs {
-            position: x[position(N)],
+            position: x[State::Position.at(N)],
             velocity: rate,
             acceleration: friction.unless_held((contact.applied - friction.force) / self.coupling.body_mass),
-            internal_position: x[INTERNAL_POSITION],
-            internal_velocity: x[INTERNAL_VELOCITY],
-            internal_acceleration: (u[0] - contact.applied) / self.coupling.internal_mass,
+            internal_position: x[State::InternalPosition.at(N)],
+            internal_velocity: x[State::InternalVelocity.at(N)],
+            internal_acceleration: (u.external_force - contact.applied) / self.coupling.internal_mass,
             displacement: d,
             displacement_rate: d_rate,
             excitation: self.coupling.excitation(time),
@@ -321,16 +317,10 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
             touching: S::constant(f64::from(memory.touches)),
             impacts: S::constant(f64::from(i32::try_from(memory.impacts).unwrap_or(i32::MAX))),
         };
-        write_bristles(&friction, outputs.write(computed));
+        friction.write(outputs.write(computed));
     }
 
-    fn state_index(&self, place: usize) -> Option<usize> {
-        match place {
-            0 => Some(position(N)),
-            1 => Some(velocity(N)),
-            2 => Some(INTERNAL_POSITION),
-            3 => Some(INTERNAL_VELOCITY),
-            bristle => (bristle - 4 < self.friction.count()).then_some(BRISTLES + bristle - 4),
-        }
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
     }
 }

@@ -4,19 +4,11 @@ use std::sync::LazyLock;
 
 use crate::co_simulation::counters_table;
 use crate::friction::parts::levels::{Level, SharedLevels};
-use crate::models::bristles::bristle_table;
+use crate::friction::{Law, states};
+use crate::models::references;
 use crate::solver::Tuning;
-use crate::variables::{Enumeration, Table, Variable, units};
-use crate::{outputs, parameters};
-
-/// Value reference of the first variable of the friction law.
-const FRICTION_BASE: u32 = 10_000;
-/// Value reference of the first parameter of the solver.
-const SOLVER_BASE: u32 = 5_000;
-/// Value reference of the first counter of the solver.
-const COUNTERS_BASE: u32 = 5_100;
-/// Value reference of the first bristle state; its derivatives follow.
-const BRISTLE_BASE: u32 = 400;
+use crate::variables::{Table, Variable, units};
+use crate::{enumeration, inputs, outputs, parameters, states};
 
 const BREAK_AWAY: f64 = 6.8;
 const COULOMB_RATIO: f64 = 0.5;
@@ -27,17 +19,17 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(bristle_table("friction", BRISTLE_BASE, depends::BODY));
-    table.extend(counters_table(COUNTERS_BASE));
+    table.extend(states::table("friction", references::CONTACT, &[depends::V2]));
+    table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
     table.extend(friction_table());
-    table.extend(Tuning::grouped(SOLVER_BASE));
+    table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
 
 /// The friction laws, with the exponential Stribeck curve of the source.
 fn friction_table() -> Vec<Variable> {
-    let table = SharedLevels::table("friction", FRICTION_BASE, 7, COULOMB_RATIO * BREAK_AWAY);
+    let table = SharedLevels::table("friction", references::FRICTION, Law::Stribeck, COULOMB_RATIO * BREAK_AWAY);
     let exponential = |variable: Variable| match variable.name.ends_with(".delta") {
         true => Variable { start: Some(1.0), ..variable },
         false => variable,
@@ -45,46 +37,74 @@ fn friction_table() -> Vec<Variable> {
     table.into_iter().map(exponential).collect()
 }
 
-parameters! {
+inputs! {
     /// The input.
     Inputs {
-        external_force: f64 = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(1.0)
+        external_force = Variable::input(1, "externalForce", units::NEWTON, 0.0).nominal(1.0)
             .text("Force on the body towards +x");
+    }
+}
+
+/// Magnitudes of lengths and speeds in SI units or, in the dimensionless form, without units.
+const LENGTH: fn(&Parameters) -> f64 = |p| if p.is_dimensionless() { 1.0 } else { 1e-3 };
+const SPEED: fn(&Parameters) -> f64 = |p| if p.is_dimensionless() { 1.0 } else { 1e-2 };
+
+states! {
+    /// The states of the internal mass and of the body.
+    State of Parameters, from 0; {
+        InternalPosition: 104, LENGTH;
+        InternalVelocity: 105, SPEED;
+        ..friction;
+        Position: 101, LENGTH;
+        Velocity: 102, SPEED;
     }
 }
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
+    use super::State;
+    use crate::friction::states;
+    use crate::models::references;
+
+    pub const TIME: u32 = references::TIME;
     pub const FORCE: u32 = 1;
-    pub const X2: u32 = 101;
-    pub const V2: u32 = 102;
-    pub const X1: u32 = 104;
-    pub const V1: u32 = 105;
+    pub const X2: u32 = State::Position.reference();
+    pub const V2: u32 = State::Velocity.reference();
+    pub const X1: u32 = State::InternalPosition.reference();
+    pub const V1: u32 = State::InternalVelocity.reference();
+    /// What spring and damper between the masses depend on.
+    pub const SPRING: &[u32] = &[X2, V2, X1, V1];
     /// What the force between the masses depends on.
-    pub const INTERNAL: &[u32] = &[X2, V2, X1, V1];
+    pub const INTERNAL: &[u32] = &[TIME, X2, V2, X1, V1];
+
+    /// What decides whether a law without states of its own holds the mass.
+    pub const LOAD: &[u32] = &[TIME, FORCE, X2, V2, X1, V1];
+
     /// What friction and acceleration of the body depend on.
-    pub const BODY: &[u32] = &[FORCE, X2, V2, X1, V1, 400, 401, 402, 403, 404, 405, 406, 407, 408, 409];
+    pub fn body() -> Vec<u32> {
+        [LOAD.to_vec(), states::references(references::CONTACT)].concat()
+    }
 }
 
 outputs! {
     /// The computed variables.
     Outputs {
-        position = Variable::output(101, "position", units::METRE).nominal(1e-2).shown_in("mm")
+        position = Variable::output(depends::X2, "position", units::METRE).nominal(1e-2).shown_in("mm")
             .depends_on(&[depends::X2])
             .text("Position of the body");
-        velocity = Variable::output(102, "velocity", units::METRE_PER_SECOND).nominal(1e-2).shown_in("mm/s").derivative_of(101)
+        velocity = Variable::output(depends::V2, "velocity", units::METRE_PER_SECOND).nominal(1e-2).shown_in("mm/s").derivative_of(depends::X2)
             .depends_on(&[depends::V2])
             .text("Velocity of the body; exactly 0 while it sticks");
-        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(102)
-            .depends_on(depends::BODY)
+        acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::V2)
+            .depends_on(&depends::body())
             .text("Acceleration of the body");
-        internal_position = Variable::output(104, "internal.position", units::METRE).nominal(1e-2).shown_in("mm")
+        internal_position = Variable::output(depends::X1, "internal.position", units::METRE).nominal(1e-2).shown_in("mm")
             .depends_on(&[depends::X1])
             .text("Position of the internal mass");
-        internal_velocity = Variable::output(105, "internal.velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(104)
+        internal_velocity = Variable::output(depends::V1, "internal.velocity", units::METRE_PER_SECOND).nominal(0.1).shown_in("mm/s").derivative_of(depends::X1)
             .depends_on(&[depends::V1])
             .text("Velocity of the internal mass");
-        internal_acceleration = Variable::output(106, "internal.acceleration", units::METRE_PER_SECOND_SQUARED).nominal(10.0).derivative_of(105)
+        internal_acceleration = Variable::output(106, "internal.acceleration", units::METRE_PER_SECOND_SQUARED).nominal(10.0).derivative_of(depends::V1)
             .depends_on(depends::INTERNAL)
             .text("Acceleration of the internal mass");
         displacement = Variable::output(107, "displacement", units::METRE).nominal(1e-3).shown_in("mm")
@@ -94,43 +114,40 @@ outputs! {
             .depends_on(&[depends::V2, depends::V1])
             .text("Velocity of the internal mass on the body");
         excitation = Variable::output(109, "excitationForce", units::NEWTON).nominal(1.0)
+            .depends_on(&[depends::TIME])
             .text("Harmonic force on the internal mass; its reaction acts on the body");
         spring_force = Variable::output(110, "springForce", units::NEWTON).nominal(1.0)
-            .depends_on(depends::INTERNAL)
+            .depends_on(depends::SPRING)
             .text("Force of spring and damper on the body");
         impact_force = Variable::output(111, "impactForce", units::NEWTON).nominal(10.0)
             .depends_on(&[depends::X2, depends::X1])
             .text("Force of the impact spring on the body");
         friction_force = Variable::output(112, "frictionForce", units::NEWTON).nominal(1.0)
-            .depends_on(depends::BODY)
+            .depends_on(&depends::body())
             .text("Friction force on the body, positive when it opposes motion towards +x");
         sticking = Variable::flag(113, "sticking")
+            .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the body");
         touching = Variable::flag(114, "touching")
+            .depends_on(&[depends::X2, depends::X1])
             .text("True while the internal mass presses the impact spring");
         impacts = Variable::counter(201, "impacts")
             .text("Impacts since initialization");
     }
 }
 
-/// The meaning of the parameters; ids are never reused.
-pub static FORMS: Enumeration = Enumeration {
-    name: "VibroImpactForm",
-    description: "Which parameters describe the system",
-    items: &[
-        (1, "Dimensional", "Masses, springs, gap, force and friction in SI units"),
-        (
-            2,
-            "Dimensionless",
-            "The group dimensionless; forces count in F_b, lengths in F_b/k_1, times in sqrt(m_1/k_1)",
-        ),
-    ],
-};
+enumeration! {
+    /// The meaning of the parameters; ids are never reused.
+    Form "VibroImpactForm": "Which parameters describe the system" {
+        1 Dimensional: "Masses, springs, gap, force and friction in SI units";
+        2 Dimensionless: "The group dimensionless; forces count in F_b, lengths in F_b/k_1, times in sqrt(m_1/k_1)";
+    }
+}
 
 parameters! {
     /// The parameters of the system; those of the friction law and of the solver follow in the table.
     Parameters {
-        form: f64 = Variable::choice(1001, "form", &FORMS, 1)
+        form: Form = Variable::choice(1001, "form", Form::Dimensional)
             .text("Which parameters describe the system; in the dimensionless form all variables are numbers without the units shown");
         internal_mass: f64 = Variable::parameter(1002, "internal.mass", units::KILOGRAM, 1.0).range(1e-6, 1e4)
             .text("Internal mass m_1");
@@ -184,7 +201,7 @@ parameters! {
 impl Parameters {
     /// Whether the group `dimensionless` describes the system.
     pub fn is_dimensionless(&self) -> bool {
-        self.form == 2.0
+        self.form == Form::Dimensionless
     }
 
     /// The friction levels.

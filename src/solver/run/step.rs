@@ -104,8 +104,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::ExplicitEuler => {
                 runge_kutta::EXPLICIT_EULER.step(system, time, x, inputs, memory, &here.derivatives, h)
             }
-            Scheme::Rk3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
-            Scheme::Rk4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
+            Scheme::RK3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
+            Scheme::RK4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
         let is_bounded = |(value, scale): (&f64, f64)| value.abs() <= FAR_OUT * scale;
         if !trial.end.iter().zip(self.scales).all(is_bounded) {
@@ -141,7 +141,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Nonsense::Unbounded(state) => Rejection::Unbounded(run.system.state_name(state)),
             Nonsense::Meaningless(reason) => Rejection::Meaningless(reason),
         };
-        if matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::Rk3 | Scheme::Rk4) {
+        if matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::RK3 | Scheme::RK4) {
             self.counters.rejected += 1;
             return Err(StepError::Diverged { time: self.time, step: self.settings.step, reason: reason(self) });
         }

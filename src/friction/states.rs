@@ -1,0 +1,137 @@
+//! The continuous states of a contact as variables of a model.
+//!
+//! A law has at most one deflection, or the forces of up to ten elements: each kind has variables of its own, so that
+//! all have a unit. Those that the chosen law does not have stay 0.
+
+use super::contact::Observation;
+use super::law::{MAX_STATES, StateKind};
+use crate::numbers::Scalar;
+use crate::variables::{Unit, Variable, units};
+
+/// Variables of one kind: the states and, `RATES` behind them, their rates.
+struct Kind {
+    kind: StateKind,
+    /// Value reference of the first state, counted from that of the contact.
+    first: u32,
+    name: &'static str,
+    count: u32,
+    units: [Unit; 2],
+    text: &'static str,
+}
+
+/// Distance of the value references of a state and its rate.
+const RATES: u32 = 10;
+
+/// Value references that a contact takes.
+pub const REFERENCES: u32 = 40;
+
+const KINDS: [Kind; 2] = [
+    Kind {
+        kind: StateKind::Deflection,
+        first: 0,
+        name: "deflection",
+        count: 1,
+        units: [units::METRE, units::METRE_PER_SECOND],
+        text: "Mean deflection of the bristles of the friction law",
+    },
+    Kind {
+        kind: StateKind::Force,
+        first: 20,
+        name: "elementForce",
+        count: MAX_STATES as u32,
+        units: [units::NEWTON, units::NEWTON_PER_SECOND],
+        text: "Force of an element of the friction law (GMS and BlimanSorine)",
+    },
+];
+
+impl Kind {
+    /// Name of a state in a group.
+    fn name(&self, group: &str, number: u32) -> String {
+        let index = if self.count == 1 { String::new() } else { format!("[{}]", number + 1) };
+        format!("{group}.{}{index}", self.name)
+    }
+}
+
+/// Value references of the states of a contact, whose variables count from `base`.
+pub fn references(base: u32) -> Vec<u32> {
+    KINDS.iter().flat_map(|kind| (0..kind.count).map(move |number| base + kind.first + number)).collect()
+}
+
+/// Number of the state of a law that a value reference counted from the contact's stands for.
+pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
+    let own = KINDS.iter().find(|other| other.kind == kind)?;
+    let number = reference.checked_sub(own.first)?;
+    (number < own.count).then_some(number as usize)
+}
+
+/// The states of a contact in a group and their rates; value references from `base`. `sliding` lists what velocity and
+/// load level depend on: with the state itself, all that its rate does.
+pub fn table(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
+    let variables = KINDS.iter().flat_map(|kind| {
+        let states = (0..kind.count).map(move |number| {
+            let reference = base + kind.first + number;
+            Variable::output(reference, &kind.name(group, number), kind.units[0])
+                .local()
+                .depends_on(&[reference])
+                .text(&format!("{}; 0 if the law has none", kind.text))
+        });
+        let rates = (0..kind.count).map(move |number| {
+            let state = base + kind.first + number;
+            Variable::output(state + RATES, &format!("der({})", kind.name(group, number)), kind.units[1])
+                .local()
+                .derivative_of(state)
+                .depends_on(&[sliding, &[state]].concat())
+                .text(&format!("Rate: {}", kind.text))
+        });
+        states.chain(rates)
+    });
+    variables.collect()
+}
+
+/// Writes the values of these variables, and returns the rest of the slots.
+pub fn write<'s, S: Scalar>(contact: &Observation<S>, slots: &'s mut [S]) -> &'s mut [S] {
+    let mut rest = slots;
+    for kind in KINDS {
+        for values in [contact.states, contact.rates] {
+            let (own, others) = rest.split_at_mut(kind.count as usize);
+            own.fill(S::zero());
+            if kind.kind == contact.kind {
+                own.copy_from_slice(&values[..own.len()]);
+            }
+            rest = others;
+        }
+    }
+    rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Friction, LAWS, Law};
+    use crate::variables::Choice;
+
+    /// A law built from its defaults.
+    fn default_law(law: Law) -> Friction {
+        let table = Friction::table("", 0, law);
+        let values: Vec<f64> = table.iter().filter_map(|variable| variable.start).collect();
+        Friction::new(&values, "friction").expect("defaults that fit together")
+    }
+
+    #[test]
+    fn every_state_of_every_law_has_a_variable() {
+        for (id, name, _) in LAWS.items {
+            let law = default_law(Law::from_id(f64::from(*id)).expect("an item"));
+            let found = references(0).into_iter().filter_map(|reference| number_of(law.state_kind(), reference));
+            let found: Vec<usize> = found.filter(|number| *number < law.states()).collect();
+            assert_eq!(found, (0..law.states()).collect::<Vec<_>>(), "{name}");
+        }
+    }
+
+    #[test]
+    fn references_of_a_contact_stay_within_its_range() {
+        let table = table("friction", 400, &[]);
+        assert!(table.iter().all(|variable| (400..400 + REFERENCES).contains(&variable.reference)));
+        let states: Vec<u32> = table.iter().filter_map(|variable| variable.derivative_of).collect();
+        assert_eq!(states, references(400));
+    }
+}

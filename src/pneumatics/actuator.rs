@@ -1,0 +1,244 @@
+//! What feeds the chambers of a cylinder, on a voltage: one line and one file for each actuator.
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::gas::{GasState, Reservoir};
+use super::orifice::Inflow;
+use super::{regulator, valve};
+use crate::enumeration;
+use crate::numbers::{Pair, Scalar};
+use crate::variables::{Choice, ParameterError, ParameterSet, Variable};
+
+/// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
+/// that no rig integrates what it does not have.
+pub const STATES: usize = 2;
+
+/// Place of the state that sets the flow; the others only lead to it.
+pub const FLOW: usize = 1;
+
+/// Value reference of the input that commands an actuator, a voltage.
+pub const VOLTAGE: u32 = 1;
+/// Value reference of the input that is the supply pressure.
+pub const SUPPLY: u32 = 3;
+
+/// What an actuator is connected to apart from the chambers.
+#[derive(Clone, Copy, Debug)]
+pub struct Ports<'a, S> {
+    /// Where the air comes from.
+    pub supply: &'a Reservoir,
+    /// Its absolute pressure in Pa.
+    pub supply_pressure: S,
+    /// Where the air goes to.
+    pub exhaust: &'a Reservoir,
+    /// Its absolute pressure in Pa.
+    pub exhaust_pressure: f64,
+}
+
+/// An actuator: its parameters, its states, its variables and its equations.
+pub trait Actuating: Sized {
+    /// What it remembers apart from its states; changes with the accepted steps.
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+
+    /// Its parameters.
+    type Parameters: ParameterSet;
+
+    /// Value references of the variables of its states, by their places; `None` where it has no state.
+    const VARIABLES: [Option<u32>; STATES];
+
+    /// Value references of the states and inputs on which the inflow of each chamber depends.
+    const FEEDS: [&'static [u32]; 2];
+
+    /// Number of its computed variables.
+    const COMPUTED: usize;
+
+    /// Builds it.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values that are legal one by one do not fit together.
+    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+
+    /// Its computed variables.
+    fn computed() -> Vec<Variable>;
+
+    /// Magnitudes of its states, for error control.
+    fn scales(&self) -> [f64; STATES];
+
+    /// States and memory at the start, under a voltage.
+    fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
+
+    /// Rates of the states under a voltage.
+    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
+
+    /// Lets the memory follow the voltage.
+    fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
+
+    /// What flows into the chambers, for the state that sets the flow.
+    fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
+
+    /// Writes its computed variables.
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory, slots: &mut [S]);
+
+    /// Whether a memory has a meaning.
+    fn fits(&self, _memory: &Self::Memory) -> bool {
+        true
+    }
+}
+
+/// Makes the enumeration of actuators, their table and the dispatch from one line per actuator.
+macro_rules! actuators {
+    ($($id:literal $item:ident $module:ident::$type:ident $summary:literal;)*) => {
+        enumeration! {
+            /// The choice of the rig; ids are never reused.
+            Actuation "Actuation": "What moves the cylinder" {
+                $($id $item: $summary;)*
+            }
+        }
+
+        /// An actuator chosen at run time.
+        #[derive(Clone, Debug)]
+        #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        pub enum Actuator {
+            $($item($module::$type)),*
+        }
+
+        /// The memory of an actuator chosen at run time.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        pub enum Memory {
+            $($item(<$module::$type as Actuating>::Memory)),*
+        }
+
+        /// Runs an expression with the actuator and its memory, whatever actuator it is.
+        macro_rules! dispatch {
+            ($self_:expr, $memory:expr, |$a:ident, $m:ident| $body:expr) => {
+                match ($self_, $memory) {
+                    $((Actuator::$item($a), Memory::$item($m)) => $body,)*
+                    _ => unreachable!("the memory of a rig is made by its own actuator"),
+                }
+            };
+        }
+
+        impl Actuator {
+            /// Number of all parameters, that of the choice included.
+            pub const LEN: usize = 1 $(+ <<$module::$type as Actuating>::Parameters as ParameterSet>::LEN)*;
+
+            /// The choice and the parameters of every actuator; value reference of the choice.
+            pub fn parameters(choice: u32) -> Vec<Variable> {
+                let start = Actuation::ProportionalValve;
+                let mut table = vec![Variable::choice(choice, "actuation", start).text("What moves the cylinder")];
+                $(table.extend(<$module::$type as Actuating>::Parameters::table());)*
+                table
+            }
+
+            /// The computed variables of every actuator; those of the others show 0.
+            pub fn computed() -> Vec<Variable> {
+                let mut table = Vec::new();
+                $(table.extend(<$module::$type as Actuating>::computed());)*
+                table
+            }
+
+            /// Value references on which the inflow of a chamber depends, whatever the actuator.
+            pub fn feeds(chamber: usize) -> Vec<u32> {
+                let mut references: Vec<u32> =
+                    [$(<$module::$type as Actuating>::FEEDS[chamber]),*].concat();
+                references.sort_unstable();
+                references.dedup();
+                references
+            }
+
+            /// Builds the chosen actuator from values in the order of [`parameters`](Self::parameters); those of the
+            /// others must fit together, too.
+            ///
+            /// # Errors
+            /// [`ParameterError`] when values do not fit together.
+            pub fn new(values: &[f64]) -> Result<Self, ParameterError> {
+                let chosen = Actuation::from_id(values[0])
+                    .ok_or_else(|| ParameterError::new("actuation", values[0], "it must be one of the items of Actuation"))?;
+                let (mut actuator, mut rest) = (None, &values[1..]);
+                $(
+                    let own = <<$module::$type as Actuating>::Parameters as ParameterSet>::LEN;
+                    let built = <$module::$type as Actuating>::new(ParameterSet::read(&rest[..own])?)?;
+                    if chosen == Actuation::$item {
+                        actuator = Some(Self::$item(built));
+                    }
+                    rest = &rest[own..];
+                )*
+                debug_assert!(rest.is_empty(), "all values belong to an actuator");
+                Ok(actuator.expect("every item has its line"))
+            }
+
+            /// Place of the state that a variable stands for, if the actuator has it.
+            pub fn state_at(&self, reference: u32) -> Option<usize> {
+                let own = match self { $(Self::$item(_) => <$module::$type as Actuating>::VARIABLES),* };
+                own.iter().position(|variable| *variable == Some(reference))
+            }
+
+            /// Magnitudes of the states, for error control.
+            pub fn scales(&self) -> [f64; STATES] {
+                match self { $(Self::$item(actuator) => actuator.scales()),* }
+            }
+
+            /// States and memory at the start, under a voltage.
+            pub fn start(&self, voltage: f64) -> ([f64; STATES], Memory) {
+                match self {
+                    $(Self::$item(actuator) => {
+                        let (states, memory) = actuator.start(voltage);
+                        (states, Memory::$item(memory))
+                    })*
+                }
+            }
+
+            /// What flows into the chambers, for the state that sets the flow.
+            #[inline(always)]
+            pub fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+                match self { $(Self::$item(actuator) => actuator.feed(state, ports, gas)),* }
+            }
+
+            /// Writes the computed variables of every actuator, and returns the rest of the slots.
+            pub fn write<'s, S: Scalar>(
+                &self,
+                states: [S; STATES],
+                voltage: S,
+                memory: &Memory,
+                slots: &'s mut [S],
+            ) -> &'s mut [S] {
+                let rest = slots;
+                $(
+                    let (own, rest) = rest.split_at_mut(<$module::$type as Actuating>::COMPUTED);
+                    match (self, memory) {
+                        (Self::$item(actuator), Memory::$item(memory)) => actuator.write(states, voltage, memory, own),
+                        _ => own.fill(S::zero()),
+                    }
+                )*
+                rest
+            }
+
+            /// Whether a memory can belong to this actuator.
+            pub fn fits(&self, memory: &Memory) -> bool {
+                match (self, memory) {
+                    $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits(memory),)*
+                    _ => false,
+                }
+            }
+        }
+    };
+}
+
+actuators! {
+    1 ProportionalValve valve::ProportionalValve "5/3 proportional valve between supply and both chambers";
+    2 PressureRegulator regulator::PressureRegulator "Pressure regulator feeding chamber A, chamber B plugged";
+}
+
+impl Actuator {
+    /// Rates of the states under a voltage.
+    #[inline(always)]
+    pub fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory) -> [S; STATES] {
+        dispatch!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
+    }
+
+    /// Lets the memory follow the voltage.
+    #[inline(always)]
+    pub fn follow(&self, voltage: f64, memory: &mut Memory) {
+        dispatch!(self, memory, |actuator, memory| actuator.follow(voltage, memory));
+    }
+}

@@ -1,0 +1,239 @@
+//! Structs of inputs, parameters and computed variables, declared together with their variables.
+
+use super::{ParameterError, Variable};
+
+/// Something that is read from one or more consecutive numbers of a table.
+pub trait Field: Sized {
+    /// How many numbers it takes.
+    const LEN: usize;
+    /// Reads them from the front; `None` if they have no such meaning.
+    fn read(values: &[f64]) -> Option<Self>;
+}
+
+impl Field for f64 {
+    const LEN: usize = 1;
+    fn read(values: &[f64]) -> Option<Self> {
+        Some(values[0])
+    }
+}
+
+impl<const N: usize> Field for [f64; N] {
+    const LEN: usize = N;
+    fn read(values: &[f64]) -> Option<Self> {
+        Some(std::array::from_fn(|index| values[index]))
+    }
+}
+
+impl Field for bool {
+    const LEN: usize = 1;
+    fn read(values: &[f64]) -> Option<Self> {
+        match values[0] {
+            0.0 => Some(false),
+            1.0 => Some(true),
+            _ => None,
+        }
+    }
+}
+
+/// An integer of the interface, which has 32 bits.
+impl Field for i32 {
+    const LEN: usize = 1;
+    fn read(values: &[f64]) -> Option<Self> {
+        let whole = values[0] as i32;
+        (f64::from(whole) == values[0]).then_some(whole)
+    }
+}
+
+/// A count.
+impl Field for usize {
+    const LEN: usize = 1;
+    fn read(values: &[f64]) -> Option<Self> {
+        i32::read(values)?.try_into().ok()
+    }
+}
+
+/// A count or a seed.
+impl Field for u64 {
+    const LEN: usize = 1;
+    fn read(values: &[f64]) -> Option<Self> {
+        i32::read(values)?.try_into().ok()
+    }
+}
+
+/// One variable or an array of them, as a declaration in [`parameters!`](crate::parameters) yields it.
+pub trait Declaration {
+    /// The variables, in order.
+    fn into_variables(self) -> Vec<Variable>;
+}
+
+impl Declaration for Variable {
+    fn into_variables(self) -> Vec<Variable> {
+        vec![self]
+    }
+}
+
+impl<const N: usize> Declaration for [Variable; N] {
+    fn into_variables(self) -> Vec<Variable> {
+        self.into()
+    }
+}
+
+/// A struct of parameters, made by [`parameters!`](crate::parameters).
+pub trait ParameterSet: Sized {
+    /// How many variables there are.
+    const LEN: usize;
+    /// The variables, in the order of the fields.
+    fn table() -> Vec<Variable>;
+    /// Reads the fields from values in the order of the table.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for a value without a meaning, such as an id that no item of an enumeration has.
+    fn read(values: &[f64]) -> Result<Self, ParameterError>;
+}
+
+/// The error for values from the place of a field on that it cannot be read from.
+pub fn refused(table: &[Variable], place: usize, values: &[f64]) -> ParameterError {
+    let (variable, value) = (&table[place], values[place]);
+    let otherwise = || ParameterError::new(&variable.name, value, "it has no meaning");
+    variable.check(value).err().unwrap_or_else(otherwise)
+}
+
+/// Declares a [`ParameterSet`]: each field together with the variable (or array of variables) it is read from.
+#[macro_export]
+macro_rules! parameters {
+    ($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty = $declaration:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
+        pub struct $name { $(pub $field: $type),* }
+
+        impl $crate::variables::ParameterSet for $name {
+            const LEN: usize = 0 $(+ <$type as $crate::variables::Field>::LEN)*;
+
+            fn table() -> Vec<$crate::variables::Variable> {
+                #[allow(unused_mut, reason = "a struct may have no fields")]
+                let mut table = Vec::new();
+                $(table.extend($crate::variables::Declaration::into_variables($declaration));)*
+                table
+            }
+
+            #[allow(unused, reason = "a struct may have no fields")]
+            fn read(values: &[f64]) -> Result<Self, $crate::variables::ParameterError> {
+                let mut next = 0;
+                $(
+                    let $field = <$type as $crate::variables::Field>::read(&values[next..])
+                        .ok_or_else(|| $crate::variables::refused(&Self::table(), next, values))?;
+                    next += <$type as $crate::variables::Field>::LEN;
+                )*
+                Ok(Self { $($field),* })
+            }
+        }
+    };
+}
+
+/// Declares a struct of inputs, generic over the scalar, together with their table.
+///
+/// The struct gets `LEN`, `table()`, the variables in the order of the fields, and `read()`.
+#[macro_export]
+macro_rules! inputs {
+    ($(#[$doc:meta])* $name:ident { $($field:ident = $declaration:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
+        pub struct $name<S> { $(pub $field: S),* }
+
+        impl $name<f64> {
+            /// How many inputs there are.
+            pub const LEN: usize = [$(stringify!($field)),*].len();
+
+            /// The variables, in the order of the fields.
+            pub fn table() -> Vec<$crate::variables::Variable> {
+                vec![$($declaration),*]
+            }
+        }
+
+        impl<S: Copy> $name<S> {
+            /// Reads the fields from values in the order of the table.
+            #[inline(always)]
+            pub fn read([$($field),*]: &[S; $name::<f64>::LEN]) -> Self {
+                Self { $($field: *$field),* }
+            }
+        }
+    };
+}
+
+/// Declares a struct of computed variables, generic over the scalar, together with their table.
+///
+/// The struct gets `table()`, the variables in the order of the fields, and `write()`, which puts values in that order.
+#[macro_export]
+macro_rules! outputs {
+    ($(#[$doc:meta])* $name:ident { $($field:ident = $declaration:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug)]
+        #[allow(missing_docs, reason = "each field is described by the text of its variable")]
+        pub struct $name<S> { $(pub $field: S),* }
+
+        impl<S> $name<S> {
+            /// How many variables there are.
+            pub const LEN: usize = [$(stringify!($field)),*].len();
+
+            /// The variables, in the order of the fields.
+            pub fn table() -> Vec<$crate::variables::Variable> {
+                vec![$($declaration),*]
+            }
+
+            /// Writes the values in the order of the table, and returns the rest of the slots.
+            pub fn write(self, slots: &mut [S]) -> &mut [S] where S: Copy {
+                let values = [$(self.$field),*];
+                let (own, rest) = slots.split_at_mut(Self::LEN);
+                own.copy_from_slice(&values);
+                rest
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::units;
+
+    parameters! {
+        /// Parameters of all kinds.
+        Mixed {
+            length: f64 = Variable::parameter(1, "length", units::METRE, 1.0);
+            pair: [f64; 2] = Variable::parameter(2, "pair", units::METRE, 1.0).array([1.0, 2.0]);
+            count: usize = Variable::count(4, "count", 3).range(0.0, 9.0);
+            enabled: bool = Variable::option(5, "enabled", true);
+        }
+    }
+
+    #[test]
+    fn fields_are_read_in_the_order_of_the_table() {
+        let read = Mixed::read(&[0.5, 3.0, 4.0, 7.0, 0.0]);
+        assert_eq!(read, Ok(Mixed { length: 0.5, pair: [3.0, 4.0], count: 7, enabled: false }));
+        assert_eq!((Mixed::LEN, Mixed::table().len()), (5, 5));
+    }
+
+    #[test]
+    fn values_without_a_meaning_are_refused_by_name() {
+        let refused = |count: f64, enabled: f64| Mixed::read(&[0.5, 3.0, 4.0, count, enabled]).unwrap_err().to_string();
+        assert_eq!(refused(2.5, 1.0), "count = 2.5 is refused: it must be a whole number");
+        assert_eq!(refused(-1.0, 1.0), "count = -1 is refused: it must be at least 0");
+        assert_eq!(refused(2.0, 0.5), "enabled = 0.5 is refused: it must be 0 (false) or 1 (true)");
+    }
+
+    inputs! {
+        /// Two inputs.
+        Both {
+            first = Variable::input(1, "first", units::METRE, 0.0);
+            second = Variable::input(2, "second", units::METRE, 0.0);
+        }
+    }
+
+    #[test]
+    fn inputs_are_read_by_name() {
+        let Both { first, second } = Both::read(&[1.0, 2.0]);
+        assert_eq!((first, second, Both::LEN, Both::table().len()), (1.0, 2.0, 2, 2));
+    }
+}

@@ -1,0 +1,34 @@
+//! Why a value is refused.
+
+use std::fmt;
+
+/// A parameter or input that cannot be accepted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterError {
+    /// Name of the variable.
+    pub variable: String,
+    /// The refused value.
+    pub value: f64,
+    /// What it must be.
+    pub reason: String,
+}
+
+impl ParameterError {
+    /// An error for a variable of a group; [`ParameterError::within`] completes its name.
+    pub fn new(variable: &str, value: f64, reason: &str) -> Self {
+        Self { variable: variable.to_owned(), value, reason: reason.to_owned() }
+    }
+
+    /// Puts the name of the variable into its group.
+    pub fn within(self, group: &str) -> Self {
+        Self { variable: format!("{group}.{}", self.variable), ..self }
+    }
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {} is refused: {}", self.variable, self.value, self.reason)
+    }
+}
+
+impl std::error::Error for ParameterError {}

@@ -1,0 +1,91 @@
+//! The continuous states of a model, declared once: their places, their variables, their magnitudes.
+
+/// Declares the states of a model in the order in which they are integrated: those before the states of its friction
+/// law, and those after them, each with the value reference of its variable and its magnitude for given parameters.
+///
+/// ```text
+/// State of Parameters, from 0; {
+///     Pressure: 107, |_| 1e5;
+///     ..friction;
+///     Position: 101, |p| p.stroke;
+/// }
+/// ```
+///
+/// `from` is the number of states that come before all of these and are declared elsewhere. Friction laws have different
+/// numbers of states, so that the place of a state depends on the number of all.
+#[macro_export]
+macro_rules! states {
+    (
+        $(#[$doc:meta])* $name:ident of $parameters:ty, from $from:expr; {
+            $($before:ident: $before_reference:expr, $before_scale:expr;)*
+            ..friction;
+            $($after:ident: $after_reference:expr, $after_scale:expr;)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs, reason = "each state is described by the text of its variable")]
+        pub enum $name { $($before,)* $($after),* }
+
+        #[allow(clippy::redundant_closure_call, reason = "magnitudes are stated as functions of the parameters")]
+        impl $name {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$before,)* $(Self::$after),*];
+            /// Index of the first state of the friction law.
+            pub const FRICTION: usize = $from $(+ { let _ = Self::$before; 1 })*;
+            /// Number of all states without those of the friction law.
+            pub const OTHERS: usize = $from + Self::ALL.len();
+
+            /// Index among `n` states.
+            #[inline(always)]
+            pub const fn at(self, n: usize) -> usize {
+                let place = $from + self as usize;
+                if place < Self::FRICTION { place } else { n - Self::OTHERS + place }
+            }
+
+            /// Value reference of the variable.
+            pub const fn reference(self) -> u32 {
+                match self { $(Self::$before => $before_reference,)* $(Self::$after => $after_reference),* }
+            }
+
+            /// The state of a value reference.
+            pub fn of(reference: u32) -> Option<Self> {
+                Self::ALL.iter().copied().find(|state| state.reference() == reference)
+            }
+
+            /// Magnitude, for error control.
+            pub fn scale(self, parameters: &$parameters) -> f64 {
+                let scale: fn(&$parameters) -> f64 = match self {
+                    $(Self::$before => $before_scale,)*
+                    $(Self::$after => $after_scale),*
+                };
+                scale(parameters)
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    states! {
+        /// Two states before those of friction and one behind.
+        State of f64, from 1; {
+            Low: 11, |_| 1.0;
+            High: 12, |p| 2.0 * p;
+            ..friction;
+            Last: 5, |p| p * p;
+        }
+    }
+
+    #[test]
+    fn places_leave_room_for_what_comes_first_and_for_friction() {
+        assert_eq!([State::Low, State::High, State::Last].map(|state| state.at(9)), [1, 2, 8]);
+        assert_eq!((State::FRICTION, State::OTHERS), (3, 4));
+    }
+
+    #[test]
+    fn variables_and_magnitudes_belong_to_their_states() {
+        assert_eq!([11, 12, 5, 0].map(State::of), [Some(State::Low), Some(State::High), Some(State::Last), None]);
+        assert_eq!([State::Low, State::High, State::Last].map(|state| state.scale(&3.0)), [1.0, 6.0, 9.0]);
+    }
+}
