@@ -43,7 +43,7 @@ def test_wheel_runs_in_a_fresh_environment_without_rust(wheel: Path, tmp_path: P
     programs = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin")
     install = [programs / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel]
     subprocess.run(install, check=True)
-    environment = {"PATH": os.pathsep.join([str(programs), "/usr/bin", "/bin"]), "MPLCONFIGDIR": str(tmp_path)}
+    environment = {"PATH": str(programs), "MPLCONFIGDIR": str(tmp_path)}
     if "SYSTEMROOT" in os.environ:
         environment["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
 
