@@ -25,7 +25,8 @@
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`] | the physics |
 //! | [`models`] | complete systems: equations, events and the variable table |
-//! | [`model`], [`co_simulation`] | a model built by name, and run |
+//! | [`model`] | a model built by name |
+//! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
 
 #![forbid(unsafe_code)]
 
@@ -34,6 +35,7 @@ pub mod friction;
 pub mod hybrid;
 pub mod mechanics;
 pub mod model;
+pub mod model_exchange;
 pub mod models;
 pub mod numbers;
 pub mod pneumatics;

@@ -18,6 +18,10 @@ pub enum Mode {
     StepComplete,
     /// After a step that could not be completed.
     StepFailed,
+    /// At an event, while the model is updated: the solver is outside.
+    Event,
+    /// Between two events, while the solver outside integrates.
+    ContinuousTime,
     /// At the end of the run.
     Terminated,
     /// After an internal error.
@@ -31,6 +35,8 @@ impl Mode {
             Self::Initialization => "in initialization mode",
             Self::StepComplete => "between communication steps",
             Self::StepFailed => "after a step that could not be completed",
+            Self::Event => "in event mode",
+            Self::ContinuousTime => "in continuous-time mode",
             Self::Terminated => "after termination",
             Self::Fatal => "after an internal error",
         }
@@ -61,12 +67,13 @@ macro_rules! calls {
     };
 }
 
-// What may be set and read in a mode depends on the variable as well: see `instance::values`.
+// What may be set and read in a mode depends on the variable as well: see `instance::values`. Steps are taken by the
+// solver inside, events and continuous time belong to a solver outside: an instance sees the modes of one of the two.
 calls! {
     /// Choose what is logged.
-    ChooseLog             Instantiated Initialization StepComplete StepFailed Terminated;
+    ChooseLog             Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
     /// Free the instance.
-    Free                  Instantiated Initialization StepComplete StepFailed Terminated Fatal;
+    Free                  Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated Fatal;
     /// Set start time, stop time and tolerance.
     SetUpExperiment       Instantiated;
     /// Enter initialization mode.
@@ -74,17 +81,17 @@ calls! {
     /// Leave initialization mode.
     ExitInitialization    Initialization;
     /// End the run.
-    Terminate             StepComplete StepFailed;
+    Terminate             StepComplete StepFailed Event ContinuousTime;
     /// Go back to the start values.
-    Reset                 Instantiated Initialization StepComplete StepFailed Terminated;
+    Reset                 Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
     /// Read variables.
-    Get                   Instantiated Initialization StepComplete StepFailed Terminated;
+    Get                   Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
     /// Set variables.
-    Set                   Instantiated Initialization StepComplete;
+    Set                   Instantiated Initialization StepComplete Event ContinuousTime;
     /// Save, restore, free or serialise a state.
-    UseState              Instantiated Initialization StepComplete StepFailed Terminated;
+    UseState              Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
     /// Read directional derivatives.
-    Differentiate         Initialization StepComplete StepFailed Terminated;
+    Differentiate         Initialization StepComplete StepFailed Event ContinuousTime Terminated;
     /// Set slopes of inputs.
     SetSlopes             Instantiated Initialization StepComplete;
     /// Read derivatives of outputs with respect to time.
@@ -95,6 +102,20 @@ calls! {
     CancelStep            ;
     /// Ask how the last step ended.
     AskAboutStep          StepComplete StepFailed Terminated;
+    /// Go on to an event.
+    EnterEvent            Event ContinuousTime;
+    /// Update the discrete part of the model.
+    Update                Event;
+    /// Go on to integrate.
+    EnterContinuousTime   Event;
+    /// Accept a step of the solver outside.
+    AcceptStep            ContinuousTime;
+    /// Set the time.
+    SetTime               Event ContinuousTime;
+    /// Set the continuous states.
+    SetStates             ContinuousTime;
+    /// Read continuous states, their derivatives or magnitudes, or event indicators.
+    GetStates             Event ContinuousTime Terminated;
 }
 
 impl Call {
@@ -118,8 +139,16 @@ impl Call {
 mod tests {
     use super::*;
 
-    const MODES: [Mode; 6] =
-        [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::StepFailed, Mode::Terminated, Mode::Fatal];
+    const MODES: [Mode; 8] = [
+        Mode::Instantiated,
+        Mode::Initialization,
+        Mode::StepComplete,
+        Mode::StepFailed,
+        Mode::Event,
+        Mode::ContinuousTime,
+        Mode::Terminated,
+        Mode::Fatal,
+    ];
 
     #[test]
     fn refusal_says_when_the_call_is_allowed() {

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 
 pub use self::plant::{Plant, Saved};
 pub use self::simulator::{Build, Simulator, counters_table};
+pub(crate) use self::simulator::{COUNTERS, write_counters};
+use crate::model::Model;
+use crate::model_exchange::Exchange;
 use crate::solver::StepError;
 use crate::variables::ParameterError;
 
@@ -52,6 +55,12 @@ pub trait Simulation: Send {
     ///
     /// A model without continuous states has nothing to say.
     fn state_index(&self, _state: usize) -> Option<usize> {
+        None
+    }
+
+    /// The model, given again, at the present states with its solver outside; nothing if it has no continuous states,
+    /// so that no solver is needed.
+    fn exchange(&self, _model: &Model) -> Option<Box<dyn Exchange>> {
         None
     }
 

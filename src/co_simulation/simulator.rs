@@ -1,9 +1,9 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
-use crate::model::Start;
-use crate::models::equations::Equations;
-use crate::numbers::Dual;
+use crate::model::{Model, Start};
+use crate::model_exchange::{Exchange, Exchanger};
+use crate::models::equations::{Equations, differentiate};
 use crate::solver::{Counters, StepError};
 use crate::solver::{Progress, Run, Settings};
 use crate::variables::{ParameterError, Variable};
@@ -20,7 +20,17 @@ pub fn counters_table(base: u32) -> Vec<Variable> {
     counters.map(|((name, text), index)| Variable::counter(index, name).text(text).within("solver", base)).collect()
 }
 
-const COUNTERS: usize = 4;
+/// How many they are.
+pub(crate) const COUNTERS: usize = 4;
+
+/// Writes them.
+pub(crate) fn write_counters(counters: Counters, slots: &mut [f64]) {
+    let Counters { steps, rejected, jacobians, events } = counters;
+    for (slot, count) in slots.iter_mut().zip([steps, rejected, jacobians, events]) {
+        // FMI integers have 32 bits; a run that exceeds them shows the largest.
+        *slot = f64::from(i32::try_from(count).unwrap_or(i32::MAX));
+    }
+}
 
 /// Builds equations from all parameters of a model, and the solver settings of a run.
 pub type Build<E> = fn(&Start) -> Result<(E, Settings), ParameterError>;
@@ -47,23 +57,13 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// The computed variables of the model for dual numbers in one direction of time, states and inputs.
     fn differentiate(&self, time: f64, states: [f64; N], slopes: [f64; U], computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
-        let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
-        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
-        let mut values = vec![dual(0.0, 0.0); own.len()];
-        let time = dual(self.run.time(), time);
-        let u = std::array::from_fn(|i| dual(u[i], slopes[i]));
         self.run.consistent(|x, memory| {
-            let x = std::array::from_fn(|i| dual(x[i], states[i]));
-            self.run.system().outputs(time, &x, &u, memory, &mut values);
+            differentiate(self.run.system(), (self.run.time(), x, &u, memory), (time, &states, &slopes), computed);
         });
-        for (slot, value) in own.iter_mut().zip(values) {
-            *slot = value.slope[0];
-        }
-        rest.fill(0.0);
     }
 }
 
-impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
+impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
     fn time(&self) -> f64 {
         self.time
     }
@@ -92,11 +92,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
         residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
-        let Counters { steps, rejected, jacobians, events } = self.run.counters();
-        for (slot, count) in counters.iter_mut().zip([steps, rejected, jacobians, events]) {
-            // FMI integers have 32 bits; a run that exceeds them shows the largest.
-            *slot = f64::from(i32::try_from(count).unwrap_or(i32::MAX));
-        }
+        write_counters(self.run.counters(), counters);
     }
 
     fn rates(&self, computed: &mut [f64]) {
@@ -119,6 +115,14 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Simulation for S
     fn state_index(&self, state: usize) -> Option<usize> {
         let reference = E::table().states().nth(state)?;
         self.run.system().state_at(reference)
+    }
+
+    fn exchange(&self, model: &Model) -> Option<Box<dyn Exchange>> {
+        let (run, (u, _)) = (&self.run, self.run.inputs());
+        let (x, memory) = run.state();
+        let (equations, indicators) = (run.system().clone(), (model.indicators)());
+        let at = (run.time(), *x, memory.clone(), u);
+        Some(Box::new(Exchanger::new((equations, self.build), at, (model.variables)(), indicators)))
     }
 
     fn save(&self) -> Snapshot {

@@ -3,6 +3,7 @@
 use super::setting::{SettingError, Value, find};
 use super::{Model, Start};
 use crate::co_simulation::Plant;
+use crate::model_exchange::Exchange;
 use crate::variables::{ParameterError, Place, Table, Variable};
 
 /// A model and what it is to start from; all defaults at first.
@@ -92,6 +93,15 @@ impl Setup {
     /// The same with a tolerance that takes the place of `solver.relativeTolerance` while that is at its default.
     pub fn tolerance(self, tolerance: f64) -> Self {
         Self { tolerance: Some(tolerance), ..self }
+    }
+
+    /// Starts a run at a time in s whose states are to be integrated outside; nothing if the model has none.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when parameters do not fit together.
+    pub fn exchange(&self, time: f64) -> Result<Option<Box<dyn Exchange>>, ParameterError> {
+        let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance: self.tolerance };
+        Ok((self.model.start)(&start)?.exchange(self.model))
     }
 
     /// Starts a run at a time in s.

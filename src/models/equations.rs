@@ -1,7 +1,8 @@
 //! What a model adds to a hybrid system: computed variables.
 
+use crate::co_simulation::COUNTERS;
 use crate::hybrid::HybridSystem;
-use crate::numbers::Scalar;
+use crate::numbers::{Dual, Scalar};
 use crate::variables::Table;
 
 /// A hybrid system with computed variables, which come first among those of the model's table.
@@ -25,4 +26,24 @@ pub fn state_name<E: Equations<N, U>, const N: usize, const U: usize>(equations:
     let reference = E::table().states().find(|reference| equations.state_at(*reference) == Some(state));
     let entry = reference.and_then(|reference| E::table().by_reference(reference));
     entry.map_or("an internal state", |entry| entry.variable.name.as_str())
+}
+
+/// Writes the derivatives of the computed variables of a model, the solver's counters included, in a direction of time,
+/// states and inputs: exactly, by dual numbers.
+pub fn differentiate<E: Equations<N, U>, const N: usize, const U: usize>(
+    equations: &E,
+    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+    (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
+    computed: &mut [f64],
+) {
+    let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
+    let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+    let mut values = vec![dual(0.0, 0.0); own.len()];
+    let x = std::array::from_fn(|i| dual(x[i], x_seeds[i]));
+    let u = std::array::from_fn(|i| dual(u[i], u_seeds[i]));
+    equations.outputs(dual(time, time_seed), &x, &u, memory, &mut values);
+    for (slot, value) in own.iter_mut().zip(values) {
+        *slot = value.slope[0];
+    }
+    rest.fill(0.0);
 }

@@ -4,6 +4,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from fmpy import read_model_description
 from fmpy.model_description import ModelDescription, ScalarVariable
 from fmpy.validation import validate_fmu
 
@@ -39,7 +40,22 @@ def test_capabilities(description: ModelDescription) -> None:
     assert capabilities.providesDirectionalDerivative
     assert not capabilities.canBeInstantiatedOnlyOncePerProcess
     assert not capabilities.needsExecutionTool
-    assert description.modelExchange is None
+
+
+def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
+    exchange = description.modelExchange
+    assert exchange.modelIdentifier == "PneumaticServoCylinder"
+    assert not exchange.completedIntegratorStepNotNeeded
+    assert exchange.canGetAndSetFMUstate
+    assert exchange.canSerializeFMUstate
+    assert exchange.providesDirectionalDerivative
+    assert description.numberOfEventIndicators == 6
+    states = {v.derivative.name for v in description.modelVariables if v.derivative}
+    assert len(states) == 20
+    assert {v.name for v in description.modelVariables if v.reinit} == states
+    controller = read_model_description(str(fmu.with_name("PositionController.fmu")))
+    assert controller.modelExchange is None
+
 
 
 def test_default_experiment(description: ModelDescription) -> None:

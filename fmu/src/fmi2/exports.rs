@@ -1,4 +1,4 @@
-//! The exported C functions: all common and co-simulation functions of FMI 2.0, and nothing else.
+//! The exported C functions: all functions of FMI 2.0, and nothing else.
 //!
 //! Each turns pointers into lists that are read and written element by element, and hands everything to
 //! `Handle::call`.
@@ -22,12 +22,12 @@ use std::ptr;
 use super::callbacks::sink;
 use super::status;
 use super::types::{
-    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, ERROR, FmuState, Integer, Real, Status, Text,
-    ValueReference,
+    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, ERROR, EventInfo, FmuState, Integer, MODEL_EXCHANGE,
+    Real, Status, Text, ValueReference,
 };
 use crate::calls::Call;
 use crate::host::{Input, Output, text};
-use crate::instance::{Base, Failure, Handle, Instance, Wanted, instantiate};
+use crate::instance::{Base, Failure, Handle, Instance, Kind, Vector, Wanted, instantiate};
 
 /// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]
@@ -60,13 +60,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let wanted = Wanted {
         function: "fmi2Instantiate",
         guid_is_called: "GUID",
+        kind: if fmu_type == MODEL_EXCHANGE { Kind::ModelExchange } else { Kind::CoSimulation },
         name: &name.to_string_lossy(),
         guid: guid.as_deref(),
         logging_on: logging_on != 0,
     };
     let check = || match fmu_type {
-        CO_SIMULATION => Ok(()),
-        _ => Err(Failure::error(format!("fmuType {fmu_type} is not fmi2CoSimulation, the only type offered"))),
+        MODEL_EXCHANGE | CO_SIMULATION => Ok(()),
+        _ => Err(Failure::error(format!("fmuType {fmu_type} is neither fmi2ModelExchange nor fmi2CoSimulation"))),
     };
     let handle = instantiate(&wanted, sink(name.clone(), functions), check);
     handle.map_or(ptr::null_mut(), |handle| Box::into_raw(handle).cast())
@@ -258,6 +259,69 @@ exports! {
         Ok(())
     };
 
+    /// Goes on to an event, where inputs may jump.
+    fn fmi2EnterEventMode() => EnterEvent, |instance| instance.enter_event_mode();
+
+    /// Updates the discrete part of the model; one update settles everything.
+    fn fmi2NewDiscreteStates(info: *mut EventInfo) => Update, |instance| {
+        let info = Output::new(info, 1, "eventInfo")?;
+        let update = instance.update()?;
+        let info_now = EventInfo {
+            values_of_continuous_states_changed: update.changes_states.into(),
+            next_event_time_defined: update.next_time_event.is_some().into(),
+            next_event_time: update.next_time_event.unwrap_or_default(),
+            ..EventInfo::default()
+        };
+        info.write([info_now].into_iter());
+        Ok(())
+    };
+
+    /// Goes on to integrate.
+    fn fmi2EnterContinuousTimeMode() => EnterContinuousTime, |instance| instance.enter_continuous_time_mode();
+
+    /// Lets the memories of the model follow a step of the host's solver; never asks for an event.
+    fn fmi2CompletedIntegratorStep(
+        _no_set_fmu_state_prior_to_current_point: Boolean,
+        enter_event_mode: *mut Boolean,
+        terminate_simulation: *mut Boolean
+    ) => AcceptStep, |instance| {
+        let enter_event_mode = Output::new(enter_event_mode, 1, "enterEventMode")?;
+        let terminate_simulation = Output::new(terminate_simulation, 1, "terminateSimulation")?;
+        instance.accept_step()?;
+        enter_event_mode.write([0].into_iter());
+        terminate_simulation.write([0].into_iter());
+        Ok(())
+    };
+
+    /// Sets the time.
+    fn fmi2SetTime(time: Real) => SetTime, |instance| instance.set_time(time);
+
+    /// Sets the continuous states: all of them, or none if one is refused.
+    fn fmi2SetContinuousStates(states: *const Real, number: usize) => SetStates, |instance| {
+        instance.check_length(Vector::States, number)?;
+        instance.set_states(Input::new(states, number, "x")?.iter())
+    };
+
+    /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
+    fn fmi2GetDerivatives(values: *mut Real, number: usize) => GetStates, |instance| {
+        vector(instance, Vector::Derivatives, values, number)
+    };
+
+    /// Reads the event indicators.
+    fn fmi2GetEventIndicators(values: *mut Real, number: usize) => GetStates, |instance| {
+        vector(instance, Vector::Indicators, values, number)
+    };
+
+    /// Reads the continuous states.
+    fn fmi2GetContinuousStates(values: *mut Real, number: usize) => GetStates, |instance| {
+        vector(instance, Vector::States, values, number)
+    };
+
+    /// Reads the magnitudes of the continuous states.
+    fn fmi2GetNominalsOfContinuousStates(values: *mut Real, number: usize) => GetStates, |instance| {
+        vector(instance, Vector::Nominals, values, number)
+    };
+
     /// Integrates to exactly the communication point plus the step size.
     fn fmi2DoStep(
         current_communication_point: Real,
@@ -336,6 +400,15 @@ unsafe fn set<T: Copy>(
     // SAFETY: of the module.
     let (references, values) = unsafe { (Input::new(references, number, "vr")?, Input::new(values, number, "value")?) };
     instance.set(base, references.iter().zip(values.iter().map(convert)))
+}
+
+/// Hands out a vector of the solver's.
+unsafe fn vector(instance: &mut Instance, vector: Vector, values: *mut Real, number: usize) -> Result<(), Failure> {
+    instance.check_length(vector, number)?;
+    // SAFETY: of the module.
+    let room = unsafe { Output::new(values, number, "values") }?;
+    room.write(instance.vector(vector)?.iter().copied());
+    Ok(())
 }
 
 /// Hands out one value.

@@ -1,4 +1,4 @@
-//! The face of FMI 2.0 for co-simulation: the C types and functions, for any model in
+//! The face of FMI 2.0, for co-simulation and model exchange: the C types and functions, for any model in
 //! [`models::ALL`](pneumatic_servo::models::ALL).
 //!
 //! | file | what it does |

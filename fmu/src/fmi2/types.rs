@@ -36,6 +36,8 @@ pub const ERROR: Status = 3;
 /// `fmi2Fatal`.
 pub const FATAL: Status = 4;
 
+/// `fmi2ModelExchange` of `fmi2Type`.
+pub const MODEL_EXCHANGE: c_int = 0;
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;
 
@@ -70,4 +72,22 @@ pub struct CallbackFunctions {
     pub step_finished: Option<unsafe extern "C" fn(ComponentEnvironment, Status)>,
     /// Handed to the callbacks.
     pub environment: ComponentEnvironment,
+}
+
+/// `fmi2EventInfo`: what an update of the discrete part has done.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EventInfo {
+    /// Whether another update is needed at this instant; never, since one settles everything.
+    pub new_discrete_states_needed: Boolean,
+    /// Whether the simulation is to end; never.
+    pub terminate_simulation: Boolean,
+    /// Whether the nominal values of the states have changed; never.
+    pub nominals_of_continuous_states_changed: Boolean,
+    /// Whether the update has changed continuous states.
+    pub values_of_continuous_states_changed: Boolean,
+    /// Whether there is a next time event.
+    pub next_event_time_defined: Boolean,
+    /// Its time in s.
+    pub next_event_time: Real,
 }

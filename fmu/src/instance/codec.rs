@@ -15,7 +15,7 @@ use super::saved_states::SavedState;
 
 const MAGIC: &[u8; 8] = b"PSCstate";
 /// To be raised whenever [`SavedState`] or anything in it changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const VERSION_AT: usize = MAGIC.len();
 const LENGTH_AT: usize = VERSION_AT + size_of::<u32>();
 const BODY_AT: usize = LENGTH_AT + size_of::<u64>();
@@ -80,7 +80,7 @@ mod tests {
     const GUID: &str = "{a model}";
 
     fn example() -> (SavedState, Vec<u8>) {
-        let mut record = crate::instance::record::Record::new(testing::layout());
+        let mut record = crate::instance::record::Record::new(testing::layout(), crate::instance::Kind::CoSimulation);
         record.inputs[0] = f64::from_bits(0x7ff8_dead_beef_0001);
         let state = SavedState { record, snapshot: None };
         let bytes = encode(&state, GUID).expect("bytes");
@@ -122,6 +122,6 @@ mod tests {
         assert!(failure.message.contains(GUID) && failure.message.contains("{another}"), "{failure:?}");
         bytes[VERSION_AT] += 1;
         let failure = decode(&bytes, GUID).expect_err("another version");
-        assert!(failure.message.contains("another format than version 1"), "{failure:?}");
+        assert!(failure.message.contains("another format than version 2"), "{failure:?}");
     }
 }

@@ -3,6 +3,7 @@
 use super::Instance;
 use super::failure::Failure;
 use super::layout::{Base, Slot};
+use super::record::Kind;
 use pneumatic_servo::co_simulation::Direction;
 use pneumatic_servo::variables::{Place, Role};
 
@@ -12,6 +13,9 @@ impl Instance {
         &mut self,
         slopes: impl Iterator<Item = (u32, i32, f64)> + Clone,
     ) -> Result<(), Failure> {
+        if self.record.kind == Kind::ModelExchange {
+            return Err(Failure::error("in model exchange the host varies the inputs itself"));
+        }
         for (reference, order, slope) in slopes.clone() {
             let slot = self.layout.typed_slot(reference, Base::Real)?;
             let name = &slot.variable.name;
@@ -35,7 +39,7 @@ impl Instance {
     /// Rates of outputs, given with the orders of the derivatives, along the solution with the present inputs, which are
     /// held unless they have been given slopes for the next step.
     pub fn output_derivatives(&mut self, outputs: impl Iterator<Item = (u32, i32)>) -> Result<&[f64], Failure> {
-        self.run.simulation(self.layout, &self.record)?.rates(&mut self.scratch.computed);
+        self.run.rates(self.layout, &self.record, &mut self.scratch.computed)?;
         self.scratch.answers.clear();
         for (reference, order) in outputs {
             let slot = self.layout.typed_slot(reference, Base::Real)?;
@@ -75,8 +79,7 @@ impl Instance {
             }
         }
         let direction = Direction { time, inputs: &self.scratch.inputs, states: &self.scratch.states };
-        let simulation = self.run.simulation(self.layout, &self.record)?;
-        simulation.directional_derivative(direction, &mut self.scratch.computed);
+        self.run.directional_derivative(self.layout, &self.record, direction, &mut self.scratch.computed)?;
         self.scratch.answers.clear();
         for unknown in unknowns {
             let slot = self.layout.typed_slot(unknown, Base::Real)?;

@@ -4,11 +4,11 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 
-use super::Instance;
 use super::failure::{Failure, Status};
 use super::layout::Layout;
 use super::log::{Log, Sink};
 use super::registry;
+use super::{Instance, Kind};
 use crate::calls::Call;
 
 /// An instance as the host holds it.
@@ -55,6 +55,8 @@ pub struct Wanted<'a> {
     pub function: &'static str,
     /// The name of the GUID in the version of the standard.
     pub guid_is_called: &'static str,
+    /// Where the solver is to be.
+    pub kind: Kind,
     /// The name of the instance, if the host gives one.
     pub name: &'a str,
     /// The GUID of the model, if the host gives one.
@@ -69,7 +71,7 @@ pub fn instantiate(wanted: &Wanted, sink: Sink, check: impl FnOnce() -> Result<(
     log.enter(wanted.function);
     let choice = catch_unwind(AssertUnwindSafe(|| check().and_then(|()| choose(wanted))));
     match choice.unwrap_or_else(|panic| Err(Failure::fatal(cause(panic.as_ref())))) {
-        Ok(layout) => Some(Box::new(Handle::new(Instance::new(layout, log)))),
+        Ok(layout) => Some(Box::new(Handle::new(Instance::new(layout, wanted.kind, log)))),
         Err(failure) => {
             log.failure(&failure);
             None
@@ -83,11 +85,16 @@ fn choose(wanted: &Wanted) -> Result<&'static Layout, Failure> {
     }
     let called = wanted.guid_is_called;
     let guid = wanted.guid.ok_or_else(|| Failure::error(format!("the {called} is missing")))?;
-    registry::find(guid).ok_or_else(|| {
+    let found = registry::find(guid).ok_or_else(|| {
         let list = registry::list();
         let hint = "modelDescription.xml and the library come from different builds";
         Failure::error(format!("the {called} {guid} is not that of a model in this library ({list}): {hint}"))
-    })
+    })?;
+    if wanted.kind == Kind::ModelExchange && found.states == 0 {
+        let name = found.model.name;
+        return Err(Failure::error(format!("{name} has no continuous states and is there for co-simulation only")));
+    }
+    Ok(found)
 }
 
 /// The message of a panic.
@@ -117,7 +124,7 @@ mod tests {
 
     fn initialized(trap: Trap) -> (Handle, Receiver<(Status, String)>) {
         let (sink, receiver) = listening_sink();
-        let handle = Handle::new(Instance::new(testing::layout(), Log::new(sink, false)));
+        let handle = Handle::new(Instance::new(testing::layout(), Kind::CoSimulation, Log::new(sink, false)));
         let done = handle
             .call(Call::Set, "SetInteger", |it| it.set(Base::Integer, [(TRAP, f64::from(trap.id()))].into_iter()));
         assert_eq!(done, Status::Ok);
@@ -195,7 +202,9 @@ mod tests {
     #[test]
     fn instantiation_is_refused_with_a_reason() {
         let guid = crate::guid(&models::ALL[0]);
-        let wanted = |name, guid| Wanted { function: "make", guid_is_called: "token", name, guid, logging_on: true };
+        let kind = Kind::CoSimulation;
+        let wanted =
+            |name, guid| Wanted { function: "make", guid_is_called: "token", kind, name, guid, logging_on: true };
         let cases = [
             ("", Some(&*guid), "make: the instance name is missing"),
             ("a", None, "make: the token is missing"),

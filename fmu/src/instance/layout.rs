@@ -47,6 +47,8 @@ pub struct Layout {
     pub computed: Vec<&'static Variable>,
     /// How many continuous states it has.
     pub states: usize,
+    /// How many event indicators it has.
+    pub indicators: usize,
 }
 
 impl Layout {
@@ -61,6 +63,7 @@ impl Layout {
             parameters: table.parameters().collect(),
             computed: table.computed().collect(),
             states: table.number_of_states(),
+            indicators: (model.indicators)().len(),
         }
     }
 

@@ -3,7 +3,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `guard` | lets a call into an instance: one at a time, obeying the table, without panics leaving it |
-//! | `values`, `steps`, `derivatives`, `saved_states` | what is done with an instance |
+//! | `values`, `steps`, `exchange`, `derivatives`, `saved_states` | what is done with an instance |
 //! | `run` | the simulation behind an instance, started and computed when needed |
 //! | `record` | what an instance remembers besides the states of its model |
 //! | `layout`, `registry` | where the value of each variable is kept; the models by GUID |
@@ -15,6 +15,7 @@
 mod clock;
 mod codec;
 mod derivatives;
+mod exchange;
 mod failure;
 mod guard;
 mod guid;
@@ -29,6 +30,7 @@ mod steps;
 mod testing;
 mod values;
 
+pub use self::exchange::Vector;
 pub use self::failure::Failure;
 pub use self::guard::{Handle, Wanted, instantiate};
 pub use self::guid::guid;
@@ -36,6 +38,7 @@ pub use self::layout::Base;
 use self::layout::Layout;
 use self::log::Log;
 pub use self::log::{LOG_CATEGORIES, LogCategory, Sink};
+pub use self::record::Kind;
 use self::record::{Experiment, LastStep, Record};
 use self::run::Run;
 use self::saved_states::SavedStates;
@@ -63,11 +66,11 @@ struct Scratch {
 
 impl Instance {
     /// A new instance.
-    fn new(layout: &'static Layout, log: Log) -> Self {
+    fn new(layout: &'static Layout, kind: Kind, log: Log) -> Self {
         Self {
             layout,
             log,
-            record: Record::new(layout),
+            record: Record::new(layout, kind),
             run: Run::new(layout),
             saved: SavedStates::default(),
             scratch: Scratch {
@@ -110,7 +113,13 @@ impl Instance {
         self.check_computed()?;
         let time = self.time();
         self.record.last_step = LastStep { failed: false, successful_until: time };
-        self.record.mode = Mode::StepComplete;
+        self.record.mode = match self.record.kind {
+            Kind::CoSimulation => Mode::StepComplete,
+            Kind::ModelExchange => {
+                self.run.go_outside(self.layout, &self.record)?;
+                Mode::Event
+            }
+        };
         self.log.event("initialized");
         Ok(())
     }
@@ -124,7 +133,7 @@ impl Instance {
 
     /// Everything is as after instantiation, except that logging stays as it is and saved states remain usable.
     pub fn reset(&mut self) -> Result<(), Failure> {
-        self.record = Record::new(self.layout);
+        self.record = Record::new(self.layout, self.record.kind);
         self.run.discard();
         self.log.event("start values restored");
         Ok(())

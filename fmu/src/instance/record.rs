@@ -45,9 +45,20 @@ pub struct LastStep {
     pub successful_until: f64,
 }
 
+/// Where the solver is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// Inside: co-simulation.
+    CoSimulation,
+    /// Outside: model exchange.
+    ModelExchange,
+}
+
 /// Everything that a reset and a restored state set, apart from the model's own states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
+    /// Where the solver is, for the whole life of an instance.
+    pub kind: Kind,
     /// The mode.
     pub mode: Mode,
     /// The experiment, once it is set up.
@@ -64,11 +75,12 @@ pub struct Record {
 
 impl Record {
     /// The record of a new instance.
-    pub fn new(layout: &Layout) -> Self {
+    pub fn new(layout: &Layout, kind: Kind) -> Self {
         let starts = |variables: &[&Variable]| -> Vec<f64> {
             variables.iter().map(|variable| variable.start.unwrap_or_default()).collect()
         };
         Self {
+            kind,
             mode: Mode::Instantiated,
             experiment: None,
             parameters: starts(&layout.parameters),
@@ -80,7 +92,7 @@ impl Record {
 
     /// Whether a simulation has been started for good, so that parameters are in use.
     pub fn is_running(&self) -> bool {
-        matches!(self.mode, Mode::StepComplete | Mode::StepFailed | Mode::Terminated)
+        !matches!(self.mode, Mode::Instantiated | Mode::Initialization | Mode::Fatal)
     }
 
     /// What a simulation starts from.

@@ -1,29 +1,39 @@
-//! The simulation behind an instance, with its computed values at hand.
+//! What runs the model of an instance, with its computed values at hand.
 
 use super::failure::Failure;
 use super::layout::Layout;
-use super::record::Record;
-use pneumatic_servo::co_simulation::{Simulation, Snapshot};
+use super::record::{Kind, Record};
+use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
+use pneumatic_servo::model_exchange::Exchange;
+use pneumatic_servo::solver::StepError;
 
-/// A simulation that is started when it is first needed and told about changed inputs when that matters.
+/// A running model.
+enum Way {
+    /// With the solver inside, and during initialization.
+    Inside(Box<dyn Simulation>),
+    /// With the solver outside, from the end of the initialization on.
+    Outside(Box<dyn Exchange>),
+}
+
+/// A model that is started when it is first needed and told about changed inputs when that matters.
 pub struct Run {
-    simulation: Option<Box<dyn Simulation>>,
-    /// Whether the simulation has the inputs of the record.
+    way: Option<Way>,
+    /// Whether the model has the inputs of the record.
     knows_inputs: bool,
     computed: Vec<f64>,
-    /// Whether `computed` is what the simulation would compute.
+    /// Whether `computed` is what the model would compute.
     is_computed: bool,
 }
 
 impl Run {
     /// Nothing started yet.
     pub fn new(layout: &Layout) -> Self {
-        Self { simulation: None, knows_inputs: false, computed: vec![0.0; layout.computed.len()], is_computed: false }
+        Self { way: None, knows_inputs: false, computed: vec![0.0; layout.computed.len()], is_computed: false }
     }
 
-    /// Forgets the simulation: the next one starts from the record as it is then.
+    /// Forgets the run: the next one starts from the record as it is then.
     pub fn discard(&mut self) {
-        self.simulation = None;
+        self.way = None;
         self.is_computed = false;
     }
 
@@ -33,51 +43,123 @@ impl Run {
         self.is_computed = false;
     }
 
-    /// The simulation with the inputs of the record.
-    pub fn simulation(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Simulation, Failure> {
-        let simulation = match &mut self.simulation {
-            Some(simulation) => simulation,
+    /// The model with the inputs of the record.
+    fn ready(&mut self, layout: &Layout, record: &Record) -> Result<&mut Way, Failure> {
+        let way = match &mut self.way {
+            Some(way) => way,
             none => {
                 self.knows_inputs = false;
-                none.insert((layout.model.start)(&record.start())?)
+                none.insert(Way::Inside((layout.model.start)(&record.start())?))
             }
         };
         if !self.knows_inputs {
-            simulation.set_inputs(&record.inputs, &record.slopes);
+            match way {
+                Way::Inside(simulation) => simulation.set_inputs(&record.inputs, &record.slopes),
+                Way::Outside(exchange) => exchange.set_inputs(&record.inputs),
+            }
             self.knows_inputs = true;
         }
-        Ok(simulation.as_mut())
+        Ok(way)
     }
 
-    /// The simulation for a call that changes it.
-    pub fn changed_simulation(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Simulation, Failure> {
+    /// The simulation with the inputs of the record.
+    fn inside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Simulation, Failure> {
+        match self.ready(layout, record)? {
+            Way::Inside(simulation) => Ok(simulation.as_mut()),
+            Way::Outside(_) => Err(Failure::error("the solver is outside")),
+        }
+    }
+
+    /// The model for a call of a solver outside that reads it.
+    pub fn unchanged_outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
+        match self.ready(layout, record)? {
+            Way::Outside(exchange) => Ok(exchange.as_mut()),
+            Way::Inside(_) => Err(Failure::error("the solver is inside")),
+        }
+    }
+
+    /// The model for a call of a solver outside that changes it.
+    pub fn outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
         self.is_computed = false;
-        self.simulation(layout, record)
+        self.unchanged_outside(layout, record)
+    }
+
+    /// Hands the model, as it has started, to a solver outside.
+    pub fn go_outside(&mut self, layout: &Layout, record: &Record) -> Result<(), Failure> {
+        let outside = exchange(self.inside(layout, record)?, layout)?;
+        self.way = Some(Way::Outside(outside));
+        self.inputs_changed();
+        Ok(())
+    }
+
+    /// Integrates to `end`; tells why not, if it stops before.
+    pub fn advance(&mut self, layout: &Layout, record: &Record, end: f64) -> Result<Result<(), StepError>, Failure> {
+        self.is_computed = false;
+        Ok(self.inside(layout, record)?.advance(end))
+    }
+
+    /// Replaces tunable parameters.
+    pub fn retune(&mut self, layout: &Layout, record: &Record, parameters: &[f64]) -> Result<(), Failure> {
+        self.is_computed = false;
+        match self.ready(layout, record)? {
+            Way::Inside(simulation) => simulation.retune(parameters)?,
+            Way::Outside(exchange) => exchange.retune(parameters)?,
+        }
+        Ok(())
+    }
+
+    /// Writes the derivatives of the computed values with respect to time.
+    pub fn rates(&mut self, layout: &Layout, record: &Record, computed: &mut [f64]) -> Result<(), Failure> {
+        self.inside(layout, record)?.rates(computed);
+        Ok(())
+    }
+
+    /// Writes the derivatives of the computed values in a direction.
+    pub fn directional_derivative(
+        &mut self,
+        layout: &Layout,
+        record: &Record,
+        direction: Direction,
+        computed: &mut [f64],
+    ) -> Result<(), Failure> {
+        match self.ready(layout, record)? {
+            Way::Inside(simulation) => simulation.directional_derivative(direction, computed),
+            Way::Outside(exchange) => exchange.directional_derivative(direction, computed),
+        }
+        Ok(())
     }
 
     /// The computed values for the inputs of the record.
     pub fn computed(&mut self, layout: &Layout, record: &Record) -> Result<&[f64], Failure> {
         if !self.is_computed {
-            self.simulation(layout, record)?;
-            if let Some(simulation) = &self.simulation {
-                simulation.values(&mut self.computed);
+            self.ready(layout, record)?;
+            match &self.way {
+                Some(Way::Inside(simulation)) => simulation.values(&mut self.computed),
+                Some(Way::Outside(exchange)) => exchange.values(&mut self.computed),
+                None => unreachable!("it is ready"),
             }
             self.is_computed = true;
         }
         Ok(&self.computed)
     }
 
-    /// Current time in s, if the simulation is started.
+    /// Current time in s, if the model is started.
     pub fn time(&self) -> Option<f64> {
-        self.simulation.as_ref().map(|simulation| simulation.time())
+        Some(match self.way.as_ref()? {
+            Way::Inside(simulation) => simulation.time(),
+            Way::Outside(exchange) => exchange.time(),
+        })
     }
 
     /// The model's own states.
     pub fn save(&self) -> Option<Snapshot> {
-        self.simulation.as_ref().map(|simulation| simulation.save())
+        Some(match self.way.as_ref()? {
+            Way::Inside(simulation) => simulation.save(),
+            Way::Outside(exchange) => exchange.save(),
+        })
     }
 
-    /// Goes on from a snapshot; `reuse` tells that the simulation has the parameters and settings of the record.
+    /// Goes on from a snapshot; `reuse` tells that the model has the parameters and settings of the record.
     pub fn restore(
         &mut self,
         layout: &Layout,
@@ -85,16 +167,37 @@ impl Run {
         snapshot: &Snapshot,
         reuse: bool,
     ) -> Result<(), Failure> {
-        let unfit = |error: pneumatic_servo::co_simulation::SnapshotError| Failure::error(error.to_string());
-        match self.simulation.as_mut().filter(|_| reuse) {
-            Some(simulation) => simulation.restore(snapshot).map_err(unfit)?,
+        match self.way.as_mut().filter(|_| reuse) {
+            Some(Way::Inside(simulation)) => simulation.restore(snapshot)?,
+            Some(Way::Outside(exchange)) => exchange.restore(snapshot)?,
             None => {
                 let mut simulation = (layout.model.start)(&record.start())?;
-                simulation.restore(snapshot).map_err(unfit)?;
-                self.simulation = Some(simulation);
+                self.way = Some(match record.kind {
+                    Kind::CoSimulation => {
+                        simulation.restore(snapshot)?;
+                        Way::Inside(simulation)
+                    }
+                    Kind::ModelExchange => {
+                        let mut exchange = exchange(simulation.as_ref(), layout)?;
+                        exchange.restore(snapshot)?;
+                        Way::Outside(exchange)
+                    }
+                });
             }
         }
         self.inputs_changed();
         Ok(())
+    }
+}
+
+/// The model of a simulation with its solver outside.
+fn exchange(simulation: &dyn Simulation, layout: &Layout) -> Result<Box<dyn Exchange>, Failure> {
+    let none = || Failure::error(format!("{} has no continuous states", layout.model.name));
+    simulation.exchange(layout.model).ok_or_else(none)
+}
+
+impl From<SnapshotError> for Failure {
+    fn from(error: SnapshotError) -> Self {
+        Self::error(error.to_string())
     }
 }

@@ -76,6 +76,9 @@ impl Instance {
     /// Goes back to a saved state.
     pub fn set_state(&mut self, handle: usize) -> Result<(), Failure> {
         let SavedState { record, snapshot } = self.saved.get(handle)?;
+        if record.kind != self.record.kind {
+            return Err(Failure::error("the FMU state is one of the other kind: of co-simulation or model exchange"));
+        }
         match snapshot {
             Some(snapshot) => {
                 let reuse = self.record.is_running() && has_same_settings(&self.record, record);

@@ -13,7 +13,7 @@ impl Instance {
         let stop = self.record.experiment.and_then(|experiment| experiment.stop);
         let end = end_of_step(start, point, size, stop)?;
         self.check_interpolated_inputs(end - start)?;
-        let outcome = self.run.changed_simulation(self.layout, &self.record)?.advance(end);
+        let outcome = self.run.advance(self.layout, &self.record, end)?;
         self.keep_reached_inputs(self.time() - start);
         if let Err(error) = outcome {
             return Err(self.fail_step(self.time(), error.to_string()));

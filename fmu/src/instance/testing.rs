@@ -4,10 +4,10 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::Instance;
 use super::failure::Failure;
 use super::layout::{Base, Layout};
 use super::log::Log;
+use super::{Instance, Kind};
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::enumeration;
 use pneumatic_servo::model::{Experiment, Model, Start};
@@ -65,7 +65,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 
 /// A silent instance.
 pub fn instance() -> Instance {
-    Instance::new(layout(), Log::new(Box::new(|_, _, _| ()), true))
+    Instance::new(layout(), Kind::CoSimulation, Log::new(Box::new(|_, _, _| ()), true))
 }
 
 /// The value of a real variable.

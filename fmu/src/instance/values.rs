@@ -9,7 +9,10 @@ use pneumatic_servo::variables::{Kind, ParameterError, Place, Role, Variable};
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
 fn settable(role: Role) -> &'static [Mode] {
     match role {
-        Role::Input | Role::Tunable => &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete],
+        Role::Input => {
+            &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Event, Mode::ContinuousTime]
+        }
+        Role::Tunable => &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Event],
         Role::Fixed => &[Mode::Instantiated, Mode::Initialization],
         Role::Time | Role::Output | Role::Local => &[],
     }
@@ -98,8 +101,7 @@ impl Instance {
     /// Takes over the parameters in the scratch; a running simulation checks them as a whole, others when they start.
     fn take_parameters(&mut self) -> Result<(), Failure> {
         if self.record.is_running() {
-            let simulation = self.run.changed_simulation(self.layout, &self.record)?;
-            simulation.retune(&self.scratch.parameters)?;
+            self.run.retune(self.layout, &self.record, &self.scratch.parameters)?;
         } else {
             self.run.discard();
         }

@@ -40,7 +40,7 @@ fn wrong_guid_name_or_type_gives_null_and_a_message() {
         (Some(c"a"), 1, None, "GUID"),
         (Some(c""), 1, Some(&*guid), "instance name"),
         (None, 1, Some(&*guid), "instance name"),
-        (Some(c"a"), 0, Some(&*guid), "fmi2CoSimulation"),
+        (Some(c"a"), -1, Some(&*guid), "fmi2CoSimulation"),
         (Some(c"a"), 7, Some(&*guid), "fmi2CoSimulation"),
     ];
     for (name, fmu_type, guid, reason) in cases {

@@ -7,6 +7,7 @@ mod common;
 mod derivatives;
 mod instantiation;
 mod logging;
+mod model_exchange;
 mod saved_states;
 mod state_machine;
 mod steps;

@@ -14,7 +14,7 @@ use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::fmi2;
 pub use pneumatic_servo_fmu::fmi2::exports::Functions;
-use pneumatic_servo_fmu::fmi2::types::Logger;
+use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Logger, MODEL_EXCHANGE};
 pub use pneumatic_servo_fmu::fmi2::types::{CallbackFunctions, DISCARD, ERROR, OK};
 
 /// `fmi2StatusKind`, in its order.
@@ -174,15 +174,24 @@ impl Instance {
         Self::with_logging(model, false)
     }
 
+    /// An instance of a model whose states are exchanged.
+    pub fn for_exchange(model: &Model) -> Self {
+        Self::made(model, MODEL_EXCHANGE, false)
+    }
+
     /// An instance with logging switched on or off.
     pub fn with_logging(model: &Model, on: bool) -> Self {
+        Self::made(model, CO_SIMULATION, on)
+    }
+
+    fn made(model: &Model, fmu_type: c_int, on: bool) -> Self {
         let messages = Box::new(Messages::default());
         let guid = CString::new(fmi2::guid(model)).expect("no zero byte");
         // SAFETY: all strings end with zero bytes, and the messages outlive the instance.
         let component = unsafe {
             (LIBRARY.fmi2Instantiate)(
                 c"test".as_ptr(),
-                1,
+                fmu_type,
                 guid.as_ptr(),
                 ptr::null(),
                 &callbacks(&messages),

@@ -33,6 +33,7 @@ pub fn xml(model: &Model, stamp: &Stamp) -> Result<String> {
     let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     root(model, stamp).contain(&mut xml, |xml| {
+        model_exchange(xml, model)?;
         co_simulation(xml, model)?;
         units::write(xml, variables)?;
         types::write(xml, variables)?;
@@ -57,6 +58,28 @@ fn root(model: &Model, stamp: &Stamp) -> Element {
         .with("generationTool", concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION")))
         .with("generationDateAndTime", &stamp.date)
         .with("variableNamingConvention", "structured")
+        .with_some("numberOfEventIndicators", is_exchanged(model).then(|| (model.indicators)().len().to_string()))
+}
+
+/// Whether there is anything to exchange: a model without continuous states needs no solver.
+fn is_exchanged(model: &Model) -> bool {
+    (model.variables)().number_of_states() > 0
+}
+
+fn model_exchange(xml: &mut Xml, model: &Model) -> io::Result<()> {
+    if !is_exchanged(model) {
+        return Ok(());
+    }
+    Element::new("ModelExchange")
+        .with("modelIdentifier", model.name)
+        .with("needsExecutionTool", "false")
+        .with("completedIntegratorStepNotNeeded", "false")
+        .with("canBeInstantiatedOnlyOncePerProcess", "false")
+        .with("canNotUseMemoryManagementFunctions", "false")
+        .with("canGetAndSetFMUstate", "true")
+        .with("canSerializeFMUstate", "true")
+        .with("providesDirectionalDerivative", "true")
+        .write(xml)
 }
 
 fn co_simulation(xml: &mut Xml, model: &Model) -> io::Result<()> {

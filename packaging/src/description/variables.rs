@@ -48,7 +48,8 @@ fn value(variables: &[Variable], variable: &Variable) -> Element {
             .with_some("max", variable.max.map(real))
             .with_some("nominal", variable.nominal.map(real))
             .with_some("start", variable.start.map(real))
-            .with_some("derivative", derivative(variables, variable)),
+            .with_some("derivative", derivative(variables, variable))
+            .with_some("reinit", is_state(variables, variable).then_some("true")),
         Kind::Integer => Element::new("Integer")
             .with_some("min", variable.min.map(whole))
             .with_some("max", variable.max.map(whole))
@@ -60,6 +61,11 @@ fn value(variables: &[Variable], variable: &Variable) -> Element {
             Element::new("Enumeration").with("declaredType", of.name).with_some("start", variable.start.map(whole))
         }
     }
+}
+
+/// Whether the variable is a continuous state. Events may set any of them.
+fn is_state(variables: &[Variable], variable: &Variable) -> bool {
+    variables.iter().any(|other| other.derivative_of == Some(variable.reference))
 }
 
 /// The index of the state of which the variable is the time derivative.

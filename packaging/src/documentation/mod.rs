@@ -37,7 +37,7 @@ pub fn page(model: &Model, folder: &Path) -> Result<String> {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
          <style>\n{style}</style>\n</head>\n<body>\n<header>\n<h1>{name}</h1>\n<p>{description}</p>\n\
-         <p class=\"facts\">FMI 2.0 for co-simulation, version {version}, default experiment 0 s to {stop} s \
+         <p class=\"facts\">FMI 2.0, version {version}, default experiment 0 s to {stop} s \
          with communication steps of {step} s</p>\n</header>\n<main>\n{contents}{sections}</main>\n</body>\n</html>\n",
         name = escape(model.name),
         style = include_str!("style.css"),

@@ -1,6 +1,8 @@
-//! Gate: a library exports every function of FMI 2.0 for co-simulation, and nothing else.
+//! Gate: a library exports every function of FMI 2.0, and nothing else.
 
 use std::collections::BTreeSet;
+
+use pneumatic_servo_fmu::fmi2::exports::Functions;
 
 /// What is missing and what is too much.
 pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
@@ -18,48 +20,10 @@ pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
     problems
 }
 
-/// The functions that FMI 2.0 defines for all FMUs and for co-simulation.
+/// The functions that FMI 2.0 defines.
 pub fn standard() -> BTreeSet<String> {
-    FUNCTIONS.iter().map(|name| format!("fmi2{name}")).collect()
+    Functions::NAMES.iter().map(|name| (*name).to_owned()).collect()
 }
-
-/// The functions, without their prefix.
-const FUNCTIONS: &[&str] = &[
-    "GetTypesPlatform",
-    "GetVersion",
-    "SetDebugLogging",
-    "Instantiate",
-    "FreeInstance",
-    "SetupExperiment",
-    "EnterInitializationMode",
-    "ExitInitializationMode",
-    "Terminate",
-    "Reset",
-    "GetReal",
-    "GetInteger",
-    "GetBoolean",
-    "GetString",
-    "SetReal",
-    "SetInteger",
-    "SetBoolean",
-    "SetString",
-    "GetFMUstate",
-    "SetFMUstate",
-    "FreeFMUstate",
-    "SerializedFMUstateSize",
-    "SerializeFMUstate",
-    "DeSerializeFMUstate",
-    "GetDirectionalDerivative",
-    "SetRealInputDerivatives",
-    "GetRealOutputDerivatives",
-    "DoStep",
-    "CancelStep",
-    "GetStatus",
-    "GetRealStatus",
-    "GetIntegerStatus",
-    "GetBooleanStatus",
-    "GetStringStatus",
-];
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,119 @@
+//! What a solver outside asks of an instance.
+
+use super::Instance;
+use super::failure::Failure;
+use crate::calls::Mode;
+use pneumatic_servo::model_exchange::{Exchange, ExchangeError, Update};
+
+/// The vectors of a solver outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vector {
+    /// The continuous states.
+    States,
+    /// Their derivatives with respect to time.
+    Derivatives,
+    /// Their magnitudes.
+    Nominals,
+    /// The event indicators.
+    Indicators,
+}
+
+impl Instance {
+    /// From now on inputs may jump, until the next update.
+    pub fn enter_event_mode(&mut self) -> Result<(), Failure> {
+        self.record.mode = Mode::Event;
+        Ok(())
+    }
+
+    /// From now on the host integrates.
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Failure> {
+        self.record.mode = Mode::ContinuousTime;
+        Ok(())
+    }
+
+    /// Updates the discrete part of the model.
+    pub fn update(&mut self) -> Result<Update, Failure> {
+        Ok(self.outside()?.update()?)
+    }
+
+    /// Lets the model follow a step that the host has accepted.
+    pub fn accept_step(&mut self) -> Result<(), Failure> {
+        self.outside()?.accept_step();
+        Ok(())
+    }
+
+    /// Sets the time in s.
+    pub fn set_time(&mut self, time: f64) -> Result<(), Failure> {
+        let start = self.record.start().time;
+        if !(time.is_finite() && time >= start) {
+            return Err(Failure::error(format!("the time must be finite and not before {start} s, not {time} s")));
+        }
+        self.outside()?.set_time(time);
+        Ok(())
+    }
+
+    /// Sets the continuous states: all of them or, if one is refused, none.
+    pub fn set_states(&mut self, states: impl Iterator<Item = f64>) -> Result<(), Failure> {
+        let mut room = std::mem::take(&mut self.scratch.states);
+        let outcome = self.take_states(states, &mut room);
+        self.scratch.states = room;
+        outcome
+    }
+
+    fn take_states(&mut self, states: impl Iterator<Item = f64>, room: &mut [f64]) -> Result<(), Failure> {
+        for ((number, slot), state) in (1..).zip(&mut *room).zip(states) {
+            if !state.is_finite() {
+                return Err(Failure::error(format!("continuous state {number} must be a finite number, not {state}")));
+            }
+            *slot = state;
+        }
+        self.outside()?.set_states(room);
+        Ok(())
+    }
+
+    /// A vector, which the host has room for.
+    pub fn vector(&mut self, vector: Vector) -> Result<&[f64], Failure> {
+        let mut answers = std::mem::take(&mut self.scratch.answers);
+        answers.clear();
+        answers.resize(self.length(vector), 0.0);
+        let outcome = self.run.unchanged_outside(self.layout, &self.record).and_then(|exchange| {
+            match vector {
+                Vector::States => exchange.states(&mut answers),
+                Vector::Derivatives => exchange.rates(&mut answers)?,
+                Vector::Nominals => exchange.nominals(&mut answers),
+                Vector::Indicators => exchange.indicators(&mut answers),
+            }
+            Ok(())
+        });
+        self.scratch.answers = answers;
+        outcome?;
+        Ok(&self.scratch.answers)
+    }
+
+    /// Refuses a length that is not that of a vector.
+    pub fn check_length(&self, vector: Vector, length: usize) -> Result<(), Failure> {
+        let expected = self.length(vector);
+        if length == expected {
+            return Ok(());
+        }
+        Err(Failure::error(format!("there are {expected} {vector:?}, not {length}")))
+    }
+
+    fn length(&self, vector: Vector) -> usize {
+        if vector == Vector::Indicators { self.layout.indicators } else { self.layout.states }
+    }
+
+    fn outside(&mut self) -> Result<&mut dyn Exchange, Failure> {
+        self.run.outside(self.layout, &self.record)
+    }
+}
+
+impl From<ExchangeError> for Failure {
+    /// A host that integrates may try another step where the equations have no meaning; the rest is final.
+    fn from(error: ExchangeError) -> Self {
+        match error {
+            ExchangeError::NotAdmissible { .. } => Self::discard(error.to_string()),
+            _ => Self::error(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! Model exchange: the solver is outside.
+
+use std::ffi::{CString, c_int};
+use std::ptr;
+
+use pneumatic_servo::models;
+use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::fmi2::types::EventInfo;
+
+use crate::common::*;
+
+const STATES: usize = 20;
+const INDICATORS: usize = 6;
+
+/// A host that integrates by the explicit Euler method, which is enough to see what the interface does.
+trait Exchange {
+    fn update(&self) -> (c_int, EventInfo);
+    fn integrate(&self) -> c_int;
+    fn enter_event_mode(&self) -> c_int;
+    fn set_time(&self, time: f64) -> c_int;
+    fn set_states(&self, states: &[f64]) -> c_int;
+    fn accept_step(&self) -> c_int;
+    fn states(&self, values: &mut [f64]) -> c_int;
+    fn derivatives(&self, values: &mut [f64]) -> c_int;
+    fn nominals(&self, values: &mut [f64]) -> c_int;
+    fn indicators(&self, values: &mut [f64]) -> c_int;
+}
+
+// SAFETY, for all of them: of the component; arrays have the lengths that are passed.
+impl Exchange for Instance {
+    fn update(&self) -> (c_int, EventInfo) {
+        let mut info = EventInfo::default();
+        (unsafe { (LIBRARY.fmi2NewDiscreteStates)(self.component, &mut info) }, info)
+    }
+
+    fn integrate(&self) -> c_int {
+        unsafe { (LIBRARY.fmi2EnterContinuousTimeMode)(self.component) }
+    }
+
+    fn enter_event_mode(&self) -> c_int {
+        unsafe { (LIBRARY.fmi2EnterEventMode)(self.component) }
+    }
+
+    fn set_time(&self, time: f64) -> c_int {
+        unsafe { (LIBRARY.fmi2SetTime)(self.component, time) }
+    }
+
+    fn set_states(&self, states: &[f64]) -> c_int {
+        unsafe { (LIBRARY.fmi2SetContinuousStates)(self.component, states.as_ptr(), states.len()) }
+    }
+
+    fn accept_step(&self) -> c_int {
+        let (mut enter, mut terminate) = (7, 7);
+        let status = unsafe { (LIBRARY.fmi2CompletedIntegratorStep)(self.component, 1, &mut enter, &mut terminate) };
+        assert_eq!((enter, terminate), if status == OK { (0, 0) } else { (7, 7) });
+        status
+    }
+
+    fn states(&self, values: &mut [f64]) -> c_int {
+        unsafe { (LIBRARY.fmi2GetContinuousStates)(self.component, values.as_mut_ptr(), values.len()) }
+    }
+
+    fn derivatives(&self, values: &mut [f64]) -> c_int {
+        unsafe { (LIBRARY.fmi2GetDerivatives)(self.component, values.as_mut_ptr(), values.len()) }
+    }
+
+    fn nominals(&self, values: &mut [f64]) -> c_int {
+        unsafe { (LIBRARY.fmi2GetNominalsOfContinuousStates)(self.component, values.as_mut_ptr(), values.len()) }
+    }
+
+    fn indicators(&self, values: &mut [f64]) -> c_int {
+        unsafe { (LIBRARY.fmi2GetEventIndicators)(self.component, values.as_mut_ptr(), values.len()) }
+    }
+}
+
+/// A cylinder under a law and a voltage, in continuous-time mode at 0 s.
+fn integrating(law: i32, voltage: f64) -> Instance {
+    let instance = Instance::for_exchange(cylinder());
+    assert_eq!(instance.set_integer(&[vr("friction.law")], &[law]), OK);
+    assert_eq!(instance.set_real(&[vr("valveVoltage")], &[voltage]), OK);
+    instance.initialize();
+    assert_eq!((instance.update().0, instance.integrate()), (OK, OK));
+    instance
+}
+
+/// Steps of a host with a crude method; everything that it sees, bit for bit.
+fn euler(instance: &Instance, steps: u32) -> Vec<u64> {
+    const SIZE: f64 = 1e-5;
+    let (mut x, mut rates, mut z) = ([0.0; STATES], [0.0; STATES], [0.0; INDICATORS]);
+    let mut seen = Vec::new();
+    for _ in 0..steps {
+        assert_eq!((instance.states(&mut x), instance.derivatives(&mut rates)), (OK, OK));
+        for (state, rate) in x.iter_mut().zip(rates) {
+            *state += SIZE * rate;
+        }
+        assert_eq!(instance.set_time(instance.real("time") + SIZE), OK);
+        assert_eq!((instance.set_states(&x), instance.accept_step(), instance.indicators(&mut z)), (OK, OK, OK));
+        if z.iter().any(|z| *z <= 0.0) {
+            assert_eq!((instance.enter_event_mode(), instance.update().0, instance.integrate()), (OK, OK, OK));
+        }
+        seen.extend(x.iter().chain(&rates).chain(&z).map(|value| value.to_bits()));
+    }
+    seen
+}
+
+const STRIBECK: i32 = 7;
+
+#[test]
+fn every_function_is_allowed_exactly_in_its_modes() {
+    /// Before initialization (I), in initialization (M), event (E) and continuous-time mode (C), terminated (T).
+    fn instance_in(mode: char) -> Instance {
+        let instance = Instance::for_exchange(cylinder());
+        if mode != 'I' {
+            assert_eq!((instance.setup(0.0, None), instance.enter()), (OK, OK));
+        }
+        if "ECT".contains(mode) {
+            assert_eq!(instance.exit(), OK);
+        }
+        match mode {
+            'C' => assert_eq!(instance.integrate(), OK),
+            'T' => assert_eq!(instance.terminate(), OK),
+            _ => (),
+        }
+        instance.messages();
+        instance
+    }
+    type Function = fn(&Instance) -> c_int;
+    let table: [(&str, &str, Function); 23] = [
+        ("fmi2EnterEventMode", "EC", |it| it.enter_event_mode()),
+        ("fmi2NewDiscreteStates", "E", |it| it.update().0),
+        ("fmi2EnterContinuousTimeMode", "E", |it| it.integrate()),
+        ("fmi2CompletedIntegratorStep", "C", |it| it.accept_step()),
+        ("fmi2SetTime", "EC", |it| it.set_time(0.0)),
+        ("fmi2SetContinuousStates", "C", |it| {
+            let mut states = [0.0; STATES];
+            if it.states(&mut states) == OK { it.set_states(&states) } else { it.set_states(&[1.0; STATES]) }
+        }),
+        ("fmi2GetContinuousStates", "ECT", |it| it.states(&mut [0.0; STATES])),
+        ("fmi2GetDerivatives", "ECT", |it| it.derivatives(&mut [0.0; STATES])),
+        ("fmi2GetNominalsOfContinuousStates", "ECT", |it| it.nominals(&mut [0.0; STATES])),
+        ("fmi2GetEventIndicators", "ECT", |it| it.indicators(&mut [0.0; INDICATORS])),
+        ("fmi2SetupExperiment", "I", |it| it.setup(0.0, None)),
+        ("fmi2EnterInitializationMode", "I", Instance::enter),
+        ("fmi2ExitInitializationMode", "M", Instance::exit),
+        ("fmi2Terminate", "EC", Instance::terminate),
+        ("fmi2Reset", "IMECT", Instance::reset),
+        ("fmi2GetReal of a computed value", "MECT", |it| it.get_real(&[vr("position")], &mut [0.0])),
+        ("fmi2SetReal of an input", "IMEC", |it| it.set_real(&[vr("valveVoltage")], &[6.0])),
+        ("fmi2SetReal of a fixed parameter", "IM", |it| it.set_real(&[vr("mass.moving")], &[1.0])),
+        ("fmi2SetReal of a tunable parameter", "IME", |it| it.set_real(&[vr("wireForce")], &[1.0])),
+        ("fmi2GetDirectionalDerivative", "MECT", |it| {
+            it.directional(&[vr("acceleration")], &[vr("externalForce")], &[1.0], &mut [0.0])
+        }),
+        ("fmi2SetRealInputDerivatives", "", |it| it.set_slopes(&[vr("valveVoltage")], &[1.0])),
+        ("fmi2GetRealOutputDerivatives", "", |it| {
+            if it.terminate() == OK { ERROR } else { it.output_derivatives(&[vr("position")], &[1], &mut [0.0]) }
+        }),
+        ("fmi2DoStep", "", |it| it.step(0.0, 1e-3)),
+    ];
+    for (name, allowed, function) in table {
+        for mode in "IMECT".chars() {
+            let instance = instance_in(mode);
+            let before = instance.fingerprint();
+            let status = function(&instance);
+            if allowed.contains(mode) {
+                assert_eq!(status, OK, "{name} in {mode}: {:?}", instance.messages());
+            } else {
+                assert_eq!(status, ERROR, "{name} in {mode}");
+                assert!(name.ends_with("OutputDerivatives") || instance.fingerprint() == before, "{name} in {mode}");
+            }
+        }
+    }
+}
+
+#[test]
+fn functions_of_model_exchange_are_refused_in_co_simulation() {
+    let instance = Instance::initialized();
+    let before = instance.fingerprint();
+    let refused = [
+        instance.enter_event_mode(),
+        instance.update().0,
+        instance.integrate(),
+        instance.accept_step(),
+        instance.set_time(0.0),
+        instance.set_states(&[0.0; STATES]),
+        instance.states(&mut [0.0; STATES]),
+        instance.derivatives(&mut [0.0; STATES]),
+        instance.nominals(&mut [0.0; STATES]),
+        instance.indicators(&mut [0.0; INDICATORS]),
+    ];
+    assert_eq!(refused, [ERROR; 10]);
+    assert_eq!(instance.fingerprint(), before);
+}
+
+#[test]
+fn vectors_have_the_lengths_of_the_description_and_nothing_else_is_taken() {
+    let instance = integrating(STRIBECK, 7.0);
+    let before = instance.fingerprint();
+    for length in [0, STATES - 1, STATES + 1] {
+        let mut room = vec![-7.0; length];
+        assert_eq!(instance.states(&mut room), ERROR, "{length}");
+        assert_eq!(instance.derivatives(&mut room), ERROR, "{length}");
+        assert_eq!(instance.nominals(&mut room), ERROR, "{length}");
+        assert_eq!(instance.set_states(&room), ERROR, "{length}");
+        assert!(room.iter().all(|value| *value == -7.0));
+    }
+    assert_eq!(instance.indicators(&mut [0.0; INDICATORS + 1]), ERROR);
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut states = [0.0; STATES];
+        assert_eq!(instance.states(&mut states), OK);
+        states[STATES - 1] = bad;
+        assert_eq!((instance.set_states(&states), instance.set_time(bad)), (ERROR, ERROR));
+    }
+    assert_eq!(instance.set_time(-1.0), ERROR);
+    // SAFETY: NULL is allowed to be passed.
+    unsafe {
+        assert_eq!((LIBRARY.fmi2GetDerivatives)(instance.component, ptr::null_mut(), STATES), ERROR);
+        assert_eq!((LIBRARY.fmi2SetContinuousStates)(instance.component, ptr::null(), STATES), ERROR);
+        let mut flag = 7;
+        let complete = LIBRARY.fmi2CompletedIntegratorStep;
+        assert_eq!(complete(instance.component, 1, ptr::null_mut(), &mut flag), ERROR);
+        assert_eq!(complete(instance.component, 1, &mut flag, ptr::null_mut()), ERROR);
+        assert_eq!(flag, 7);
+    }
+    assert_eq!(instance.fingerprint(), before);
+}
+
+#[test]
+fn states_without_meaning_are_discarded_so_that_a_host_tries_a_shorter_step() {
+    let instance = integrating(STRIBECK, 7.0);
+    let mut states = [0.0; STATES];
+    assert_eq!(instance.states(&mut states), OK);
+    let right = states;
+    states[2] = -1e5;
+    let mut rates = [-7.0; STATES];
+    assert_eq!((instance.set_states(&states), instance.derivatives(&mut rates)), (OK, DISCARD));
+    assert_eq!(rates, [-7.0; STATES]);
+    assert_eq!((instance.set_states(&right), instance.derivatives(&mut rates)), (OK, OK));
+}
+
+#[test]
+fn states_and_derivatives_are_those_of_the_variables() {
+    let instance = integrating(14, 8.0);
+    euler(&instance, 3000);
+    let (mut states, mut rates) = ([0.0; STATES], [0.0; STATES]);
+    assert_eq!((instance.states(&mut states), instance.derivatives(&mut rates)), (OK, OK));
+    let derivatives = variables().iter().filter(|variable| variable.derivative_of.is_some());
+    for (number, derivative) in derivatives.enumerate() {
+        let state =
+            variables().iter().find(|state| Some(state.reference) == derivative.derivative_of).expect("a state");
+        assert_eq!(instance.real(&state.name).to_bits(), states[number].to_bits(), "{}", state.name);
+        assert_eq!(instance.real(&derivative.name).to_bits(), rates[number].to_bits(), "{}", derivative.name);
+    }
+    assert!(states[1] > 0.0, "it slides");
+}
+
+#[test]
+fn saved_states_repeat_bit_for_bit_in_every_mode_and_in_another_instance() {
+    for (law, name) in laws() {
+        let instance = integrating(law, 7.5);
+        euler(&instance, 500);
+        let state = instance.save();
+        let bytes = instance.serialize(state);
+        let first = euler(&instance, 200);
+        assert_eq!(instance.restore(state), OK);
+        assert_eq!(euler(&instance, 200), first, "{name}");
+        let other = Instance::for_exchange(cylinder());
+        let (status, copy) = other.deserialize(&bytes);
+        assert_eq!((status, other.restore(copy)), (OK, OK), "{name}: {:?}", other.messages());
+        assert_eq!(euler(&other, 200), first, "{name} from bytes");
+    }
+    let instance = Instance::for_exchange(cylinder());
+    let mut states = vec![instance.save()];
+    assert_eq!((instance.setup(0.0, None), instance.enter()), (OK, OK));
+    states.push(instance.save());
+    assert_eq!(instance.exit(), OK);
+    states.push(instance.save());
+    assert_eq!((instance.update().0, instance.integrate()), (OK, OK));
+    states.push(instance.save());
+    assert_eq!(instance.terminate(), OK);
+    states.push(instance.save());
+    for state in states {
+        let bytes = instance.serialize(state);
+        let (status, copy) = instance.deserialize(&bytes);
+        assert_eq!((status, instance.restore(copy)), (OK, OK));
+        assert_eq!(instance.fingerprint(), bytes);
+    }
+}
+
+#[test]
+fn state_of_the_other_kind_is_refused() {
+    let (one, other) = (Instance::initialized(), integrating(STRIBECK, 5.0));
+    let (status, state) = other.deserialize(&one.fingerprint());
+    assert!(status == OK && other.restore(state) == ERROR);
+    assert!(other.message().contains("other kind"));
+}
+
+#[test]
+fn model_without_continuous_states_is_there_for_co_simulation_only() {
+    let controller = model("PositionController");
+    let (messages, guid) = (Messages::default(), CString::new(fmi2::guid(controller)).expect("no zero byte"));
+    // SAFETY: all strings end with zero bytes, and the messages outlive the call.
+    let component =
+        unsafe { (LIBRARY.fmi2Instantiate)(c"a".as_ptr(), 0, guid.as_ptr(), ptr::null(), &callbacks(&messages), 0, 0) };
+    assert!(component.is_null());
+    assert!(messages.lock().expect("no panic")[0].text.contains("no continuous states"));
+    assert!(models::ALL.iter().filter(|it| it.name != controller.name).all(|it| {
+        let instance = Instance::for_exchange(it);
+        instance.initialize();
+        instance.update().0 == OK
+    }));
+}
+
+#[test]
+fn sampled_law_announces_its_samples() {
+    const DNLRX: i32 = 18;
+    let instance = integrating(DNLRX, 7.0);
+    assert_eq!(instance.enter_event_mode(), OK);
+    let (status, info) = instance.update();
+    assert_eq!((status, info.next_event_time_defined, info.new_discrete_states_needed), (OK, 1, 0));
+    assert!((info.next_event_time - 1e-3).abs() < 1e-12, "{info:?}");
+    assert_eq!(instance.set_time(info.next_event_time), OK);
+    let (status, next) = instance.update();
+    assert_eq!((status, next.values_of_continuous_states_changed), (OK, 0));
+    assert!((next.next_event_time - 2e-3).abs() < 1e-12, "{next:?}");
+}

@@ -1,0 +1,231 @@
+//! Lets a host integrate any model's equations.
+
+use super::{Exchange, ExchangeError, Update};
+use crate::co_simulation::{Build, COUNTERS, Direction, Snapshot, SnapshotError, write_counters};
+use crate::hybrid::{Indicator, UNUSED};
+use crate::model::Start;
+use crate::models::equations::{Equations, differentiate};
+use crate::solver::Counters;
+use crate::variables::{ParameterError, Table};
+
+/// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
+///
+/// An event is seen a little late: when sliding has turned back with 1e-7 of the nominal velocity, when the applied
+/// force exceeds the break-away force by 1e-7 of the nominal force.
+pub const HYSTERESIS: f64 = 1e-7;
+
+/// Switches or samples at one instant before the model gives up.
+const MAX_SWITCHES: usize = 100;
+
+/// A model's equations at states that a host integrates.
+pub struct Exchanger<E: Equations<N, U>, const N: usize, const U: usize> {
+    equations: E,
+    build: Build<E>,
+    indicators: Vec<Indicator>,
+    states: Vec<State>,
+    time: f64,
+    x: [f64; N],
+    memory: E::Memory,
+    inputs: [f64; U],
+    counters: Counters,
+}
+
+/// A state of the table.
+struct State {
+    /// Its index among those that are integrated, or its value if it is not.
+    place: Result<usize, f64>,
+    nominal: f64,
+}
+
+impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, U> {
+    /// Equations at their start, for a table and with the indicators of their model.
+    pub(crate) fn new(
+        (equations, build): (E, Build<E>),
+        (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
+        table: &Table,
+        indicators: Vec<Indicator>,
+    ) -> Self {
+        let mut exchanger = Self {
+            equations,
+            build,
+            indicators,
+            states: Vec::new(),
+            time,
+            x,
+            memory,
+            inputs,
+            counters: Counters::default(),
+        };
+        let mut computed = vec![0.0; table.computed().count()];
+        exchanger.values(&mut computed);
+        exchanger.states = exchanger.table_states(table, &computed);
+        exchanger
+    }
+
+    /// The states as the table lists them, with the start values of those that are not integrated.
+    fn table_states(&self, table: &Table, computed: &[f64]) -> Vec<State> {
+        let scales = self.equations.scales();
+        let references = table.states();
+        let states = references.filter_map(|reference| {
+            let position = table.computed().position(|variable| variable.reference == reference)?;
+            let variable = table.by_reference(reference)?.variable;
+            let place = self.equations.state_at(reference).ok_or(computed[position]);
+            let scale = place.map_or(1.0, |index| scales[index]);
+            Some(State { place, nominal: variable.nominal.unwrap_or(scale) })
+        });
+        states.collect()
+    }
+
+    /// Indicators as the equations have them, in their own units and exactly 0 at an event.
+    fn exact_indicators(&self) -> E::Indicators {
+        self.equations.indicators(self.time, &self.x, &self.inputs, &self.memory)
+    }
+
+    /// Lets the system switch until all modes are valid.
+    fn settle(&mut self) -> Result<(), ExchangeError> {
+        let mut last = Vec::new();
+        for switches in 0..MAX_SWITCHES {
+            let indicators = self.exact_indicators();
+            let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else { return Ok(()) };
+            self.equations.switch(event, self.time, &mut self.x, &self.inputs, &mut self.memory);
+            self.counters.events += 1;
+            if switches >= MAX_SWITCHES / 2 && !last.contains(&event) {
+                last.push(event);
+            }
+        }
+        let indicators = last.into_iter().map(|event| self.indicators[event].name.clone()).collect();
+        Err(ExchangeError::Chattering { time: self.time, indicators })
+    }
+
+    /// Takes the samples that are due.
+    fn sample(&mut self) -> Result<(), ExchangeError> {
+        for _ in 0..MAX_SWITCHES {
+            let sample = self.equations.next_sample(&self.memory);
+            if !sample.is_due_at(self.time) {
+                return Ok(());
+            }
+            // A sample that is due is taken, however the host has rounded its time.
+            self.equations.sample(self.time.max(sample.time), &mut self.x, &self.inputs, &mut self.memory);
+        }
+        let due = self.equations.next_sample(&self.memory).time;
+        Err(ExchangeError::MissedTimeEvents { time: self.time, due })
+    }
+
+    fn follow(&mut self) {
+        self.equations.follow(self.time, &self.x, &self.inputs, &mut self.memory);
+    }
+}
+
+impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    fn set_inputs(&mut self, values: &[f64]) {
+        self.inputs.copy_from_slice(values);
+    }
+
+    fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
+        let start = Start { time: self.time, parameters, inputs: &self.inputs, tolerance: None };
+        (self.equations, _) = (self.build)(&start)?;
+        Ok(())
+    }
+
+    fn states(&self, states: &mut [f64]) {
+        for (slot, state) in states.iter_mut().zip(&self.states) {
+            *slot = state.place.map_or_else(|value| value, |index| self.x[index]);
+        }
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        for (value, state) in states.iter().zip(&self.states) {
+            if let Ok(index) = state.place {
+                self.x[index] = *value;
+            }
+        }
+    }
+
+    fn nominals(&self, nominals: &mut [f64]) {
+        for (slot, state) in nominals.iter_mut().zip(&self.states) {
+            *slot = state.nominal;
+        }
+    }
+
+    fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
+        let refuse = |cause| ExchangeError::NotAdmissible { time: self.time, cause };
+        self.equations.admit(&self.x).map_err(refuse)?;
+        let here = self.equations.derivatives(self.time, &self.x, &self.inputs, &self.memory);
+        if here.iter().any(|rate| !rate.is_finite()) {
+            return Err(refuse("a rate is not a finite number"));
+        }
+        for (slot, state) in rates.iter_mut().zip(&self.states) {
+            *slot = state.place.map_or(0.0, |index| here[index]);
+        }
+        Ok(())
+    }
+
+    fn indicators(&self, indicators: &mut [f64]) {
+        let exact = self.exact_indicators();
+        for ((slot, value), indicator) in indicators.iter_mut().zip(exact.as_ref()).zip(&self.indicators) {
+            *slot = if *value == UNUSED { 1.0 } else { value / indicator.nominal + HYSTERESIS };
+        }
+    }
+
+    fn update(&mut self) -> Result<Update, ExchangeError> {
+        let (before, memory, counters) = (self.x, self.memory.clone(), self.counters);
+        self.follow();
+        if let Err(error) = self.sample().and_then(|()| self.settle()) {
+            (self.x, self.memory, self.counters) = (before, memory, counters);
+            return Err(error);
+        }
+        let next = self.equations.next_sample(&self.memory).time.min(self.time + self.equations.max_step());
+        Ok(Update { changes_states: self.x != before, next_time_event: Some(next).filter(|time| time.is_finite()) })
+    }
+
+    fn accept_step(&mut self) {
+        self.counters.steps += 1;
+        self.follow();
+    }
+
+    fn values(&self, computed: &mut [f64]) {
+        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
+        self.equations.outputs(self.time, &self.x, &self.inputs, &self.memory, own);
+        // No account is kept of what the host integrates.
+        residuals.fill(0.0);
+        write_counters(self.counters, counters);
+    }
+
+    fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
+        let mut states = [0.0; N];
+        for (seed, state) in direction.states.iter().zip(&self.states) {
+            if let Ok(index) = state.place {
+                states[index] = *seed;
+            }
+        }
+        let inputs = std::array::from_fn(|i| direction.inputs[i]);
+        let at = (self.time, &self.x, &self.inputs, &self.memory);
+        differentiate(&self.equations, at, (direction.time, &states, &inputs), computed);
+    }
+
+    fn save(&self) -> Snapshot {
+        let memory = postcard::to_allocvec(&(&self.memory, self.counters)).expect("a memory holds plain data");
+        Snapshot { time: self.time, states: self.x.to_vec(), memory }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let x: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
+        let (memory, counters): (E::Memory, Counters) =
+            postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let is_plain = x.iter().chain([&snapshot.time]).all(|value| value.is_finite());
+        if !is_plain || !self.equations.fits(&memory) {
+            return Err(SnapshotError);
+        }
+        (self.time, self.x, self.memory, self.counters) = (snapshot.time, x, memory, counters);
+        Ok(())
+    }
+}
