@@ -18,7 +18,7 @@ use crate::variables::ParameterError;
 /// A running model.
 ///
 /// Slices of inputs, parameters and computed values follow the order in which the variable table lists the
-/// variables of that kind ([`Variable::is_parameter`], [`Variable::is_computed`], inputs).
+/// variables of that kind ([`Table`](crate::variables::Table)).
 pub trait Simulation: Send {
     /// Current time in s.
     fn time(&self) -> f64;
