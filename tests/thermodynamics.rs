@@ -47,8 +47,8 @@ fn choked_filling_is_linear_in_time() {
     for (model, factor) in [("EnergyBalance", GAMMA), ("Isothermal", 1.0)] {
         let rig = held().choose("thermal.model", model).set("valveVoltage", 10.0).set("supplyPressure", 8e5);
         let mut running = rig.start().unwrap();
-        running.advance(0.03).unwrap(); // the spool has arrived, the hysteresis keeps 0.4 % of the travel
-        let opening = 1.0 - 0.004;
+        running.advance(0.03).unwrap(); // the spool has arrived: full command, full opening
+        let opening = 1.0;
         let [volume, _] = volumes(&mut running);
         let (start, start_temperature) = (running.get("chamberA.pressure"), running.get("chamberA.temperature"));
         running.advance(0.04).unwrap();
@@ -85,6 +85,33 @@ fn closed_chambers_follow_their_polytropic_curve() {
         }
         assert!((running.get("position") - 0.25).abs() > 0.01, "the piston must have moved");
     }
+}
+
+/// The usual model of servo design: `p*V^n` is constant in closed chambers, choked filling raises the pressure `n` times
+/// as fast as at constant temperature, and the gas has ambient temperature all the time, also in a chamber at rest.
+#[test]
+fn polytropic_servo_model_has_ambient_temperature() {
+    let mut running =
+        tight("None").choose("thermal.model", "PolytropicServo").set("externalForce", 30.0).start().unwrap();
+    let starts = volumes(&mut running);
+    for step in 1..=100 {
+        running.advance(f64::from(step) * 1e-3).unwrap();
+        let now = volumes(&mut running);
+        for (chamber, (volume, start)) in ["chamberA", "chamberB"].iter().zip(now.iter().zip(starts)) {
+            let pressure = running.get(&format!("{chamber}.pressure"));
+            assert_close(pressure, 101_325.0 * (start / volume).powf(1.2), 1e-7, chamber);
+            assert_eq!(running.get(&format!("{chamber}.temperature")), TEMPERATURE);
+        }
+    }
+    let rig = held().choose("thermal.model", "PolytropicServo").set("valveVoltage", 10.0).set("supplyPressure", 8e5);
+    let mut running = rig.start().unwrap();
+    running.advance(0.03).unwrap();
+    let ([volume, _], start) = (volumes(&mut running), running.get("chamberA.pressure"));
+    running.advance(0.04).unwrap();
+    let growth = 1.2 * GAS_CONSTANT * TEMPERATURE * CONDUCTANCE * 8e5 * 1.185 * 0.01 / volume;
+    assert_close(running.get("chamberA.pressure") - start, growth, 1e-5, "growth");
+    running.advance(10.0).unwrap();
+    assert_eq!(running.get("chamberA.temperature"), TEMPERATURE);
 }
 
 /// Without friction, heat and flow the work of the external force and of the atmosphere on the rod is all found in

@@ -1,5 +1,7 @@
 //! The chambers of a cylinder: mass and energy balances of an ideal gas in two variable volumes.
 
+use std::f64::consts::PI;
+
 use super::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
 use super::orifice::Inflow;
 use crate::enumeration;
@@ -12,6 +14,7 @@ enumeration! {
         1 EnergyBalance: "Energy balance with heat transfer to the wall";
         2 Isothermal: "Gas always at ambient temperature";
         3 Polytropic: "Temperature follows the pressure with a polytropic exponent";
+        4 PolytropicServo: "Pressure follows flow and motion with a polytropic exponent at ambient temperature: usual in servo design";
     }
 }
 
@@ -30,6 +33,20 @@ pub enum Thermal {
         /// Pressures `p0` in Pa at which the gas has ambient temperature.
         reference_pressures: [f64; 2],
     },
+    /// Ambient always, while the pressure answers flow and motion with a factor `n`:
+    /// `dp/dt = n/V*(R*sum(T_upstream*mdot) - p*dV/dt)`. The usual model of servo design, where the exponent stands for
+    /// the heat that the wall exchanges; unless `n` is 1 it keeps no account of the mass. Where `Polytropic` ties the
+    /// temperature to the pressure for ever, even in a chamber that stands still, this one has forgotten it.
+    PolytropicServo {
+        /// Polytropic exponent.
+        exponent: f64,
+    },
+}
+
+/// Wall in m2 of a tank of a volume in m3: a closed cylinder twice as long as wide.
+pub fn tank_wall(volume: f64) -> f64 {
+    let diameter = libm::cbrt(2.0 * volume / PI);
+    2.5 * PI * diameter * diameter
 }
 
 /// The chambers between the piston and the covers; their equations are the same, and evaluated side by side.
@@ -41,6 +58,8 @@ pub struct Chambers {
     pub bore: f64,
     /// Volumes in m3 at length 0: dead volume, hose and tank.
     pub dead_volumes: [f64; 2],
+    /// Wall areas in m2 at length 0: both covers, and that of a tank.
+    pub walls: [f64; 2],
     /// Ambient temperature in K.
     pub ambient_temperature: f64,
     /// How temperature follows.
@@ -69,6 +88,7 @@ impl Chambers {
     pub fn gas<S: Scalar>(&self, pressure: Pair<S>, temperature: Pair<S>) -> GasState<Pair<S>> {
         match self.thermal {
             Thermal::EnergyBalance { .. } => GasState::new(pressure, temperature),
+            Thermal::PolytropicServo { .. } => GasState::new(pressure, Pair::constant(self.ambient_temperature)),
             Thermal::Polytropic { exponent, reference_pressures } => {
                 let power = (exponent - 1.0) / exponent;
                 let relative =
@@ -82,14 +102,13 @@ impl Chambers {
     pub fn heat<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>) -> Pair<S> {
         match self.thermal {
             Thermal::EnergyBalance { heat_transfer } => self.heat_flow(temperature, length, heat_transfer),
-            Thermal::Polytropic { .. } => Pair::zero(),
+            Thermal::Polytropic { .. } | Thermal::PolytropicServo { .. } => Pair::zero(),
         }
     }
 
     #[inline(always)]
     fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: f64) -> Pair<S> {
-        let covers = self.areas.map(|area| 2.0 * area);
-        let wall = Pair::zero().max(length) * (std::f64::consts::PI * self.bore) + covers;
+        let wall = Pair::zero().max(length) * (PI * self.bore) + self.walls;
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
 
@@ -98,7 +117,7 @@ impl Chambers {
     /// ```text
     /// dm/dt = sum(mdot),   m = p*V/(R*T)
     /// d(m*c_v*T)/dt = sum(mdot*c_p*T_upstream) + h*A_w*(T_amb - T) - p*dV/dt
-    /// A_w = 2*A + pi*bore*max(length, 0)
+    /// A_w = 2*A + A_tank + pi*bore*max(length, 0)
     /// ```
     #[inline(always)]
     pub fn rates<S: Scalar>(
@@ -125,6 +144,35 @@ impl Chambers {
                 let temperature = t * pressure / p * ((exponent - 1.0) / exponent);
                 ChamberRates { pressure, temperature, mass_flow }
             }
+            Thermal::PolytropicServo { exponent } => {
+                let pressure = (carried * GAS_CONSTANT - p * volume_rate) * exponent * per_volume;
+                ChamberRates { pressure, temperature: Pair::zero(), mass_flow }
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A litre in a cylinder of 86 mm by 172 mm has a wall of 581 cm2, through which it takes up heat at any length.
+    #[test]
+    fn tank_has_a_wall() {
+        let diameter: f64 = 0.086_025_4;
+        assert!((PI / 4.0 * diameter * diameter * 2.0 * diameter - 1e-3).abs() < 1e-8);
+        let wall = PI * diameter * 2.0 * diameter + 2.0 * PI / 4.0 * diameter * diameter;
+        assert!((tank_wall(1e-3) - wall).abs() < 1e-6 * wall, "{} m2", tank_wall(1e-3));
+        assert_eq!(tank_wall(0.0), 0.0);
+        let chambers = Chambers {
+            areas: [2e-4; 2],
+            bore: 0.016,
+            dead_volumes: [5e-6, 5e-6 + 1e-3],
+            walls: [4e-4, 4e-4 + tank_wall(1e-3)],
+            ambient_temperature: 293.15,
+            thermal: Thermal::EnergyBalance { heat_transfer: 60.0 },
+        };
+        let Pair([without, with]) = chambers.heat(Pair([283.15; 2]), Pair([0.1; 2]));
+        assert!((with - without - 60.0 * wall * 10.0).abs() < 1e-4, "{with} W and {without} W");
     }
 }

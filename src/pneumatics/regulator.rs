@@ -36,9 +36,9 @@ impl Regulator {
 parameters! {
     /// The parameters of [`PressureRegulator`].
     Parameters {
-        min_pressure: f64 = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1.5e5).range(1e3, 1e8).shown_in("bar")
+        min_pressure: f64 = Variable::parameter(1033, "regulator.pMin", units::PASCAL, 1e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of the regulator at 0 V");
-        max_pressure: f64 = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 10e5).range(1e3, 1e8).shown_in("bar")
+        max_pressure: f64 = Variable::parameter(1034, "regulator.pMax", units::PASCAL, 8.8e5).range(1e3, 1e8).shown_in("bar")
             .text("Absolute pressure of the regulator at 10 V");
         time_constant: f64 = Variable::parameter(1035, "regulator.tau", units::SECOND, 0.02).range(1e-5, 100.0).shown_in("ms")
             .text("Time constant of the regulator");

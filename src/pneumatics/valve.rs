@@ -13,7 +13,7 @@ use crate::{outputs, parameters};
 ///
 /// ```text
 /// u   = clamp((V - 5)/5, -1, 1)*polarity                        command
-/// u_p = play operator of half width w on u                      hysteresis
+/// u_p = play operator of half width w on u, none at u = +-1     hysteresis
 /// s'' = wn^2*(u_p - s) - 2*zeta*wn*s'                           spool
 /// opening(s) = leak + (1 - leak)*clamp((s - d)/(1 - d), 0, 1)   metering edge
 /// ```
@@ -85,10 +85,13 @@ impl Valve {
 
     /// The play operator: where the command drags the spool's set point from where it was.
     ///
-    /// Its derivative is 1 while the command pushes, also where it has just come to rest against the set point (the
-    /// derivative of the side that was pushed), and 0 inside the play.
+    /// The loop closes over the last `w` of the command, so that a full command opens the valve fully.
+    ///
+    /// Its derivative is 1 while the command pushes (2 where the loop closes), also where it has just come to rest against
+    /// the set point (the derivative of the side that was pushed), and 0 inside the play.
     pub fn play<S: Scalar>(&self, before: f64, command: S) -> S {
-        let (low, high) = (command - self.hysteresis, command + self.hysteresis);
+        let width = S::constant(self.hysteresis);
+        let (low, high) = (command - width.min(-command + 1.0), command + width.min(command + 1.0));
         if low.value() >= before {
             low
         } else if high.value() <= before {
@@ -120,7 +123,7 @@ parameters! {
         damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
             .text("Damping ratio of the spool");
         hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
-            .text("Half width of the play between command and spool set point");
+            .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than 5 V feeds chamber A; -1: chamber B");
     }
@@ -264,6 +267,14 @@ mod tests {
             assert_eq!([slope(0.0, command), slope(followed, command)], [1.0, 1.0]);
             assert_eq!(slope(followed, command * 0.99), 0.0);
         }
+    }
+
+    /// Between 1 - w and 1 the loop closes, from either side.
+    #[test]
+    fn full_command_has_no_play() {
+        assert_eq!([1.0, -1.0].map(|command| VALVE.play(0.2, command)), [1.0, -1.0]);
+        assert!((VALVE.play(0.2, 0.995) - 0.99).abs() < 1e-15 && (VALVE.play(1.0, 0.995) - 1.0).abs() < 1e-15);
+        assert!((VALVE.play(0.2, 0.99) - 0.98).abs() < 1e-15);
     }
 
     /// Without hysteresis the set point is the command, derivatives included.

@@ -58,8 +58,8 @@ DEFAULTS: dict[str, Value] = {
     "valve.damping": 0.7071067811865476,
     "valve.hysteresis": 0.004,
     "valve.polarity": 1.0,
-    "regulator.pMin": 1.5e5,
-    "regulator.pMax": 10e5,
+    "regulator.pMin": 1e5,
+    "regulator.pMax": 8.8e5,
     "regulator.tau": 0.02,
     "regulator.C": 4e-9,
     "regulator.b": 0.3,
@@ -215,10 +215,11 @@ class Plant:
 
 @dataclass(frozen=True)
 class Chamber(ABC):
-    """A chamber of variable length; ``fixed_volume`` is dead volume plus tank."""
+    """A chamber of variable length; ``fixed_volume`` is dead volume plus tank, ``tank_volume`` the latter alone."""
 
     area: float
     fixed_volume: float
+    tank_volume: float
     bore: float
     start_pressure: float
     ambient_temperature: float
@@ -255,10 +256,15 @@ class EnergyBalanceChamber(Chamber):
         self, gas: Gas, streams: list[Stream], length: float, speed: float
     ) -> tuple[float, float]:
         enthalpy = CP * sum(stream.mass_flow * stream.temperature for stream in streams)
-        wall = 2.0 * self.area + math.pi * self.bore * max(length, 0.0)
+        wall = 2.0 * self.area + math.pi * self.bore * max(length, 0.0) + self._tank_wall()
         heat = self.heat_transfer * wall * (self.ambient_temperature - gas.temperature)
         work = gas.pressure * self.area * speed
         return sum(stream.mass_flow for stream in streams), enthalpy + heat - work
+
+    def _tank_wall(self) -> float:
+        """The wall of a closed cylinder twice as long as wide that has the volume of the tank."""
+        diameter = (2.0 * self.tank_volume / math.pi) ** (1.0 / 3.0)
+        return math.pi * diameter * (2.0 * diameter) + 2.0 * math.pi * diameter**2 / 4.0
 
 
 @dataclass(frozen=True)
@@ -282,6 +288,31 @@ class PolytropicChamber(Chamber):
         self, gas: Gas, streams: list[Stream], length: float, speed: float
     ) -> tuple[float, float]:
         return sum(stream.mass_flow for stream in streams), 0.0
+
+
+@dataclass(frozen=True)
+class PolytropicServoChamber(Chamber):
+    """Air at ambient temperature whose pressure answers flow and motion with the factor n.
+
+    In place of the energy stands ``p * V**n``, which only flow changes.
+    """
+
+    exponent: float
+
+    def start(self, length: float) -> tuple[float, float]:
+        volume = self.volume(length)
+        mass = self.start_pressure * volume / (GAS_CONSTANT * self.ambient_temperature)
+        return mass, self.start_pressure * volume**self.exponent
+
+    def gas(self, mass: float, energy: float, length: float) -> Gas:
+        return Gas(energy / self.volume(length) ** self.exponent, self.ambient_temperature)
+
+    def rates(
+        self, gas: Gas, streams: list[Stream], length: float, speed: float
+    ) -> tuple[float, float]:
+        carried = GAS_CONSTANT * sum(stream.mass_flow * stream.temperature for stream in streams)
+        growth = self.exponent * self.volume(length) ** (self.exponent - 1.0) * carried
+        return sum(stream.mass_flow for stream in streams), growth
 
 
 class Actuator(ABC):
@@ -334,7 +365,10 @@ class ProportionalValve(Actuator):
 
     def command(self, voltage: float) -> float:
         u = self._polarity * _clamp((voltage - 5.0) / 5.0, -1.0, 1.0)
-        self._played = _clamp(self._played, u - self._half_play, u + self._half_play)
+        # The play narrows towards the ends, where it leaves nothing: there the command is the set point.
+        below = min(self._half_play, 1.0 - u)
+        above = min(self._half_play, 1.0 + u)
+        self._played = _clamp(self._played, u - below, u + above)
         return self._played
 
     def start(self, command: float) -> tuple[float, float]:
@@ -435,6 +469,7 @@ def _chamber(parameters: Parameters, name: str, area: float, tank_volume: float)
     common = (
         area,
         _number(parameters, f"{name}.deadVolume") + tank_volume,
+        tank_volume,
         _number(parameters, "cylinder.bore"),
         _number(parameters, f"{name}.pressure0"),
         _number(parameters, "ambientTemperature"),
@@ -446,6 +481,8 @@ def _chamber(parameters: Parameters, name: str, area: float, tank_volume: float)
             return PolytropicChamber(*common, 1.0)
         case "Polytropic":
             return PolytropicChamber(*common, _number(parameters, "thermal.exponent"))
+        case "PolytropicServo":
+            return PolytropicServoChamber(*common, _number(parameters, "thermal.exponent"))
         case other:
             raise ValueError(f"unknown thermal.model {other!r}")
 

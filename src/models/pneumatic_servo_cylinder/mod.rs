@@ -31,7 +31,7 @@ use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Pair;
 use crate::numbers::Scalar;
 use crate::pneumatics::actuator::{self, Actuator, FLOW, Ports, STATES};
-use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal, ThermalModel};
+use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{GasState, Reservoir};
 use crate::pneumatics::orifice::{Flow, Inflow};
 use crate::solver::{Settings, Tuning};
@@ -132,8 +132,10 @@ impl PneumaticServoCylinder {
     fn new(p: Parameters, actuator: Actuator, friction: Friction) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
+        let areas = [area(p.bore), area(p.bore) - area(p.rod)];
         let chambers = Chambers {
-            areas: [area(p.bore), area(p.bore) - area(p.rod)],
+            areas,
+            walls: [2.0 * areas[0], 2.0 * areas[1] + tank_wall(p.tank_volume)],
             bore: p.bore,
             dead_volumes: [p.dead_volume_a, p.dead_volume_b + p.tank_volume],
             ambient_temperature: p.ambient_temperature,
@@ -142,6 +144,7 @@ impl PneumaticServoCylinder {
                 ThermalModel::Polytropic => {
                     Thermal::Polytropic { exponent: p.exponent, reference_pressures: pressures0 }
                 }
+                ThermalModel::PolytropicServo => Thermal::PolytropicServo { exponent: p.exponent },
                 ThermalModel::EnergyBalance => Thermal::EnergyBalance { heat_transfer: p.heat_transfer },
             },
         };

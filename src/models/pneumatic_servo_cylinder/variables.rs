@@ -186,7 +186,7 @@ parameters! {
         pressure0_b: f64 = Variable::parameter(1009, "chamberB.pressure0", units::PASCAL, 101_325.0).range(1e3, 1e8).shown_in("bar")
             .text("Initial absolute pressure in chamber B");
         tank_volume: f64 = Variable::parameter(1010, "chamberB.tankVolume", units::CUBIC_METRE, 0.0).range(0.0, 1.0).shown_in("cm3")
-            .text("Volume of a tank connected to chamber B");
+            .text("Volume of a tank connected to chamber B, a cylinder twice as long as wide");
         moving_mass: f64 = Variable::parameter(1011, "mass.moving", units::KILOGRAM, 0.88).range(1e-3, 1e4)
             .text("Moving mass: piston, rod, load cell and carriage");
         carriage_mass: f64 = Variable::parameter(1012, "mass.carriage", units::KILOGRAM, 0.75).range(0.0, 1e4)
@@ -206,7 +206,7 @@ parameters! {
         thermal_model: ThermalModel = Variable::choice(1019, "thermal.model", ThermalModel::EnergyBalance)
             .text("How the gas temperature follows");
         exponent: f64 = Variable::parameter(1020, "thermal.exponent", units::ONE, 1.2).range(1.0, 2.0)
-            .text("Polytropic exponent of the model Polytropic");
+            .text("Polytropic exponent of the models Polytropic and PolytropicServo");
         incline: f64 = Variable::parameter(1021, "incline", units::RADIAN, 0.0).range(-PI / 2.0, PI / 2.0).shown_in("deg")
             .text("Inclination of the axis; positive: outstroke is uphill");
         wire_force: f64 = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4).tunable()
