@@ -69,7 +69,7 @@ def simulate(scheme: str, size: float) -> Run:
     times = np.arange(round(STOP / STEP)) * STEP
     try:
         run = ps.Model("PneumaticServoCylinder").simulate(
-            {"friction.law": LAW, "solver.scheme": scheme, "solver.step": size},
+            {"friction.law": LAW, **BRISTLE, "solver.scheme": scheme, "solver.step": size},
             inputs={"valveVoltage": (times, 5.0 + 2.0 * np.sin(2.0 * np.pi * times))},
             stop=STOP,
             step=STEP,
