@@ -19,7 +19,10 @@ COLOURS = {
 """What is drawn; the other ways to use the same solvers lie between."""
 NAMES = {"cvode": "CVODE", "bdf": "diffsol"}
 """What the solvers are called elsewhere."""
-ERRORS = [("position error in m", "largest error of the position (m)"), ("friction error in N", "rms error of the friction force (N)")]
+ERRORS = [
+    ("position error in m", "largest error of the position (m)"),
+    ("friction error in N", "rms error of the friction force (N)"),
+]
 
 
 def main(points: Path, figure: Path) -> None:
@@ -34,7 +37,9 @@ def main(points: Path, figure: Path) -> None:
                 rows = solvers[solver]
                 errors = [float(row[column]) for row in rows]
                 costs = [float(row["nanoseconds per step"]) * 1e-3 for row in rows]
-                axis.loglog(errors, costs, "o-", markersize=3, linewidth=1.2, color=COLOURS[solver], label=shown(solver))
+                axis.loglog(
+                    errors, costs, "o-", markersize=3, linewidth=1.2, color=COLOURS[solver], label=shown(solver)
+                )
             axis.set_title(law, loc="left", fontsize=10)
             axis.set_xlabel(label, fontsize=8)
             axis.grid(color="#e3e8ee", linewidth=0.7)

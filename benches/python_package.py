@@ -4,7 +4,8 @@
 - `simulate_many` on all cores against one, with 0.5 s per roll-out;
 - plant steps a second and core of the vector environment with 1,024 plants.
 
-It needs the package, FMPy and Gymnasium. Usage: python benches/python_package.py [target/fmu/PneumaticServoCylinder.fmu]
+It needs the package, FMPy and Gymnasium.
+Usage: python benches/python_package.py [target/fmu/PneumaticServoCylinder.fmu]
 """
 
 from __future__ import annotations

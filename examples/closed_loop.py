@@ -48,9 +48,8 @@ def main() -> int:
         plant["valveVoltage"] = controller.voltage(reference, slope, position, velocity)
         plant.step(PERIOD)
     settled = np.abs(errors[1000:])
-    print(
-        f"tracking error after 1 s: rms {1e3 * np.sqrt(np.mean(settled**2)):.2f} mm, largest {1e3 * settled.max():.2f} mm"
-    )
+    rms, largest = 1e3 * np.sqrt(np.mean(settled**2)), 1e3 * settled.max()
+    print(f"tracking error after 1 s: rms {rms:.2f} mm, largest {largest:.2f} mm")
     return 0 if settled.max() < 8e-3 else 1
 
 

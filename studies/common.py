@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 mpl.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402 - after the choice of a backend without a display
+import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).resolve().parents[1]
 

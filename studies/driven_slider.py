@@ -61,7 +61,8 @@ class Course:
 
 
 def course(shake: Shake) -> Course:
-    plant = Plant("DrivenSlider", 
+    plant = Plant(
+        "DrivenSlider",
         {
             "friction.law": shake.law,
             "muStatic": MU_STATIC,
@@ -69,7 +70,7 @@ def course(shake: Shake) -> Course:
             "tray.velocityAmplitude": shake.acceleration * GRAVITY / W,
             "walk.flightFactor": shake.flight_factor,
             "walk.seed": shake.seed,
-        }
+        },
     )
     plant.advance(FORGET / FREQUENCY)
     names = ["velocity", "walk.velocity", "tray.velocity", "walk.stickFreeVelocity"]

@@ -22,7 +22,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
-from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION  # noqa: E402 - after the choice of a backend
+from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION
 
 LAW = "LuGre"
 BRISTLE = {"friction.lugre.sigma0": 1e4, "friction.lugre.sigma1": 2500.0, "friction.lugre.vd": 1e3}
@@ -77,7 +77,8 @@ def simulate(scheme: str, size: float) -> Run:
         )
     except ps.SimulationError as error:
         print(f"{scheme} at {size:g} s: {error}")
-        assert isinstance(error.finished, ps.Run)
+        if not isinstance(error.finished, ps.Run):
+            raise
         run = error.finished
     return Run(scheme, size, np.column_stack([run[name] for name in SIGNALS]))
 

@@ -28,7 +28,7 @@ import numpy as np
 import pneumatic_servo as ps
 from dask.distributed import Client as Cluster
 from dask.distributed import LocalCluster, as_completed
-from pneumatic_servo.figures import BLUE, GREEN, STYLE, VERMILION  # noqa: E402 - after the choice of a backend
+from pneumatic_servo.figures import BLUE, GREEN, STYLE, VERMILION
 from tqdm import tqdm
 
 DEAD_ZONES = [0.04, 0.08, 0.12]
@@ -139,16 +139,22 @@ def draw(rows: list[Row], file: Path) -> None:
     sizes = dict(zip(CONDUCTANCES, [15, 40, 80], strict=True))
     panels = [("rest", "share of time at rest (%)", 100.0), ("friction_loss", "friction loss (J)", 1.0)]
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(len(panels), 1, figsize=(0.35 * len(laws) + 4, 6), sharex=True, layout="constrained")
+        figure, axes = plt.subplots(
+            len(panels), 1, figsize=(0.35 * len(laws) + 4, 6), sharex=True, layout="constrained"
+        )
         for axis, (quantity, label, factor) in zip(axes, panels, strict=True):
             for row in rows:
                 place, value = laws.index(row.law), factor * getattr(row, quantity)
-                axis.scatter(place, value, s=sizes[row.conductance], color=colours[row.dead_zone], alpha=0.6, linewidth=0)
+                axis.scatter(
+                    place, value, s=sizes[row.conductance], color=colours[row.dead_zone], alpha=0.6, linewidth=0
+                )
             axis.set_ylabel(label)
         for dead_zone, colour in colours.items():
             axes[0].scatter([], [], color=colour, label=f"dead zone {100 * dead_zone:g} %")
         for conductance, size in sizes.items():
-            axes[0].scatter([], [], s=size, color="none", edgecolor="black", label=f"C = {1e8 * conductance:g} dm³/(s·bar)")
+            axes[0].scatter(
+                [], [], s=size, color="none", edgecolor="black", label=f"C = {1e8 * conductance:g} dm³/(s·bar)"
+            )
         axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         axes[-1].set_xticks(range(len(laws)), labels=laws, rotation=90)
         figure.savefig(file)

@@ -64,7 +64,9 @@ def main() -> int:
 def progression(point: tuple[float, float]) -> float:
     """Path of the body in m at a static friction in N and a force ratio."""
     level, ratio = point
-    plant = Plant("VibroImpact", {"friction.Fs": level, "excitation.amplitude": ratio * level, "excitation.frequency": FREQUENCY})
+    plant = Plant(
+        "VibroImpact", {"friction.Fs": level, "excitation.amplitude": ratio * level, "excitation.frequency": FREQUENCY}
+    )
     plant.advance(DURATION)
     return plant.get(["position"])[0]
 
@@ -169,15 +171,19 @@ def study_bifurcations(options: argparse.Namespace) -> None:
         save(figure, options.output / "VibroImpact_bifurcation.png")
 
 
-def describe(amplitude: float, frequency: float, frictions: np.ndarray, results: list[tuple[np.ndarray, float]]) -> None:
+def describe(
+    amplitude: float, frequency: float, frictions: np.ndarray, results: list[tuple[np.ndarray, float]]
+) -> None:
     """Prints the directions and periods that occur."""
     paths = np.array([path for _, path in results])
     periods = [period(rates) for rates, _ in results]
     kinds = [(f"period {p}" if p else "irregular", periods.count(p)) for p in sorted(set(periods))]
     counts = ", ".join(f"{kind}: {count}" for kind, count in kinds)
     turns = [f"{f:.2f}" for f, turn in zip(frictions[1:], np.diff(np.sign(paths)), strict=True) if turn]
-    print(f"chi = {amplitude}, omega = {frequency}: direction changes at f_r = {', '.join(turns) or 'none'}; "
-          f"fastest forward at {frictions[np.argmax(paths)]:.2f}; {counts}")
+    print(
+        f"chi = {amplitude}, omega = {frequency}: direction changes at f_r = {', '.join(turns) or 'none'}; "
+        f"fastest forward at {frictions[np.argmax(paths)]:.2f}; {counts}"
+    )
 
 
 # Basins
@@ -202,7 +208,9 @@ def study_basins(options: argparse.Namespace) -> None:
             kinds, members = classify(own)
             axis = axes[column]
             image = np.array(members).reshape(size, size)
-            axis.imshow(image, origin="lower", extent=(-0.4, 0.1, -0.5, 1.0), aspect="auto", cmap="Set3", vmin=0, vmax=11)
+            axis.imshow(
+                image, origin="lower", extent=(-0.4, 0.1, -0.5, 1.0), aspect="auto", cmap="Set3", vmin=0, vmax=11
+            )
             for number, (repeat, points) in enumerate(kinds):
                 name = f"period {repeat}" if repeat else "irregular"
                 share = members.count(number) / len(members)

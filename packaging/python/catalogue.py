@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
@@ -20,7 +21,6 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-
 from client import Client
 from experiment import LAW, signals
 from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
@@ -97,7 +97,7 @@ def motions(fmu: Path, law: str) -> tuple[np.ndarray, np.ndarray]:
 
 def presliding(fmu: Path, law: str, per_turn: int = 60, interval: float = 5e-3) -> np.ndarray:
     """A free mass under a slowly varying load below break-away."""
-    loads = np.concatenate([np.linspace(a, b, per_turn, endpoint=False) for a, b in zip(TURNS, TURNS[1:], strict=False)])
+    loads = np.concatenate([np.linspace(a, b, per_turn, endpoint=False) for a, b in pairwise(TURNS)])
     rows = []
     with Client(fmu) as client:
         client.start({LAW: law, "bench.drive": "Free", "driveVelocity": 0.0})

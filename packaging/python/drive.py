@@ -18,10 +18,9 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
-
-from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
 
 STEP = 1e-3
 """Communication step in s: the sample time of the controller."""

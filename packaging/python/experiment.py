@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import figures
+import numpy as np
 from client import Client, Value
 
 LAW = "friction.law"

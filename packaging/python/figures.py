@@ -124,7 +124,7 @@ class Units:
 
 
 def draw_run(run: Run, file: Path) -> None:
-    """Everything about one run: curves over time on the left, friction (if there is any) against velocity on the right."""
+    """Everything about one run: curves over time on the left, friction (if any) against velocity on the right."""
     with plt.rc_context(STYLE):
         if any(set(pair) <= run.columns.keys() for pair in FRICTION):
             figure = plt.figure(figsize=(12, 8), layout="constrained")
@@ -159,7 +159,7 @@ def draw_both_frictions(figure: FigureBase, run: Run) -> None:
 
 
 def draw_overview(runs: Sequence[Run], file: Path) -> None:
-    """Friction against velocity under every law with friction; each on its own axes, so that none squeezes the others."""
+    """Friction against velocity under every law with friction; each on its own axes, so that none squeezes others."""
     runs = [run for run in runs if np.any(run.columns[contact(run)[1]] != 0.0)]
     columns = 4
     rows = -(-len(runs) // columns)

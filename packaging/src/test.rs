@@ -53,6 +53,10 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Format");
     checks.cargo(&["fmt", "--all", "--check"])?;
 
+    heading("Python: format and lints");
+    checks.python(&venv, &["ruff", "format", "--check"])?;
+    checks.python(&venv, &["ruff", "check"])?;
+
     heading("Lints");
     // The benchmark's rivals take longer to compile than everything else together; `cargo bench` compiles them.
     let features = ["--features", "importer/fmi,benchmark/calls"];
@@ -83,11 +87,14 @@ fn run(workspace: &Workspace) -> Result<()> {
     Gallery {}.run(workspace)?;
     wheel::install(&venv, &wheel::build(workspace)?)?;
 
+    heading("Python: types of the package");
+    checks.python(&venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
+
     heading("Import with the crate fmi");
     checks.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
 
     heading("Import with FMPy");
-    checks.pytest(&venv)?;
+    checks.python(&venv, &["pytest", "tests/python"])?;
 
     playground::check(workspace)?;
     platform_test::run_if_possible(workspace)
@@ -112,9 +119,8 @@ impl Checks<'_> {
         process::run(self.prepared(&mut cargo))
     }
 
-    fn pytest(&self, venv: &Venv) -> Result<()> {
-        let tests = self.workspace.root.join("tests/python");
-        process::run(self.prepared(venv.command().args(["-m", "pytest"]).arg(tests)))
+    fn python(&self, venv: &Venv, module: &[&str]) -> Result<()> {
+        process::run(self.prepared(venv.command().arg("-m").args(module)))
     }
 
     /// Lets a command find the repository, the FMUs and libclang.

@@ -27,7 +27,7 @@ impl Requirements {
 /// A virtual environment.
 pub struct Venv {
     folder: PathBuf,
-    /// Where Matplotlib keeps its list of fonts.
+    /// Where Matplotlib, ruff and mypy keep what they found.
     cache: PathBuf,
 }
 
@@ -92,6 +92,7 @@ impl Venv {
         // Figures need no display, and nothing of the user's own packages may leak in.
         command.env("MPLBACKEND", "Agg").env("PYTHONNOUSERSITE", "1").env_remove("PYTHONPATH");
         command.env("MPLCONFIGDIR", self.cache.join("matplotlib")).env("PYTHONUNBUFFERED", "1");
+        command.env("RUFF_CACHE_DIR", self.cache.join("ruff")).env("MYPY_CACHE_DIR", self.cache.join("mypy"));
         command
     }
 

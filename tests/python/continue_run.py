@@ -6,8 +6,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "packaging" / "python"))
 
-from client import Client  # noqa: E402
-from shared import run  # noqa: E402
+from client import Client
+from shared import run
 
 
 def main(fmu: str, saved: str, first: str, stop: str, step: str, *outputs: str) -> None:

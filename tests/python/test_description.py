@@ -24,7 +24,9 @@ def test_archive_has_what_hosts_look_for(fmu: Path) -> None:
         names = archive.namelist()
     assert names == sorted(names)
     assert {"modelDescription.xml", "documentation/index.html", "model.png"} <= set(names)
-    licences = {f"documentation/licenses/{name}.txt" for name in ("license", "LICENSE-APACHE", "LICENSE-MIT", "third-party")}
+    licences = {
+        f"documentation/licenses/{name}.txt" for name in ("license", "LICENSE-APACHE", "LICENSE-MIT", "third-party")
+    }
     assert licences <= set(names)
     assert [name for name in names if name.startswith("binaries/")]
     assert all(Path(n).stem == "PneumaticServoCylinder" for n in names if n.startswith("binaries/"))
@@ -55,7 +57,9 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert len(states) == 20
     # FMPy reads no such attribute.
     with zipfile.ZipFile(fmu) as archive:
-        variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind("ModelVariables/ScalarVariable")
+        variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind(
+            "ModelVariables/ScalarVariable"
+        )
     assert {v.get("name") for v in variables if v.find("Real[@reinit='true']") is not None} == states
     controller = read_model_description(str(fmu.with_name("PositionController.fmu")))
     assert controller.modelExchange is None

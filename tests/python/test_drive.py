@@ -20,7 +20,7 @@ STEPS = 2500
 """Of 1 ms: over several rests of the dry carriage."""
 
 AGREEMENT = 1e-6
-"""In m. Hosts count time differently, in the last bits; sticking and slipping multiply that by some orders of magnitude."""
+"""In m. Hosts count time differently, in the last bits; sticking and slipping multiply that by orders of magnitude."""
 
 
 @pytest.fixture(scope="module")

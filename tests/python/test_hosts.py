@@ -67,7 +67,9 @@ def test_ecos_gives_the_same_results(fmu: Path, expected: list[float]) -> None:
 @pytest.mark.parametrize("model", ["PneumaticServoCylinder", "PositionController"])
 def test_toolbox_finds_no_error(fmu: Path, model: str) -> None:
     tool = Path(sys.executable).with_name("fmutool")
-    answer = subprocess.run([tool, "-input", fmu.with_name(f"{model}.fmu"), "-check"], capture_output=True, text=True, check=True)
+    answer = subprocess.run(
+        [tool, "-input", fmu.with_name(f"{model}.fmu"), "-check"], capture_output=True, text=True, check=True
+    )
     text = answer.stdout + answer.stderr
     assert "seems to be compliant with FMI-2.0" in text, text
     assert "No semantic error" in text, text

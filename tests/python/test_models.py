@@ -54,7 +54,7 @@ def test_every_law_runs_with_every_status_ok(fmus: Path, model: str) -> None:
 @pytest.mark.parametrize("model", SYSTEMS)
 def test_restored_state_continues_bit_for_bit(fmus: Path, model: str) -> None:
     with Client(fmus / f"{model}.fmu") as client:
-        inputs = {name: 0.2 for name in client.names("input")}
+        inputs = dict.fromkeys(client.names("input"), 0.2)
         client.start({**inputs, "friction.law": "ElastoPlastic"})
         names = client.names("output") + client.names("local")
         client.advance(0.2)

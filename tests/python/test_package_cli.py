@@ -89,7 +89,8 @@ def test_run_that_cannot_go_on_leaves_its_rows(folder: Path) -> None:
 def test_interrupt_leaves_the_rows_until_then(folder: Path) -> None:
     (folder / "my.csv").write_text("time,valveVoltage\n0,5\n1000,6\n", encoding="utf-8")
     process = subprocess.Popen(
-        [*COMMAND, "simulate", "my.csv", "--step", "1e-4", "--outputs", "position", "--every", "1000", "--out", "a.csv"],
+        [*COMMAND, "simulate", "my.csv", "--step", "1e-4", "--outputs", "position",
+         "--every", "1000", "--out", "a.csv"],
         cwd=folder, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     # Long enough for Python to start, and a fraction of what the run takes.

@@ -155,7 +155,8 @@ def transition_regularised(
         if speed <= vs:
             size = fs * ramp(speed / vs)
         else:
-            size = fs + (fc - fs) * ramp(min((speed - vs) / (vd - vs), 1.0))
+            beyond = min((speed - vs) / (vd - vs), 1.0)
+            size = fs + (fc - fs) * ramp(beyond)
         return level * math.copysign(size, v) + sigma2 * v
 
     return smooth(law)
@@ -427,9 +428,7 @@ class BristleLaw(ABC):
         """The friction force."""
 
     def law(self) -> Law:
-        return Law(
-            lambda c: BristleSliding(self, direction_of_motion(c, self.force(c, 1))), self.units
-        )
+        return Law(lambda c: BristleSliding(self, direction_of_motion(c, self.force(c, 1))), self.units)
 
 
 @dataclass(frozen=True)
@@ -569,9 +568,7 @@ class MaxwellSliding(Regime):
 
     def rates(self, c: Contact) -> Sequence[float]:
         return tuple(
-            self.friction.slip_rate(c, self.direction, i)
-            if slips
-            else self.friction.stiffness[i] * c.v
+            self.friction.slip_rate(c, self.direction, i) if slips else self.friction.stiffness[i] * c.v
             for i, slips in enumerate(self.slipping)
         )
 
@@ -580,7 +577,7 @@ class MaxwellSliding(Regime):
 
     def expired(self, c: Contact, which: int) -> Regime:
         element = self._stuck()[which]
-        slipping = self.slipping[:element] + (True,) + self.slipping[element + 1 :]
+        slipping = (*self.slipping[:element], True, *self.slipping[element + 1 :])
         return replace(self, slipping=slipping)
 
     def at_rest(self, c: Contact) -> Regime:
@@ -992,16 +989,12 @@ LAWS: dict[str, Entry] = {
             "sigma1": 0.0,
             "sigma2": 30.0,
         },
-        lambda p: Leuven(
-            _steady(p), p["n"], p["k1"], p["f1"], p["f2"], p["sigma1"], p["sigma2"]
-        ).law(),
+        lambda p: Leuven(_steady(p), p["n"], p["k1"], p["f1"], p["f2"], p["sigma1"], p["sigma2"]).law(),
     ),
     "GMS": Entry(
         "gms",
         {**STRIBECK_DEFAULTS, "C": 500.0, "sigma2": 30.0},
-        lambda p: GeneralisedMaxwellSlip(
-            _steady(p), (4e5, 3e5, 2e5, 1e5), (0.25,) * 4, p["C"], p["sigma2"]
-        ).law(),
+        lambda p: GeneralisedMaxwellSlip(_steady(p), (4e5, 3e5, 2e5, 1e5), (0.25,) * 4, p["C"], p["sigma2"]).law(),
     ),
     "MaxwellSlip": Entry(
         "maxwellSlip",
@@ -1022,23 +1015,17 @@ LAWS: dict[str, Entry] = {
             "sigma2": 30.0,
             "zbaRatio": 0.7,
         },
-        lambda p: ElastoPlastic(
-            _steady(p), p["sigma0"], p["sigma1"], p["sigma2"], p["zbaRatio"]
-        ).law(),
+        lambda p: ElastoPlastic(_steady(p), p["sigma0"], p["sigma1"], p["sigma2"], p["zbaRatio"]).law(),
     ),
     "StepRegularised": Entry(
         "stepRegularised",
         TRANSITION_DEFAULTS,
-        lambda p: transition_regularised(
-            cubic_ramp, p["Fs"], p["Fc"], p["vs"], p["vd"], p["sigma2"]
-        ),
+        lambda p: transition_regularised(cubic_ramp, p["Fs"], p["Fc"], p["vs"], p["vd"], p["sigma2"]),
     ),
     "SineRegularised": Entry(
         "sineRegularised",
         TRANSITION_DEFAULTS,
-        lambda p: transition_regularised(
-            sine_ramp, p["Fs"], p["Fc"], p["vs"], p["vd"], p["sigma2"]
-        ),
+        lambda p: transition_regularised(sine_ramp, p["Fs"], p["Fc"], p["vs"], p["vd"], p["sigma2"]),
     ),
     "StickSlipSpring": Entry(
         "stickSlipSpring",
@@ -1056,9 +1043,7 @@ LAWS: dict[str, Entry] = {
             "sigma1": 1000.0,
             "sigma2": 30.0,
         },
-        lambda p: StickSlipCreep(
-            p["Fs"], p["Fc"], p["Delta"], p["vs"], p["vd"], p["sigma1"], p["sigma2"]
-        ).law(),
+        lambda p: StickSlipCreep(p["Fs"], p["Fc"], p["Delta"], p["vs"], p["vd"], p["sigma1"], p["sigma2"]).law(),
     ),
 }
 

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
 from simulation import Row, simulate
 
 FOLDER = Path(__file__).resolve().parent
@@ -76,9 +75,7 @@ def check(case: Case) -> tuple[str, Differences, float]:
 def compare(table: Table, other: Table) -> Differences:
     """The largest difference of each kind of quantity between two trajectories."""
     columns = dict(zip(Row._fields, np.abs(table - other).max(axis=0).tolist(), strict=True))
-    return {
-        quantity: max(columns[name] for name in names) for quantity, names in QUANTITIES.items()
-    }
+    return {quantity: max(columns[name] for name in names) for quantity, names in QUANTITIES.items()}
 
 
 def _options() -> argparse.Namespace:
@@ -107,8 +104,7 @@ def _write(path: Path, rows: list[Row]) -> None:
 def _record(accuracy: Mapping[str, Differences], cases: Iterable[Case]) -> None:
     """Updates accuracy.csv, keeping the lines of cases that were not run."""
     lines = _recorded() | {
-        name: [name, *(f"{value:.1e}" for value in differences.values())]
-        for name, differences in accuracy.items()
+        name: [name, *(f"{value:.1e}" for value in differences.values())] for name, differences in accuracy.items()
     }
     with ACCURACY_FILE.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -237,9 +237,7 @@ class Chamber(ABC):
         """Pressure and temperature from the conserved quantities."""
 
     @abstractmethod
-    def rates(
-        self, gas: Gas, streams: list[Stream], length: float, speed: float
-    ) -> tuple[float, float]:
+    def rates(self, gas: Gas, streams: list[Stream], length: float, speed: float) -> tuple[float, float]:
         """The derivatives of mass and energy while the chamber lengthens at ``speed``."""
 
 
@@ -252,9 +250,7 @@ class EnergyBalanceChamber(Chamber):
     def gas(self, mass: float, energy: float, length: float) -> Gas:
         return Gas((GAMMA - 1.0) * energy / self.volume(length), energy / (mass * CV))
 
-    def rates(
-        self, gas: Gas, streams: list[Stream], length: float, speed: float
-    ) -> tuple[float, float]:
+    def rates(self, gas: Gas, streams: list[Stream], length: float, speed: float) -> tuple[float, float]:
         enthalpy = CP * sum(stream.mass_flow * stream.temperature for stream in streams)
         wall = 2.0 * self.area + math.pi * self.bore * max(length, 0.0) + self._tank_wall()
         heat = self.heat_transfer * wall * (self.ambient_temperature - gas.temperature)
@@ -284,9 +280,7 @@ class PolytropicChamber(Chamber):
             self.ambient_temperature * compression ** (self.exponent - 1.0),
         )
 
-    def rates(
-        self, gas: Gas, streams: list[Stream], length: float, speed: float
-    ) -> tuple[float, float]:
+    def rates(self, gas: Gas, streams: list[Stream], length: float, speed: float) -> tuple[float, float]:
         return sum(stream.mass_flow for stream in streams), 0.0
 
 
@@ -307,9 +301,7 @@ class PolytropicServoChamber(Chamber):
     def gas(self, mass: float, energy: float, length: float) -> Gas:
         return Gas(energy / self.volume(length) ** self.exponent, self.ambient_temperature)
 
-    def rates(
-        self, gas: Gas, streams: list[Stream], length: float, speed: float
-    ) -> tuple[float, float]:
+    def rates(self, gas: Gas, streams: list[Stream], length: float, speed: float) -> tuple[float, float]:
         carried = GAS_CONSTANT * sum(stream.mass_flow * stream.temperature for stream in streams)
         growth = self.exponent * self.volume(length) ** (self.exponent - 1.0) * carried
         return sum(stream.mass_flow for stream in streams), growth
@@ -333,9 +325,7 @@ class Actuator(ABC):
         """The derivatives of the states."""
 
     @abstractmethod
-    def streams(
-        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
-    ) -> tuple[list[Stream], list[Stream]]:
+    def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
         """The flows into chambers A and B."""
 
     @abstractmethod
@@ -357,9 +347,7 @@ class ProportionalValve(Actuator):
         self._damping = _number(parameters, "valve.damping")
         self._half_play = _number(parameters, "valve.hysteresis")
         self._polarity = _number(parameters, "valve.polarity")
-        self._exhaust = Gas(
-            _number(parameters, "ambientPressure"), _number(parameters, "ambientTemperature")
-        )
+        self._exhaust = Gas(_number(parameters, "ambientPressure"), _number(parameters, "ambientTemperature"))
         self._supply_temperature = _number(parameters, "supplyTemperature")
         self._played: float = 0.0
 
@@ -379,9 +367,7 @@ class ProportionalValve(Actuator):
         wn = self._frequency
         return speed, wn * (wn * (command - spool) - 2.0 * self._damping * speed)
 
-    def streams(
-        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
-    ) -> tuple[list[Stream], list[Stream]]:
+    def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
         supply = Gas(supply_pressure, self._supply_temperature)
         forward = self._conductance * self._opening(state[0])
         backward = self._conductance * self._opening(-state[0])
@@ -424,9 +410,7 @@ class PressureRegulator(Actuator):
     def rates(self, state: list[float], command: float) -> tuple[float, float]:
         return (command - state[0]) / self._tau, 0.0
 
-    def streams(
-        self, state: list[float], a: Gas, b: Gas, supply_pressure: float
-    ) -> tuple[list[Stream], list[Stream]]:
+    def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
         reservoir = Gas(state[0], self._temperature)
         return [orifice(self._conductance, self._critical_ratio, reservoir, a)], []
 
@@ -437,22 +421,13 @@ class PressureRegulator(Actuator):
 def orifice(conductance: float, critical_ratio: float, outside: Gas, inside: Gas) -> Stream:
     """The flow from ``outside`` into ``inside`` through an ISO 6358 orifice."""
     if outside.pressure >= inside.pressure:
-        return Stream(
-            _orifice_flow(conductance, critical_ratio, outside, inside), outside.temperature
-        )
+        return Stream(_orifice_flow(conductance, critical_ratio, outside, inside), outside.temperature)
     return Stream(-_orifice_flow(conductance, critical_ratio, inside, outside), inside.temperature)
 
 
-def _orifice_flow(
-    conductance: float, critical_ratio: float, upstream: Gas, downstream: Gas
-) -> float:
+def _orifice_flow(conductance: float, critical_ratio: float, upstream: Gas, downstream: Gas) -> float:
     ratio = downstream.pressure / upstream.pressure
-    choked = (
-        conductance
-        * upstream.pressure
-        * NORMAL_DENSITY
-        * math.sqrt(NORMAL_TEMPERATURE / upstream.temperature)
-    )
+    choked = conductance * upstream.pressure * NORMAL_DENSITY * math.sqrt(NORMAL_TEMPERATURE / upstream.temperature)
     if ratio <= critical_ratio:
         return choked
     if ratio < LAMINAR_RATIO:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from plant import DEFAULTS, Gas, Inputs, Plant, Value
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
 from friction import LAWS, Contact, Law, Regime
-from plant import DEFAULTS, Gas, Inputs, Plant, Value
 
 DEFAULT_LAW = "Stribeck"
 INPUT_DEFAULTS: dict[str, Any] = {
@@ -52,9 +52,7 @@ def configure(parameters: Mapping[str, Value]) -> tuple[dict[str, Value], Law]:
     own = dict(parameters)
     entry = LAWS[str(own.pop("friction.law", DEFAULT_LAW))]
     prefix = f"friction.{entry.group}."
-    settings = {
-        name.removeprefix(prefix): own.pop(name) for name in parameters if name.startswith(prefix)
-    }
+    settings = {name.removeprefix(prefix): own.pop(name) for name in parameters if name.startswith(prefix)}
     unknown = (settings.keys() - entry.defaults.keys()) | (own.keys() - DEFAULTS.keys())
     if unknown:
         raise ValueError(f"unknown parameters {sorted(unknown)}")
@@ -201,9 +199,7 @@ class Run:
         return events
 
     def _margin_event(self, regime: Regime, which: int) -> Callable[[float, Any], float]:
-        return _terminal(
-            lambda t, y: regime.margins(self._instant(y.tolist(), regime.held).contact)[which]
-        )
+        return _terminal(lambda t, y: regime.margins(self._instant(y.tolist(), regime.held).contact)[which])
 
     def _rates(self, state: list[float]) -> list[float]:
         if not all(content > 0.0 for content in state[2:6]):

@@ -93,8 +93,14 @@ class System(ABC):
         for _ in range(MAX_EVENTS):
             events = [_falling(margin) for margin in self.margins()]
             solution = solve_ivp(
-                self.rates, (time, end), self.state, method="DOP853", events=events, rtol=tolerance,
-                atol=tolerance * 1e-3, max_step=5e-3,
+                self.rates,
+                (time, end),
+                self.state,
+                method="DOP853",
+                events=events,
+                rtol=tolerance,
+                atol=tolerance * 1e-3,
+                max_step=5e-3,
             )
             self.state = solution.y[:, -1]
             time = solution.t[-1]
@@ -155,8 +161,11 @@ class Slider(System):
         x, v = self._tray(t)
         position, velocity = (x + self._place, v) if self.mode == 0 else self.state
         return {
-            "position": position, "velocity": velocity, "relativePosition": position - x,
-            "relativeVelocity": velocity - v, "sticking": float(self.mode == 0),
+            "position": position,
+            "velocity": velocity,
+            "relativePosition": position - x,
+            "relativeVelocity": velocity - v,
+            "sticking": float(self.mode == 0),
         }
 
 
@@ -206,8 +215,12 @@ class VibroImpact(System):
         d, rate, x, v = self.state
         sticks = self.mode == 0
         return {
-            "position": x, "velocity": 0.0 if sticks else v, "displacement": d, "displacementRate": rate,
-            "sticking": float(sticks), "impacts": float(self._impacts),
+            "position": x,
+            "velocity": 0.0 if sticks else v,
+            "displacement": d,
+            "displacementRate": rate,
+            "sticking": float(sticks),
+            "impacts": float(self._impacts),
         }
 
 
@@ -307,7 +320,8 @@ class Festoon(System):
         row = {"crane.position": self.state[0]}
         for i, velocity in enumerate(self._velocities(self.state)):
             row |= {
-                f"trolley[{i + 1}].position": self.state[4 * i + 1], f"trolley[{i + 1}].velocity": velocity,
+                f"trolley[{i + 1}].position": self.state[4 * i + 1],
+                f"trolley[{i + 1}].velocity": velocity,
                 f"trolley[{i + 1}].load.angle": self.state[4 * i + 3],
                 f"trolley[{i + 1}].sticking": float(self.mode[i] == 0),
             }
