@@ -1,11 +1,12 @@
-//! What holds for every model: derivatives of its states, and results that do not depend on how it is stepped.
+//! What holds for every model: derivatives of its states, results that do not depend on how it is stepped, and choices by
+//! number.
 
 mod rig;
 
 use pneumatic_servo::co_simulation::Simulation;
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Role, Variable};
+use pneumatic_servo::variables::{Chosen, Role, Variable};
 
 /// A run under a law with inputs away from their start values.
 fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
@@ -77,4 +78,45 @@ fn end_does_not_depend_on_the_communication_step() {
             }
         }
     }
+}
+
+/// The bits of all computed values after a short run.
+fn outcome(setup: &Setup) -> Vec<u64> {
+    let mut plant = setup.start(0.0).unwrap_or_else(|error| panic!("{}: {error}", setup.model().name));
+    plant.advance_to(1e-3 * setup.model().experiment.stop_time).unwrap();
+    plant.computed().iter().map(|value| value.to_bits()).collect()
+}
+
+#[test]
+fn numbers_choose_as_the_items_they_stand_for() {
+    for model in models::ALL {
+        let table = (model.variables)();
+        let numbers = table.parameters().filter_map(|variable| Some((&variable.name, variable.chooses?)));
+        for (number, Chosen { reference, of }) in numbers {
+            let name = &table.by_reference(reference).expect("the enumeration").variable.name;
+            for (id, item, _) in of.items {
+                let by_name = Setup::of(model).set(name, *item).unwrap();
+                // Whatever the enumeration says, the number counts.
+                let by_number = Setup::of(model).set(name, of.items[0].0).unwrap().set(number, *id).unwrap();
+                assert_eq!(by_number.get(name), Ok(f64::from(*id)), "{}: {number}", model.name);
+                assert_eq!(outcome(&by_number), outcome(&by_name), "{}: {number} = {id}", model.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn laws_chosen_by_number_differ() {
+    let of = |law: i32| outcome(&Setup::of(&models::ALL[0]).set("friction.lawNumber", law).unwrap());
+    let laws = [of(0), of(10), of(14)];
+    assert_eq!(laws[0], of(7), "7, the law by default");
+    assert!(laws[0] != laws[1] && laws[1] != laws[2] && laws[2] != laws[0]);
+}
+
+#[test]
+fn running_plant_says_by_the_enumeration_which_law_a_number_has_chosen() {
+    let mut plant = Setup::of(&models::ALL[0]).set("friction.lawNumber", 14).unwrap().start(0.0).unwrap();
+    assert_eq!((plant.get("friction.law"), plant.get("friction.lawNumber")), (Ok(14.0), Ok(14.0)));
+    plant.set("wireForce", 1.0).unwrap();
+    assert_eq!(plant.get("friction.law"), Ok(14.0), "after a tunable parameter");
 }

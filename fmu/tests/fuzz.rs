@@ -16,7 +16,7 @@ use common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, is_real};
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot};
 use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
 
 const INSTANCES: usize = 3;
 const DEFAULT_CALLS: u64 = 20_000;
@@ -126,6 +126,9 @@ impl Random {
             && !self.one_in(8)
         {
             return of.items[self.below(of.items.len())].0.into();
+        }
+        if let Some(Chosen { of, .. }) = variable.chooses {
+            return self.below(of.items.len() + 2) as f64;
         }
         match self.below(12) {
             0 => self.number(),
@@ -247,7 +250,9 @@ impl Pair {
         let value = match variable.role {
             Role::Time => self.time(),
             Role::Input => self.expected.inputs[place(variable, is_input)],
-            Role::Fixed | Role::Tunable => self.expected.parameters[place(variable, Variable::is_parameter)],
+            Role::Fixed | Role::Tunable => {
+                (MODEL.get().variables)().in_use(place(variable, Variable::is_parameter), &self.expected.parameters)
+            }
             Role::Output | Role::Local => self.computed()?[place(variable, Variable::is_computed)],
         };
         value.is_finite().then_some(value)
@@ -259,8 +264,9 @@ impl Pair {
             Role::Fixed => "IM",
             _ => "",
         };
-        let item = match variable.kind {
-            Kind::Enumeration(of) => of.items.iter().any(|(id, ..)| f64::from(*id) == value),
+        let item = match (variable.kind, variable.chooses) {
+            (Kind::Enumeration(of), _) => of.has(value),
+            (_, Some(Chosen { of, .. })) => value == 0.0 || of.has(value),
             _ => true,
         };
         states.contains(self.expected.state)

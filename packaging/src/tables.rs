@@ -134,7 +134,8 @@ fn kind(variable: &Variable) -> String {
 }
 
 fn parameters(variables: &[Variable]) -> String {
-    let own = variables.iter().filter(|variable| variable.is_parameter() && variable.reference < 10_000);
+    let is_general = |variable: &Variable| variable.reference < 10_000 || variable.chooses.is_some();
+    let own = variables.iter().filter(|variable| variable.is_parameter() && is_general(variable));
     let rows = own.map(|variable| {
         let tunable = if variable.role == Role::Tunable { " (tunable)" } else { "" };
         format!("| `{}` | {} | {}{tunable} |\n", variable.name, shown(variable), variable.description)

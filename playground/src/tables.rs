@@ -32,8 +32,13 @@ fn model(model: &Model) -> Value {
         "name": model.name,
         "description": model.description,
         "stopTime": model.experiment.stop_time,
-        "variables": (model.variables)().iter().map(variable).collect::<Vec<_>>(),
+        "variables": shown(model).map(variable).collect::<Vec<_>>(),
     })
+}
+
+/// All variables but the numbers that stand for enumerations, which come last: the page has the names.
+fn shown(model: &Model) -> impl Iterator<Item = &'static Variable> {
+    (model.variables)().into_iter().filter(|variable| variable.chooses.is_none())
 }
 
 fn variable(variable: &Variable) -> Value {
@@ -88,7 +93,8 @@ mod tests {
         for (index, model) in models::ALL.iter().enumerate() {
             let listed = &tables["models"][index];
             assert_eq!(listed["name"], model.name);
-            for (place, variable) in (model.variables)().iter().enumerate() {
+            for (place, variable) in shown(model).enumerate() {
+                assert_eq!((model.variables)()[place], *variable);
                 assert_eq!(listed["variables"][place]["name"], variable.name);
                 assert_eq!(listed["variables"][place]["start"].as_f64(), variable.start);
             }

@@ -251,8 +251,9 @@ class Model:
         """
         laws = check_laws(laws)
         given = parameters or {}
-        if "friction.law" in given:
-            raise ValueError("friction.law is given twice, among the laws and among the parameters")
+        for name in ("friction.law", "friction.lawNumber"):
+            if name in given:
+                raise ValueError(f"{name} is given among the parameters, but the law is chosen by the laws")
         runs = self.simulate_many(
             [{"friction.law": law} for law in laws],
             common=given,

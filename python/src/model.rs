@@ -65,9 +65,10 @@ impl Model {
         (self.model.experiment.stop_time, self.model.experiment.step_size)
     }
 
-    /// All variables, in the order of the table.
+    /// All variables, in the order of the table; but not the numbers that stand for enumerations, which have names here.
     fn variables(&self) -> Vec<Description> {
-        (self.model.variables)().into_iter().map(|variable| self.describe(variable)).collect()
+        let shown = (self.model.variables)().into_iter().filter(|variable| variable.chooses.is_none());
+        shown.map(|variable| self.describe(variable)).collect()
     }
 
     /// Starts a run at a time in s.

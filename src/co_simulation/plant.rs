@@ -117,7 +117,7 @@ impl Plant {
         match place {
             Place::Time => self.time(),
             Place::Input(place) => self.inputs[place],
-            Place::Parameter(place) => self.parameters[place],
+            Place::Parameter(place) => self.table().in_use(place, &self.parameters),
             Place::Computed(place) => self.computed()[place],
         }
     }

@@ -83,7 +83,7 @@ impl Setup {
     pub fn get(&self, name: &str) -> Result<f64, SettingError> {
         match find(self.table(), name)?.place {
             Place::Input(place) => Ok(self.inputs[place]),
-            Place::Parameter(place) => Ok(self.parameters[place]),
+            Place::Parameter(place) => Ok(self.table().in_use(place, &self.parameters)),
             Place::Time | Place::Computed(_) => {
                 Err(SettingError::NotSettable { name: name.to_owned(), reason: "it is computed, after the start" })
             }

@@ -143,7 +143,7 @@ parameters! {
 
 impl Parameters {
     fn checked(values: &[f64]) -> Result<Self, ParameterError> {
-        let parameters = Self::read(values)?;
+        let parameters = Self::read(&TABLE.chosen(values))?;
         if parameters.polarity == 0 {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }

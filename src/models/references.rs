@@ -1,4 +1,5 @@
-//! Value references that the models have in common; those below 400 and from 1001 are each model's own.
+//! Value references that the models have in common; those below 400 and from 1001 are each model's own. From
+//! 20 000 on are the numbers that stand for enumerations.
 
 /// The independent variable, time.
 pub const TIME: u32 = 0;

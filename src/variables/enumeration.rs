@@ -16,6 +16,11 @@ impl Enumeration {
     pub fn id(&self, name: &str) -> Option<i32> {
         self.items.iter().find(|(_, item, _)| *item == name).map(|(id, ..)| *id)
     }
+
+    /// Whether a number is the id of an item.
+    pub fn has(&self, id: f64) -> bool {
+        self.items.iter().any(|(known, ..)| f64::from(*known) == id)
+    }
 }
 
 /// An item of an [`Enumeration`], as a Rust type that [`enumeration!`](crate::enumeration) declares.

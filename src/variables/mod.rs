@@ -44,6 +44,19 @@ pub enum Role {
     Local,
 }
 
+/// An enumeration parameter for which an Integer parameter can choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// Its value reference.
+    pub reference: u32,
+    /// What there is to choose from.
+    pub of: &'static Enumeration,
+}
+
+/// What is added to the value reference of an enumeration parameter for that of the Integer that can choose for it; no
+/// other variables have such references.
+const NUMBERS: u32 = 20_000;
+
 /// One variable of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
@@ -73,6 +86,8 @@ pub struct Variable {
     pub depends_on: Vec<u32>,
     /// Value references of the inputs that the start value of a state follows from.
     pub starts_from: Vec<u32>,
+    /// The enumeration parameter that this Integer parameter chooses for by number, if it is not 0.
+    pub chooses: Option<Chosen>,
 }
 
 impl Variable {
@@ -91,6 +106,7 @@ impl Variable {
             derivative_of: None,
             depends_on: Vec::new(),
             starts_from: Vec::new(),
+            chooses: None,
         }
     }
 
@@ -123,6 +139,20 @@ impl Variable {
     pub fn choice<C: Choice>(reference: u32, name: &str, start: C) -> Self {
         let kind = Kind::Enumeration(C::ENUMERATION);
         Self { start: Some(start.id().into()), ..Self::new(reference, name, kind, Role::Fixed) }
+    }
+
+    /// The Integer parameter that can choose for an enumeration parameter, for hosts that set no enumerations.
+    fn number(&self) -> Option<Self> {
+        let Kind::Enumeration(of) = self.kind else { return None };
+        let (name, reference) = (&self.name, self.reference);
+        let largest = of.items.iter().map(|(id, ..)| *id).max()?;
+        let text = format!(
+            "Number of an item of {}, for tools that set no enumerations; 0: as {name} chooses. What it chooses is read from {name}",
+            of.name
+        );
+        let number = Self::new(NUMBERS + reference, &format!("{name}Number"), Kind::Integer, self.role);
+        let number = Self { start: Some(0.0), chooses: Some(Chosen { reference, of }), ..number };
+        Some(number.range(0.0, largest.into()).text(&text))
     }
 
     /// A real output.
@@ -232,10 +262,14 @@ impl Variable {
         if let Some(max) = self.max.filter(|max| value > *max) {
             return refuse(format!("it must be at most {max}"));
         }
+        if let Some(Chosen { of, .. }) = self.chooses
+            && value != 0.0
+            && !of.has(value)
+        {
+            return refuse(format!("it must be 0 or the number of an item of {}", of.name));
+        }
         match self.kind {
-            Kind::Enumeration(of) if !of.items.iter().any(|(id, ..)| f64::from(*id) == value) => {
-                refuse(format!("it must be one of the items of {}", of.name))
-            }
+            Kind::Enumeration(of) if !of.has(value) => refuse(format!("it must be one of the items of {}", of.name)),
             Kind::Integer if value.trunc() != value => refuse("it must be a whole number".to_owned()),
             Kind::Boolean if value != 0.0 && value != 1.0 => refuse("it must be 0 (false) or 1 (true)".to_owned()),
             _ => Ok(()),

@@ -1,5 +1,6 @@
 //! The variables of a model, found by name, by value reference and by place.
 
+use std::borrow::Cow;
 use std::ops::Deref;
 
 use super::{Role, Variable};
@@ -34,6 +35,8 @@ pub struct Table {
     variables: &'static [Variable],
     places: Vec<Place>,
     states: Vec<Option<usize>>,
+    /// Places of the enumeration parameters, in the order of the Integers that can choose for them: the last parameters.
+    numbered: Vec<usize>,
     /// Indices in the order of the names.
     by_name: Vec<usize>,
     /// Indices by value reference, or [`NONE`].
@@ -43,11 +46,15 @@ pub struct Table {
 const NONE: u32 = u32::MAX;
 
 impl Table {
-    /// The table of a model.
+    /// The table of a model; behind the variables given come the Integers that can choose for its enumerations.
     ///
     /// # Panics
     /// If two variables have the same name or value reference, or one refers to a variable that is not there.
-    pub fn new(variables: Vec<Variable>) -> Self {
+    pub fn new(mut variables: Vec<Variable>) -> Self {
+        let parameters = variables.iter().filter(|variable| variable.is_parameter());
+        let (numbered, numbers): (Vec<_>, Vec<_>) =
+            parameters.enumerate().filter_map(|(place, variable)| Some((place, variable.number()?))).unzip();
+        variables.extend(numbers);
         let variables: &'static [Variable] = variables.leak();
         let mut counts = [0; 3];
         let mut next = |kind: usize| {
@@ -80,7 +87,7 @@ impl Table {
             let known = by_reference.get(*reference as usize).is_some_and(|index| *index != NONE);
             assert!(known, "no variable has the value reference {reference}, on which another depends");
         }
-        Self { variables, places, states, by_name, by_reference }
+        Self { variables, places, states, numbered, by_name, by_reference }
     }
 
     /// The entry of a variable, by its index.
@@ -113,6 +120,26 @@ impl Table {
     /// The parameters, in order.
     pub fn parameters(&self) -> impl Iterator<Item = &'static Variable> {
         self.variables.iter().filter(|variable| variable.is_parameter())
+    }
+
+    /// The parameters of the model itself for the values of all: each enumeration as its number chooses, if that is not 0.
+    pub fn chosen<'a>(&self, parameters: &'a [f64]) -> Cow<'a, [f64]> {
+        let (own, numbers) = parameters.split_at(parameters.len() - self.numbered.len());
+        let mut own = Cow::Borrowed(own);
+        for (place, number) in self.numbered.iter().zip(numbers) {
+            if *number != 0.0 {
+                own.to_mut()[*place] = *number;
+            }
+        }
+        own
+    }
+
+    /// The value in use of the parameter in a place, for the values of all.
+    pub fn in_use(&self, place: usize, parameters: &[f64]) -> f64 {
+        let numbers = &parameters[parameters.len() - self.numbered.len()..];
+        let number =
+            self.numbered.iter().zip(numbers).find(|(numbered, number)| **numbered == place && **number != 0.0);
+        number.map_or(parameters[place], |(_, number)| *number)
     }
 
     /// The computed variables, in order.
@@ -188,7 +215,7 @@ fn distance(one: &str, other: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::units;
+    use crate::variables::{Kind, units};
 
     fn table() -> Table {
         Table::new(vec![
@@ -231,6 +258,53 @@ mod tests {
         ]);
         let initially = |name: &str| table.initial_dependencies(table.find(name).expect("found").variable);
         assert_eq!((initially("speed"), initially("der(speed)")), (vec![3], vec![0, 3]));
+    }
+
+    crate::enumeration! {
+        /// A direction.
+        Way "Way": "Where to go" {
+            1 Left: "To the left";
+            3 Right: "To the right";
+        }
+    }
+
+    /// An enumeration between two other parameters.
+    fn ways() -> Table {
+        Table::new(vec![
+            Variable::parameter(20, "first", units::ONE, 1.0),
+            Variable::choice(21, "walk.way", Way::Left),
+            Variable::parameter(22, "last", units::ONE, 2.0),
+        ])
+    }
+
+    #[test]
+    fn every_enumeration_has_a_number_behind_all_other_parameters() {
+        let table = ways();
+        let Entry { variable, place, .. } = table.find("walk.wayNumber").expect("found");
+        assert_eq!((variable.reference, place, variable.role), (20_021, Place::Parameter(3), Role::Fixed));
+        assert_eq!((variable.kind, variable.start), (Kind::Integer, Some(0.0)));
+        assert_eq!((variable.min, variable.max), (Some(0.0), Some(3.0)));
+    }
+
+    #[test]
+    fn number_chooses_unless_it_is_0_and_the_enumeration_says_what_is_chosen() {
+        let table = ways();
+        for (number, way) in [(0.0, 1.0), (1.0, 1.0), (3.0, 3.0)] {
+            let all = [5.0, 1.0, 6.0, number];
+            assert_eq!(*table.chosen(&all), [5.0, way, 6.0]);
+            assert_eq!([0, 1, 2, 3].map(|place| table.in_use(place, &all)), [5.0, way, 6.0, number]);
+        }
+    }
+
+    #[test]
+    fn number_of_no_item_is_refused_by_name_and_value() {
+        let table = ways();
+        let number = table.find("walk.wayNumber").expect("found").variable;
+        let refused = |value: f64| number.check(value).expect_err("no item").to_string();
+        assert_eq!(refused(2.0), "walk.wayNumber = 2 is refused: it must be 0 or the number of an item of Way");
+        assert_eq!(refused(1.5), "walk.wayNumber = 1.5 is refused: it must be 0 or the number of an item of Way");
+        assert_eq!(refused(4.0), "walk.wayNumber = 4 is refused: it must be at most 3");
+        assert_eq!([0.0, 1.0, 3.0].map(|value| number.check(value)), [Ok(()), Ok(()), Ok(())]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -20,48 +21,67 @@ ROUNDING = 1e-9
 """Relative."""
 
 
+LAWS = {"by default": 0, "Dahl": 10, "LuGre": 14}
+"""Numbers of laws; 0 leaves the choice to the enumeration, which is at Stribeck."""
+
+
 @pytest.fixture(scope="module")
-def expected(fmu: Path) -> list[float]:
-    """What FMPy finds: 5 V while initializing, then 7 V for half a second."""
+def expected(fmu: Path) -> dict[str, list[float]]:
+    """What FMPy finds under each law, chosen by its name: 5 V while initializing, then 7 V for half a second."""
+    return {law: found_by_fmpy(fmu, "Stribeck" if number == 0 else law) for law, number in LAWS.items()}
+
+
+def found_by_fmpy(fmu: Path, law: str) -> list[float]:
     with Client(fmu) as client:
-        client.start()
+        client.start({"friction.law": law})
         client.set({"valveVoltage": VOLTAGE})
         for step in range(STEPS):
             client.advance((step + 1) * 1e-3)
         return client.get(OUTPUTS)
 
 
-def test_libcosim_gives_the_same_results(fmu: Path, expected: list[float]) -> None:
+def test_laws_are_told_apart(expected: dict[str, list[float]]) -> None:
+    """By more than a million times what the hosts may differ: positions by 0.1 mm and more."""
+    positions = sorted(found[0] for found in expected.values())
+    assert min(b - a for a, b in pairwise(positions)) > 1e-4, positions
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_libcosim_gives_the_same_results(fmu: Path, expected: dict[str, list[float]], law: str) -> None:
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
     from libcosimpy.CosimObserver import CosimObserver
     from libcosimpy.CosimSlave import CosimLocalSlave
 
     with Client(fmu) as client:
-        references = [client.variables[name].valueReference for name in ["valveVoltage", *OUTPUTS]]
+        names = ["friction.lawNumber", "valveVoltage", *OUTPUTS]
+        number, voltage, *outputs = [client.variables[name].valueReference for name in names]
     execution = CosimExecution.from_step_size(step_size=1_000_000)  # ns
     plant = execution.add_local_slave(CosimLocalSlave(fmu_path=str(fmu), instance_name="plant"))
+    assert execution.integer_initial_value(plant, number, LAWS[law])
     manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
     execution.add_manipulator(manipulator)
     execution.add_observer(observer)
-    manipulator.slave_real_values(plant, references[:1], [VOLTAGE])
+    manipulator.slave_real_values(plant, [voltage], [VOLTAGE])
     for _ in range(STEPS):
         assert execution.step()
-    assert observer.last_real_values(plant, references[1:]) == pytest.approx(expected, rel=ROUNDING)
+    assert observer.last_real_values(plant, outputs) == pytest.approx(expected[law], rel=ROUNDING)
 
 
-def test_ecos_gives_the_same_results(fmu: Path, expected: list[float]) -> None:
+@pytest.mark.parametrize("law", LAWS)
+def test_ecos_gives_the_same_results(fmu: Path, expected: dict[str, list[float]], law: str) -> None:
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     with EcosSimulationStructure() as structure:
         structure.add_model("plant", fmu)
+        structure.add_parameter_set("law", {"plant::friction.lawNumber": LAWS[law]})
         with EcosSimulation(structure=structure, step_size=1e-3) as simulation:
-            simulation.init()
+            simulation.init(parameter_set="law")
             simulation.set_real("plant::valveVoltage", VOLTAGE)
             for _ in range(STEPS):
                 simulation.step()
             found = [simulation.get_real(f"plant::{name}") for name in OUTPUTS]
-    assert found == pytest.approx(expected, rel=ROUNDING)
+    assert found == pytest.approx(expected[law], rel=ROUNDING)
 
 
 @pytest.mark.parametrize("model", ["PneumaticServoCylinder", "PositionController"])

@@ -114,7 +114,8 @@ impl Lag {
 }
 
 fn checked(parameters: &[f64]) -> Result<[f64; 4], ParameterError> {
-    let parameters: [f64; 4] = parameters.try_into().expect("four parameters");
+    let chosen = (MODEL.variables)().chosen(parameters);
+    let parameters: [f64; 4] = (*chosen).try_into().expect("four parameters");
     if parameters[1] > parameters[2] {
         return Err(ParameterError::new("low", parameters[1], "it must not exceed high"));
     }

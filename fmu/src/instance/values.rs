@@ -80,7 +80,7 @@ impl Instance {
         Ok(match place {
             Place::Time => self.time(),
             Place::Input(place) => self.record.inputs[place],
-            Place::Parameter(place) => self.record.parameters[place],
+            Place::Parameter(place) => self.layout.table.in_use(place, &self.record.parameters),
             Place::Computed(place) => self.run.computed(self.layout, &self.record)?[place],
         })
     }

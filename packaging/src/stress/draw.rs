@@ -43,8 +43,8 @@ impl Random {
 pub fn setup(model: &'static Model, law: i32, spread: Spread, random: &mut Random) -> Result<Setup> {
     let mut setup = Setup::of(model).set("friction.law", law)?;
     for variable in (model.variables)().parameters() {
-        // Schemes, tolerances and limits are what is tested, not what varies.
-        if variable.name == "friction.law" || variable.name.starts_with("solver.") {
+        // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
+        if variable.name == "friction.law" || variable.name.starts_with("solver.") || variable.chooses.is_some() {
             continue;
         }
         if let Some(value) = value(variable, spread, random) {

@@ -155,7 +155,8 @@ const fn states(room: usize) -> usize {
 }
 
 fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
-    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let parameters = TABLE.chosen(start.parameters);
+    let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;

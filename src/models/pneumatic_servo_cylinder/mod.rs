@@ -117,7 +117,8 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
 /// # Errors
 /// [`ParameterError`] when values that are legal one by one do not fit together.
 pub fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
-    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let parameters = TABLE.chosen(start.parameters);
+    let (own, rest) = parameters.split_at(Parameters::LEN);
     let (actuator, rest) = rest.split_at(Actuator::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let parameters = Parameters::read(own)?;

@@ -97,7 +97,8 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
 }
 
 fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
-    let (own, rest) = start.parameters.split_at(Parameters::LEN);
+    let parameters = TABLE.chosen(start.parameters);
+    let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;
