@@ -11,6 +11,7 @@ use crate::build::tools::{self, Tool};
 use crate::build::wasm;
 use crate::licences;
 use crate::process::{self, heading};
+use crate::venv::Venv;
 use crate::workspace::Workspace;
 
 /// Build the page in which the plant runs: target/playground/index.html.
@@ -37,12 +38,12 @@ pub fn page(workspace: &Workspace) -> Result<PathBuf> {
     build(workspace)
 }
 
-/// Builds the page and uses it in Chromium as a visitor does; where a tool is missing, that is an error under CI and
-/// otherwise said.
+/// Builds the page and uses it in Chromium as a visitor does, its Python programs in an environment that has the package;
+/// where a tool is missing, that is an error under CI and otherwise said.
 ///
 /// # Errors
 /// When a tool is missing under CI, or a test fails.
-pub fn check(workspace: &Workspace) -> Result<()> {
+pub fn check(workspace: &Workspace, venv: &Venv) -> Result<()> {
     let mut missing = needed()?;
     missing.extend(Tool::unless_found("chromium", "chromium"));
     if let Err(problem) = tools::require([("the playground", missing)]) {
@@ -61,7 +62,8 @@ pub fn check(workspace: &Workspace) -> Result<()> {
     install(&tests)?;
     let mut test = npm();
     test.args(["test", "--silent"]).current_dir(&tests);
-    process::run(test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("debug/examples/replay")))
+    test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("debug/examples/replay"));
+    process::run(test.env("PYTHON", venv.program("python")))
 }
 
 fn needed() -> Result<Vec<Tool>> {

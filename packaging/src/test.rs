@@ -96,7 +96,7 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Import with FMPy");
     checks.python(&venv, &["pytest", "tests/python"])?;
 
-    playground::check(workspace)?;
+    playground::check(workspace, &venv)?;
     platform_test::run_if_possible(workspace)
 }
 

@@ -24,13 +24,14 @@ const PAGES: Record<View, new (context: Context) => Page> = {
 const TRIAL = 7;
 
 class Playground implements Context {
-  readonly settings = new Settings();
+  readonly settings: Settings;
   private page: Page | null = null;
   private readonly parameters: Parameters;
   private readonly showTab: (view: View) => void;
   private link = 0;
 
   constructor(readonly library: Library) {
+    this.settings = new Settings(library.tables);
     this.parameters = new Parameters(
       this,
       (of, { name }, value) => this.change(of, name, value),

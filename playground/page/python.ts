@@ -3,14 +3,15 @@
 import { isFormula, type Signal } from "./signal";
 import { items, model, variable, type Tables } from "./tables";
 
-/** A dictionary of values: items of enumerations by name, and what is true or false as that. */
-export function dictionary(tables: Tables, name: string, values: ReadonlyMap<string, number>): string {
+/** A dictionary of values: items of enumerations by name, what is true or false as that, and further lines. */
+function dictionary(tables: Tables, name: string, values: ReadonlyMap<string, number>, ...further: string[]): string {
   const lines = [...values].map(([key, value]) => {
     const of = variable(model(tables, name), key);
     const item = items(tables, of).find((candidate) => candidate.id === value);
     const text = item ? JSON.stringify(item.name) : of.kind === "Boolean" ? (value ? "True" : "False") : number(value);
     return `    ${JSON.stringify(key)}: ${text},\n`;
   });
+  lines.push(...further.map((line) => `    ${line},\n`));
   return lines.length ? `{\n${lines.join("")}}` : "{}";
 }
 
@@ -61,7 +62,7 @@ export function closedLoop(
 ): string {
   return `${IMPORTS}t = np.arange(${rows}) * 1e-3
 ${course(signal, csv, "controller.referencePosition")}plant = ps.Model(${JSON.stringify(cylinder[0])}).start(${dictionary(tables, ...cylinder)})
-controller = ps.Model(${JSON.stringify(controller[0])}).start(${dictionary(tables, ...controller)})
+controller = ps.Model(${JSON.stringify(controller[0])}).start(${dictionary(tables, ...controller, '"referencePosition": u[0]')})
 position = []
 for reference in u:
     controller.set({

@@ -1,6 +1,6 @@
 // Everything that a link restores.
 
-import { isSettable, model, type Tables, type Variable } from "./tables";
+import { isSettable, model, type Model, type Tables, type Variable } from "./tables";
 import { KINDS, POINTS, type Kind, type Signal } from "./signal";
 
 export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"] as const;
@@ -33,11 +33,11 @@ export class Settings {
     [CONTROLLER]: new Map(),
   };
 
-  constructor() {
+  constructor(tables: Tables) {
     this.values[BENCH].set("friction.law", BENCH_LAW);
     const rising = Array.from({ length: POINTS }, (_, index) => (2 * index) / (POINTS - 1) - 1);
     const nested = Array.from({ length: POINTS }, (_, index) => nestedLoops(index / (POINTS - 1)));
-    const voltage = { kind: "sine", level: 4.9, amplitude: 2, period: 1, points: rising } as const;
+    const voltage = { ...usual(model(tables, CYLINDER), "valveVoltage"), points: rising };
     this.signals = {
       "stick-slip": { ...voltage },
       "two-laws": { ...voltage },
@@ -124,6 +124,14 @@ export class Settings {
     this.give(of, known, value);
     return null;
   }
+}
+
+/** An input as it moves in the default experiment of a model. */
+function usual(of: Model, input: string): Omit<Signal, "points"> {
+  const course = of.experiment.signals.find((signal) => signal.input === input)?.course;
+  if (!course || !("Sine" in course)) throw new Error(`${input} is no sine in the default experiment of ${of.name}`);
+  const { mean, amplitude, frequency } = course.Sine;
+  return { kind: "sine", level: mean, amplitude, period: 1 / frequency };
 }
 
 /** A large loop with a small one on each of its branches, from -1 to 1 over a fraction of the time. */

@@ -31,10 +31,16 @@ export interface Variable {
   display: string | null;
 }
 
+/** How an input moves. */
+export type Course =
+  | { Sine: { mean: number; amplitude: number; frequency: number; delay: number } }
+  | { Steps: [number, number][] };
+
 export interface Model {
   name: string;
   description: string;
-  stopTime: number;
+  /** The default experiment, with the inputs that move in it. */
+  experiment: { stop_time: number; step_size: number; signals: { input: string; text: string; course: Course }[] };
   variables: Variable[];
 }
 

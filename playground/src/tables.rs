@@ -31,7 +31,7 @@ fn model(model: &Model) -> Value {
     json!({
         "name": model.name,
         "description": model.description,
-        "stopTime": model.experiment.stop_time,
+        "experiment": model.experiment,
         "variables": shown(model).map(variable).collect::<Vec<_>>(),
     })
 }

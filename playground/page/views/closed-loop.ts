@@ -1,6 +1,6 @@
 // The cylinder in a position loop, whose gains are sliders.
 
-import { PathChart, TimeChart } from "../charts";
+import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
 import { Cylinder, SHOWN } from "../cylinder";
 import { element, slider } from "../dom";
@@ -15,6 +15,7 @@ import { at } from "../signal";
 import type { Scale } from "../signal-editor";
 import { ssv } from "../ssv";
 import { model, variable } from "../tables";
+import { FRICTION, frictionOverVelocity, position } from "./charts";
 
 /** The gains with the ends of their sliders, in the units of the table. */
 const GAINS: readonly (readonly [string, number, number])[] = [
@@ -46,15 +47,10 @@ export class ClosedLoop extends LivePage {
   protected readonly window = 8;
   private readonly cylinder = new Cylinder("Cylinder");
   private readonly readouts = new Readouts(["Position", "Error", "Error, mean square root", "Breaks away", "Voltage"]);
-  private readonly position = new TimeChart({
-    title: "Position",
-    up: "mm",
-    lines: [
-      { label: "reference", colour: "--line-2", dashed: true },
-      { label: "position", colour: "--line-1" },
-    ],
-    span: 2,
-  });
+  private readonly position = position([
+    { label: "reference", colour: "--line-2", dashed: true },
+    { label: "position", colour: "--line-1" },
+  ]);
   private readonly error = new TimeChart({
     title: "Position error",
     up: "mm",
@@ -67,13 +63,7 @@ export class ClosedLoop extends LivePage {
     lines: [{ label: "voltage", colour: "--line-3" }],
     span: 0.5,
   });
-  private readonly over = new PathChart({
-    title: "Friction over velocity",
-    across: "v in mm/s",
-    up: "N",
-    lines: [{ label: "friction force", colour: "--line-3" }],
-    span: 2,
-  });
+  private readonly over = frictionOverVelocity([FRICTION]);
 
   constructor(context: Context) {
     super(context);

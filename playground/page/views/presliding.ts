@@ -14,6 +14,7 @@ import { along, POINTS, type Signal } from "../signal";
 import { sketch } from "../sketch";
 import { ssv } from "../ssv";
 import { short } from "../tables";
+import { FRICTION, friction } from "./charts";
 
 const MICROMETRES = 1e6;
 /** The item of `bench.drive` that moves the mass as prescribed. */
@@ -46,12 +47,7 @@ export class Presliding implements Page {
     lines: [{ label: "displacement", colour: "--line-2" }],
     span: 0.1,
   });
-  private readonly force = new TimeChart({
-    title: "Friction force",
-    up: "N",
-    lines: [{ label: "friction force", colour: "--line-3" }],
-    span: 0.01,
-  });
+  private readonly force = friction([FRICTION], { span: 0.01 });
   private run: Run | null = null;
   private isStale = true;
 
@@ -122,8 +118,16 @@ export class Presliding implements Page {
     return this.context.settings.signals.presliding;
   }
 
+  /** The values of the bench, which begins where the displacement does. */
   private values(): Map<string, number> {
-    return new Map([...this.context.settings.values[BENCH], ["bench.drive", PRESCRIBED]]);
+    const begin = ["position0", this.place(0)] as const;
+    return new Map([begin, ...this.context.settings.values[BENCH], ["bench.drive", PRESCRIBED]]);
+  }
+
+  /** The displacement in m at a time in s. */
+  private place(time: number): number {
+    const { points, amplitude, period } = this.signal;
+    return amplitude * along(points, Math.min(time / period, 1));
   }
 
   private changed(change: () => void): void {
@@ -145,12 +149,11 @@ export class Presliding implements Page {
 
   /** Runs the whole displacement. */
   private restart(): void {
-    const { points, amplitude, period } = this.signal;
-    const place = (time: number) => amplitude * along(points, Math.min(time / period, 1));
-    const velocity = (time: number) => new Map([["driveVelocity", (place(time + STEP) - place(time)) / STEP]]);
-    const start = new Map([["position0", place(0)], ...this.values()]);
+    const { period } = this.signal;
+    const rate = (time: number) => (this.place(time + STEP) - this.place(time)) / STEP;
+    const velocity = (time: number) => new Map([["driveVelocity", rate(time)]]);
     const watched = ["driveVelocity", "position", "frictionForce", "sticking"];
-    const member: Member = { prefix: "", model: BENCH, values: start, first: velocity(0), watched };
+    const member: Member = { prefix: "", model: BENCH, values: this.values(), first: velocity(0), watched };
     try {
       const run = new Run(this.context.library, [member], (time, running) => running.set(0, velocity(time)));
       // At its end the displacement has no velocity any more.

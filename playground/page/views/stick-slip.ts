@@ -1,6 +1,6 @@
 // One cylinder under a voltage: it sticks and slips.
 
-import { PathChart, TimeChart } from "../charts";
+import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
 import { Cylinder, SHOWN } from "../cylinder";
 import { lawChoice } from "../law-choice";
@@ -13,6 +13,7 @@ import { CYLINDER } from "../settings";
 import { at } from "../signal";
 import type { Scale } from "../signal-editor";
 import { ssv } from "../ssv";
+import { FRICTION, friction, frictionOverVelocity, position } from "./charts";
 
 export const VOLTAGE: Scale = {
   label: "Valve voltage",
@@ -32,12 +33,7 @@ export class StickSlip extends LivePage {
   protected readonly window = 3;
   private readonly cylinder = new Cylinder("Cylinder");
   private readonly readouts = new Readouts(["Position", "Velocity", "Friction", "Chamber A", "Chamber B", "Valve"]);
-  private readonly position = new TimeChart({
-    title: "Position",
-    up: "mm",
-    lines: [{ label: "position", colour: "--line-1" }],
-    span: 1,
-  });
+  private readonly position = position([{ label: "position", colour: "--line-1" }]);
   private readonly pressures = new TimeChart({
     title: "Pressures",
     up: "bar",
@@ -47,19 +43,8 @@ export class StickSlip extends LivePage {
     ],
     span: 0.1,
   });
-  private readonly friction = new TimeChart({
-    title: "Friction force",
-    up: "N",
-    lines: [{ label: "friction force", colour: "--line-3" }],
-    span: 2,
-  });
-  private readonly over = new PathChart({
-    title: "Friction over velocity",
-    across: "v in mm/s",
-    up: "N",
-    lines: [{ label: "friction force", colour: "--line-3" }],
-    span: 2,
-  });
+  private readonly friction = friction([FRICTION]);
+  private readonly over = frictionOverVelocity([FRICTION]);
 
   constructor(context: Context) {
     super(context);

@@ -1,6 +1,6 @@
 // Two cylinders that differ in their friction law alone, under the same voltage.
 
-import { PathChart, TimeChart } from "../charts";
+import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
 import { Cylinder, SHOWN } from "../cylinder";
 import { element } from "../dom";
@@ -14,6 +14,7 @@ import { CYLINDER } from "../settings";
 import { at } from "../signal";
 import { ssv } from "../ssv";
 import { lawName, model, variable } from "../tables";
+import { friction, frictionOverVelocity, position } from "./charts";
 import { VOLTAGE, WATCHED } from "./stick-slip";
 
 type Column = Float64Array;
@@ -29,21 +30,15 @@ export class TwoLaws extends LivePage {
   protected readonly window = 3;
   private readonly cylinders = ["First law", "Second law"].map((title) => new Cylinder(title));
   private readonly readouts = new Readouts(["First is at", "Second is at", "Difference", "Largest so far", "Held"]);
-  private readonly position = new TimeChart({ title: "Position", up: "mm", lines: LINES, marked: true, span: 1 });
+  private readonly position = position(LINES, { marked: true });
   private readonly difference = new TimeChart({
     title: "Position under the second law less that under the first",
     up: "mm",
     lines: [{ label: "difference", colour: "--line-3" }],
     span: 0.1,
   });
-  private readonly friction = new TimeChart({ title: "Friction force", up: "N", lines: LINES, marked: true, span: 2 });
-  private readonly over = new PathChart({
-    title: "Friction over velocity",
-    across: "v in mm/s",
-    up: "N",
-    lines: LINES,
-    span: 2,
-  });
+  private readonly friction = friction(LINES, { marked: true });
+  private readonly over = frictionOverVelocity(LINES);
   private largest = { of: null as Run | null, value: 0, rows: 0 };
 
   constructor(context: Context) {

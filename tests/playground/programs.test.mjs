@@ -1,0 +1,58 @@
+// The Python programs that the page gives repeat its runs.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { download, launch, open, runFor } from "./browser.mjs";
+
+/** A Python that has the package. */
+const PYTHON = process.env.PYTHON ?? "python3";
+const CYLINDER = "PneumaticServoCylinder";
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+/** How far positions in m may be apart where browser and NumPy each compute a sine, which differ in their last bits. */
+const SINE = 1e-9;
+
+/** A page with a setting, what its program has to show, the columns that this has to repeat, and how closely. */
+const RUNS = [
+  ["stick-slip", `&${CYLINDER}.friction.law=14&${CYLINDER}.supplyPressure=600000`, 'run["position"]', "position", SINE],
+  ["stick-slip", "&signal=ramp&amplitude=3&period=0.3", 'run["frictionForce"]', "frictionForce", 0],
+  ["two-laws", "&second=16", 'second["position"]', "GMS.position", SINE],
+  ["two-laws", "&signal=drawn&second=16", 'first["position"]', "Stribeck.position", 0],
+  ["presliding", "&signal=drawn&FrictionBench.friction.law=15", 'run["frictionForce"]', "frictionForce", 0],
+  ["presliding", `&signal=drawn&points=${Array.from({ length: 101 }, (_, k) => 500 - 7 * k).join(" ")}`, 'run["position"]', "position", 0],
+  ["closed-loop", "&level=0.3&period=1&PositionController.gain.position=20", "position", "plant.position", 0],
+];
+
+for (const [view, fragment, shown, column, tolerance] of RUNS) {
+  test(`the program of ${view}${fragment.slice(0, 60)} gives ${column} of the page`, async () => {
+    const { page, close } = await open(browser, `#view=${view}${fragment}`);
+    if (view !== "presliding") await runFor(page, 0.4);
+    const [csv, program] = [await download(page, "CSV"), await download(page, "Python")];
+    await close();
+    const found = await valuesOf(csv, `${program.text}\nimport json\nprint(json.dumps([float(x) for x in ${shown}]))\n`);
+    const [head, ...rows] = csv.text.trimEnd().split("\n").map((line) => line.split(","));
+    const expected = rows.map((row) => Number(row[head.indexOf(column)]));
+    assert.ok(expected.length > 300 && new Set(expected).size > 100, `${expected.length} rows`);
+    assert.equal(found.length, expected.length);
+    const furthest = found.reduce((most, value, row) => Math.max(most, Math.abs(value - expected[row])), 0);
+    assert.ok(furthest <= tolerance, `${furthest} apart`);
+  });
+}
+
+/** Runs a program beside the file of its run; returns the list that it prints. */
+async function valuesOf(csv, program) {
+  const folder = await mkdtemp(join(tmpdir(), "playground-"));
+  try {
+    await writeFile(join(folder, csv.name), csv.text);
+    const answer = spawnSync(PYTHON, ["-c", program], { cwd: folder, encoding: "utf8", maxBuffer: 1 << 26 });
+    assert.equal(answer.status, 0, `${answer.stderr}\n${program}`);
+    return JSON.parse(answer.stdout);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+}
