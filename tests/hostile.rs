@@ -1,8 +1,10 @@
-//! Every friction law survives inputs that no machine would see.
+//! Every friction law survives inputs that no machine would see, and what is hardly meant is noticed.
 
 mod rig;
 
 use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::Rig;
 
 /// A small generator (Knuth's LCG, upper bits) so that failures repeat.
@@ -103,4 +105,48 @@ fn denormal_inputs_are_harmless() {
         let (work, tiny_work) = (steps + rejected, tiny_steps + tiny_rejected);
         assert!(tiny_work <= 1.5 * work + 20.0, "{law}: {tiny_work} steps instead of {work}");
     }
+}
+
+/// 0 is what some hosts give an input that is not connected, 5 a pressure in bar.
+#[test]
+fn supply_below_ambient_neither_empties_a_chamber_nor_moves_the_carriage() {
+    for supply in [0.0, 5.0] {
+        for law in ["None", "Stribeck", "LuGre"] {
+            let setup = Setup::of(&MODEL).set("friction.law", law).unwrap().set("supplyPressure", supply).unwrap();
+            let mut plant = setup.start(0.0).unwrap();
+            for (end, voltage) in [(0.5, 9.0), (1.0, 1.0)] {
+                plant.set("valveVoltage", voltage).unwrap();
+                plant.advance_to(end).unwrap();
+                for chamber in ["chamberA.pressure", "chamberB.pressure"] {
+                    assert_eq!(plant.get(chamber), Ok(101_325.0), "{law}: {supply} Pa, {voltage} V");
+                }
+                assert_eq!(plant.get("position"), Ok(0.25), "{law}: {supply} Pa, {voltage} V");
+            }
+        }
+    }
+}
+
+#[test]
+fn supply_below_ambient_is_noticed_where_a_valve_has_it() {
+    let noticed = |actuation: &str, supply: f64| {
+        let setup = Setup::of(&MODEL).set("actuation", actuation).unwrap().set("supplyPressure", supply).unwrap();
+        setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
+    };
+    let [notice] = &noticed("ProportionalValve", 5.0)[..] else { panic!("one notice") };
+    assert!(notice.starts_with("supplyPressure = 5: it acts as ambientPressure"), "{notice}");
+    assert!(noticed("ProportionalValve", 101_325.0).is_empty());
+    assert!(noticed("PressureRegulator", 5.0).is_empty());
+}
+
+#[test]
+fn shares_that_do_not_add_up_to_1_are_noticed_under_their_law() {
+    let noticed = |law: &str, share: f64| {
+        let setup = Setup::of(&MODEL).set("friction.law", law).unwrap().set("friction.gms.alpha[1]", share).unwrap();
+        setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
+    };
+    let [notice] = &noticed("GMS", 0.5)[..] else { panic!("one notice") };
+    assert!(notice.starts_with("sum of friction.gms.alpha = 1.25: "), "{notice}");
+    assert!(noticed("GMS", 0.25).is_empty());
+    assert!(noticed("GMS", 0.25 + 1e-8).is_empty(), "rounded");
+    assert!(noticed("LuGre", 0.5).is_empty());
 }

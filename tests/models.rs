@@ -6,7 +6,7 @@ mod rig;
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Chosen, Role, Variable};
+use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
 
 /// A run under a law with inputs away from their start values.
 fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
@@ -119,4 +119,26 @@ fn running_plant_says_by_the_enumeration_which_law_a_number_has_chosen() {
     assert_eq!((plant.get("friction.law"), plant.get("friction.lawNumber")), (Ok(14.0), Ok(14.0)));
     plant.set("wireForce", 1.0).unwrap();
     assert_eq!(plant.get("friction.law"), Ok(14.0), "after a tunable parameter");
+}
+
+#[test]
+fn numbers_between_integers_are_refused_for_all_that_is_no_real_number() {
+    for model in models::ALL {
+        let others = (model.variables)().parameters().filter(|variable| !matches!(variable.kind, Kind::Real(_)));
+        for variable in others {
+            for value in [0.5, 1.5, 3e9] {
+                let refused = Setup::of(model).set(&variable.name, value).expect_err(&variable.name).to_string();
+                assert!(refused.starts_with(&format!("{} = {value} is refused: ", variable.name)), "{refused}");
+            }
+        }
+    }
+}
+
+#[test]
+fn stroke_below_the_initial_position_says_what_to_do() {
+    let setup = Setup::of(&models::ALL[0]).set("cylinder.stroke", 0.2).unwrap();
+    let refused = setup.start(0.0).err().expect("position0 is 0.25 m").to_string();
+    let expected = "position0 = 0.25 is refused: it must not exceed cylinder.stroke = 0.2; give position0, too, a value within the stroke";
+    assert_eq!(refused, expected);
+    assert!(setup.set("position0", 0.1).unwrap().start(0.0).is_ok(), "what it says helps");
 }

@@ -253,7 +253,7 @@ class Model:
         given = parameters or {}
         for name in ("friction.law", "friction.lawNumber"):
             if name in given:
-                raise ValueError(f"{name} is given among the parameters, but the law is chosen by the laws")
+                raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
         runs = self.simulate_many(
             [{"friction.law": law} for law in laws],
             common=given,

@@ -13,7 +13,7 @@ pub(crate) use self::simulator::{COUNTERS, write_counters};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::solver::StepError;
-use crate::variables::ParameterError;
+use crate::variables::{Notices, ParameterError};
 
 /// A running model.
 ///
@@ -49,6 +49,11 @@ pub trait Simulation: Send {
     /// Writes the derivative of all computed variables in a direction of time, inputs and continuous states, exact to
     /// rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
+
+    /// What is unusual about the parameters and the present inputs; as a rule nothing.
+    fn notices(&self) -> Notices {
+        Notices::default()
+    }
 
     /// The place among the states of a [`Snapshot`] of a continuous state, numbered as in a [`Direction`], if it is
     /// integrated.

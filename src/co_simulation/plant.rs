@@ -3,7 +3,7 @@
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
 use crate::solver::StepError;
-use crate::variables::{Entry, Place, Role, Table, Variable};
+use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
 
 /// A running model.
 ///
@@ -155,6 +155,11 @@ impl Plant {
             self.inputs_changed();
         }
         outcome
+    }
+
+    /// What is unusual about the parameters and the present inputs, though they are accepted.
+    pub fn notices(&self) -> impl Iterator<Item = Notice> {
+        self.simulation.notices().into_iter().flatten()
     }
 
     /// Everything that affects the further run.

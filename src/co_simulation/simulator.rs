@@ -6,7 +6,7 @@ use crate::model_exchange::{Exchange, Exchanger};
 use crate::models::equations::{Equations, differentiate};
 use crate::solver::{Counters, StepError};
 use crate::solver::{Progress, Run, Settings};
-use crate::variables::{ParameterError, Variable};
+use crate::variables::{Notices, ParameterError, Variable};
 
 /// The solver's counters as variables; every model's table ends with them. Value references from `base`.
 pub fn counters_table(base: u32) -> Vec<Variable> {
@@ -110,6 +110,11 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
             }
         }
         self.differentiate(direction.time, states, inputs(direction.inputs), computed);
+    }
+
+    fn notices(&self) -> Notices {
+        let (u, _) = self.run.inputs();
+        self.run.system().notices(&u)
     }
 
     fn state_index(&self, state: usize) -> Option<usize> {

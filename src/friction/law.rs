@@ -6,7 +6,7 @@ use super::event::{Event, Indicators};
 use super::parts::elements::MAX_ELEMENTS;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{Notice, ParameterError, ParameterSet};
 
 /// The largest number of continuous states a law may have: one for each element.
 pub const MAX_STATES: usize = MAX_ELEMENTS;
@@ -123,6 +123,11 @@ pub trait FrictionLaw: Sized {
     /// Whether the force depends on time otherwise than through contact and states.
     fn depends_on_time(&self) -> bool {
         false
+    }
+
+    /// What is unusual about the parameters.
+    fn notice(&self) -> Option<Notice> {
+        None
     }
 
     /// Whether the law holds the mass (the output `sticking`).

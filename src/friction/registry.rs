@@ -8,7 +8,7 @@ use super::laws::*;
 use crate::enumeration;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
-use crate::variables::{Choice, Enumeration, ParameterError, ParameterSet, Variable};
+use crate::variables::{Choice, Enumeration, Notice, ParameterError, ParameterSet, Variable};
 
 /// Makes the enumeration of laws, the parameter table and the dispatch from one line per law.
 macro_rules! registry {
@@ -117,6 +117,11 @@ macro_rules! registry {
             /// Whether the force depends on time otherwise than through contact and states.
             pub fn depends_on_time(&self) -> bool {
                 match self { $(Friction::$law(law) => law.depends_on_time()),* }
+            }
+
+            /// What is unusual about the parameters.
+            pub fn notice(&self) -> Option<Notice> {
+                match self { $(Friction::$law(law) => law.notice()),* }
             }
 
             /// The memory a run starts with; may set the continuous states.

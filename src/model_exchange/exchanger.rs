@@ -6,7 +6,7 @@ use crate::hybrid::{Indicator, UNUSED};
 use crate::model::Start;
 use crate::models::equations::{Equations, differentiate};
 use crate::solver::Counters;
-use crate::variables::{ParameterError, Table};
+use crate::variables::{Notices, ParameterError, Table};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
 ///
@@ -210,6 +210,10 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
         let at = (self.time, &self.x, &self.inputs, &self.memory);
         differentiate(&self.equations, at, (direction.time, &states, &inputs), computed);
+    }
+
+    fn notices(&self) -> Notices {
+        self.equations.notices(&self.inputs)
     }
 
     fn save(&self) -> Snapshot {

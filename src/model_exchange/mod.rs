@@ -22,7 +22,7 @@ use std::fmt;
 
 pub use self::exchanger::{Exchanger, HYSTERESIS};
 use crate::co_simulation::{Direction, Snapshot, SnapshotError};
-use crate::variables::ParameterError;
+use crate::variables::{Notices, ParameterError};
 
 /// A model whose states are integrated by its host.
 ///
@@ -77,6 +77,9 @@ pub trait Exchange: Send {
 
     /// Writes the derivative of all computed variables in a direction, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
+
+    /// What is unusual about the parameters and the present inputs.
+    fn notices(&self) -> Notices;
 
     /// Everything that changes while running, apart from inputs and parameters.
     fn save(&self) -> Snapshot;

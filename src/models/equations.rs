@@ -3,7 +3,7 @@
 use crate::co_simulation::COUNTERS;
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
-use crate::variables::Table;
+use crate::variables::{Notices, Table};
 
 /// A hybrid system with computed variables, which come first among those of the model's table.
 pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
@@ -19,6 +19,9 @@ pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
     /// The index among the `N` states of the one that a variable stands for, if it is integrated: with other parameters
     /// (another friction law, another rig) it may not be, and keeps its start value.
     fn state_at(&self, reference: u32) -> Option<usize>;
+
+    /// What is unusual about the parameters and the inputs.
+    fn notices(&self, u: &[f64; U]) -> Notices;
 }
 
 /// Name of the variable of a model that is a state, by its index.

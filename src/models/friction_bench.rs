@@ -20,7 +20,7 @@ use crate::hybrid::{HybridSystem, Sample};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
 
 /// The model as the library offers it.
@@ -386,5 +386,9 @@ impl<const N: usize> Equations<N, 2> for FrictionBench {
             other => other,
         };
         own.map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+    }
+
+    fn notices(&self, _u: &[f64; 2]) -> Notices {
+        [self.friction.law().notice(), None]
     }
 }

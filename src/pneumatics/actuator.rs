@@ -167,6 +167,12 @@ macro_rules! actuators {
                 Ok(actuator.expect("every item has its line"))
             }
 
+            /// Whether the supply pressure, an input, has a part in what flows.
+            pub fn has_supply(&self) -> bool {
+                let [of_a, _] = match self { $(Self::$item(_) => <$module::$type as Actuating>::FEEDS),* };
+                of_a.contains(&SUPPLY)
+            }
+
             /// Place of the state that a variable stands for, if the actuator has it.
             pub fn state_at(&self, reference: u32) -> Option<usize> {
                 let own = match self { $(Self::$item(_) => <$module::$type as Actuating>::VARIABLES),* };

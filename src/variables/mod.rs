@@ -4,6 +4,7 @@
 mod declare;
 mod enumeration;
 mod error;
+mod notice;
 mod states;
 mod table;
 mod unit;
@@ -11,6 +12,7 @@ mod unit;
 pub use declare::{Declaration, Field, ParameterSet, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
+pub use notice::{Notice, Notices};
 pub use table::{Entry, Place, Table};
 pub use unit::{BaseUnit, DisplayUnit, Unit, units};
 
@@ -271,6 +273,7 @@ impl Variable {
         match self.kind {
             Kind::Enumeration(of) if !of.has(value) => refuse(format!("it must be one of the items of {}", of.name)),
             Kind::Integer if value.trunc() != value => refuse("it must be a whole number".to_owned()),
+            Kind::Integer if f64::from(value as i32) != value => refuse("integers have 32 bits".to_owned()),
             Kind::Boolean if value != 0.0 && value != 1.0 => refuse("it must be 0 (false) or 1 (true)".to_owned()),
             _ => Ok(()),
         }

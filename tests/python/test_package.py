@@ -185,6 +185,10 @@ def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> N
         (lambda plant: plant.start().step(0.0), ["0"]),
         (lambda plant: plant.start().step(float("nan")), ["NaN"]),
         (lambda plant: plant.compare(["LuGre"], {"friction.law": "Dahl"}), ["friction.law", "twice"]),
+        (lambda plant: plant.compare(["LuGre"], {"friction.lawNumber": 10}), ["friction.lawNumber", "twice"]),
+        (lambda plant: plant.start({"friction.law": 1.5}), ["friction.law", "1.5"]),
+        (lambda plant: plant.start({"valve.polarity": 0.5}), ["valve.polarity", "0.5"]),
+        (lambda plant: plant.start({"balance.enabled": 0.5}), ["balance.enabled", "0.5"]),
     ],
 )  # fmt: skip
 def test_bad_input_is_named(plant: ps.Model, call: Callable[[ps.Model], object], words: list[str]) -> None:

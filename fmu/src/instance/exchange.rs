@@ -33,13 +33,15 @@ impl Instance {
 
     /// Updates the discrete part of the model.
     pub fn update(&mut self) -> Result<Update, Failure> {
-        Ok(self.outside()?.update()?)
+        let update = self.outside()?.update()?;
+        self.tell_notices()?;
+        Ok(update)
     }
 
     /// Lets the model follow a step that the host has accepted.
     pub fn accept_step(&mut self) -> Result<(), Failure> {
         self.outside()?.accept_step();
-        Ok(())
+        self.tell_notices()
     }
 
     /// Sets the time in s.

@@ -9,7 +9,7 @@
 //! | `layout`, `registry` | where the value of each variable is kept; the models by GUID |
 //! | `clock` | where a communication step leads, and what is rounding |
 //! | `codec` | saved states as bytes |
-//! | `log`, `failure` | messages to the host |
+//! | `log`, `notices`, `failure` | messages to the host |
 //! | `guid` | the GUID |
 
 mod clock;
@@ -21,6 +21,7 @@ mod guard;
 mod guid;
 mod layout;
 mod log;
+mod notices;
 mod record;
 mod registry;
 mod run;
@@ -43,6 +44,7 @@ use self::record::{Experiment, LastStep, Record};
 use self::run::Run;
 use self::saved_states::SavedStates;
 use crate::calls::Mode;
+use pneumatic_servo::variables::Notices;
 
 /// An instance of a model.
 pub struct Instance {
@@ -51,6 +53,8 @@ pub struct Instance {
     record: Record,
     run: Run,
     saved: SavedStates,
+    /// What is known to be unusual.
+    notices: Notices,
     scratch: Scratch,
 }
 
@@ -73,6 +77,7 @@ impl Instance {
             record: Record::new(layout, kind),
             run: Run::new(layout),
             saved: SavedStates::default(),
+            notices: Notices::default(),
             scratch: Scratch {
                 parameters: vec![0.0; layout.parameters.len()],
                 inputs: vec![0.0; layout.inputs.len()],
@@ -121,7 +126,7 @@ impl Instance {
             }
         };
         self.log.event("initialized");
-        Ok(())
+        self.tell_notices()
     }
 
     /// Ends the run.
@@ -135,6 +140,7 @@ impl Instance {
     pub fn reset(&mut self) -> Result<(), Failure> {
         self.record = Record::new(self.layout, self.record.kind);
         self.run.discard();
+        self.notices = Notices::default();
         self.log.event("start values restored");
         Ok(())
     }

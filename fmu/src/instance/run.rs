@@ -6,6 +6,7 @@ use super::record::{Kind, Record};
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::model_exchange::Exchange;
 use pneumatic_servo::solver::StepError;
+use pneumatic_servo::variables::Notices;
 
 /// A running model.
 enum Way {
@@ -141,6 +142,14 @@ impl Run {
             self.is_computed = true;
         }
         Ok(&self.computed)
+    }
+
+    /// What is unusual about the parameters and inputs of the record.
+    pub fn notices(&mut self, layout: &Layout, record: &Record) -> Result<Notices, Failure> {
+        Ok(match self.ready(layout, record)? {
+            Way::Inside(simulation) => simulation.notices(),
+            Way::Outside(exchange) => exchange.notices(),
+        })
     }
 
     /// Current time in s, if the model is started.

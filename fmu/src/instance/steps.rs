@@ -21,7 +21,7 @@ impl Instance {
         match self.check_computed() {
             Ok(()) => {
                 self.record.last_step = LastStep { failed: false, successful_until: end };
-                Ok(())
+                self.tell_notices()
             }
             Err(failure) => Err(self.fail_step(start, failure.message)),
         }

@@ -4,6 +4,7 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
 
 use pneumatic_servo_fmu::fmi2::LOG_CATEGORIES;
+use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
 use crate::common::*;
 
@@ -65,6 +66,62 @@ fn unknown_and_missing_categories_are_refused_and_change_nothing() {
     }
     instance.messages();
     assert_eq!(heard(&instance), ["logStatusError"]);
+}
+
+/// The warnings since the last call of this.
+fn warnings(instance: &Instance) -> Vec<String> {
+    let messages = instance.messages().into_iter();
+    messages.filter(|message| message.category == "logStatusWarning").map(|message| message.text).collect()
+}
+
+#[test]
+fn supply_below_ambient_is_warned_of_once_per_fall() {
+    let instance = Instance::with_logging(cylinder(), true);
+    let supply = [vr("supplyPressure")];
+    assert_eq!(instance.set_real(&supply, &[0.0]), OK);
+    instance.initialize();
+    let expected = "supplyPressure = 0: it acts as ambientPressure";
+    assert!(matches!(&warnings(&instance)[..], [text] if text.contains(expected)), "initialized at 0 Pa");
+    let mut time = 0.0;
+    let mut step = |pressure: f64| {
+        assert_eq!(instance.set_real(&supply, &[pressure]), OK);
+        assert_eq!(instance.step(time, 0.01), OK);
+        time += 0.01;
+        warnings(&instance).len()
+    };
+    assert_eq!([0.0, 5.0, 5e5, 5e5, 5.0, 5.0].map(&mut step), [0, 0, 0, 0, 1, 0]);
+    assert_eq!(step(5e5), 0);
+    // 5 bar fall to 1 bar within the step.
+    assert_eq!(instance.set_slopes(&supply, &[-4e7]), OK);
+    assert_eq!(instance.step(0.07, 0.01), OK);
+    assert!(matches!(&warnings(&instance)[..], [text] if text.contains("supplyPressure = ")), "fallen below");
+}
+
+#[test]
+fn solver_outside_is_warned_of_a_supply_below_ambient_too() {
+    let instance = Instance::for_exchange(cylinder());
+    assert_eq!(choose(&instance, 1, &["logStatusWarning"]), OK);
+    instance.initialize();
+    assert!(warnings(&instance).is_empty());
+    assert_eq!(instance.set_real(&[vr("supplyPressure")], &[5.0]), OK);
+    let mut info = EventInfo::default();
+    for expected in [1, 0] {
+        // SAFETY: the component lives, and the record takes the answer.
+        assert_eq!(unsafe { (LIBRARY.fmi2NewDiscreteStates)(instance.component, &raw mut info) }, OK);
+        assert_eq!(warnings(&instance).len(), expected);
+    }
+}
+
+#[test]
+fn shares_that_do_not_add_up_to_1_are_warned_of_at_the_start() {
+    let instance = Instance::with_logging(cylinder(), true);
+    assert_eq!(instance.set_integer(&[vr("friction.law")], &[16]), OK);
+    assert_eq!(instance.set_real(&[vr("friction.gms.alpha[1]")], &[0.5]), OK);
+    instance.initialize();
+    let expected = "sum of friction.gms.alpha = 1.25: ";
+    assert!(matches!(&warnings(&instance)[..], [text] if text.contains(expected)));
+    assert_eq!(instance.step(0.0, 0.01), OK);
+    assert!(warnings(&instance).is_empty());
 }
 
 /// `printf` prints a message as it was meant, whether or not the host's logger knows of variadic arguments.

@@ -10,7 +10,7 @@ use crate::friction::parts::parameters::{
 };
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Notice, ParameterError, Variable, units};
 
 parameters! {
     /// Parameters of [`Gms`].
@@ -65,6 +65,9 @@ pub struct Gms {
     share: [f64; MAX_ELEMENTS],
 }
 
+/// Shares written with seven digits and more add up to 1 within this.
+const SHARES_ROUNDING: f64 = 1e-6;
+
 impl FrictionLaw for Gms {
     type Memory = Modes;
     type Parameters = Parameters;
@@ -90,6 +93,13 @@ impl FrictionLaw for Gms {
 
     fn state_scale(&self) -> f64 {
         self.curve.static_force.max(1.0)
+    }
+
+    fn notice(&self) -> Option<Notice> {
+        let sum: f64 = self.share[..self.count].iter().sum();
+        let remark = "the shares of the elements in use do not add up to 1, and sliding friction is that part of the Stribeck curve";
+        let notice = Notice { variable: "sum of friction.gms.alpha", value: sum, remark };
+        ((sum - 1.0).abs() > SHARES_ROUNDING).then_some(notice)
     }
 
     fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Modes {

@@ -27,7 +27,7 @@ use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -262,5 +262,9 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
 
     fn state_at(&self, reference: u32) -> Option<usize> {
         State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+    }
+
+    fn notices(&self, _u: &[f64; 1]) -> Notices {
+        [self.friction.law().notice(), None]
     }
 }

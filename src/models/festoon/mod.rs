@@ -31,7 +31,7 @@ use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Signal, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -474,5 +474,9 @@ impl<const N: usize> Equations<N, 2> for Festoon {
             own.map(|state| at(state, trolley, N)).or_else(|| self.friction[trolley].state_at(reference))
         };
         if reference == CRANE_POSITION { Some(CRANE) } else { (0..self.trolleys()).find_map(of_trolley) }
+    }
+
+    fn notices(&self, _u: &[f64; 2]) -> Notices {
+        [self.friction[0].law().notice(), None]
     }
 }

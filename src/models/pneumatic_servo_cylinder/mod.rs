@@ -35,7 +35,7 @@ use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal, ThermalModel, 
 use crate::pneumatics::gas::{GasState, Reservoir};
 use crate::pneumatics::orifice::{Flow, Inflow};
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Table};
+use crate::variables::{Notice, Notices, ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -278,12 +278,12 @@ impl PneumaticServoCylinder {
         if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
     }
 
-    /// What flows into the chambers from the supply and from the exhaust.
+    /// What flows into the chambers from the supply and from the exhaust; a supply below ambient acts as ambient.
     #[inline(always)]
     fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let ports = Ports {
             supply: &self.supply,
-            supply_pressure: supply,
+            supply_pressure: supply.max(S::constant(self.p.ambient_pressure)),
             exhaust: &self.exhaust,
             exhaust_pressure: self.p.ambient_pressure,
         };
@@ -474,5 +474,13 @@ impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
     fn state_at(&self, reference: u32) -> Option<usize> {
         let own = State::of(reference).map(|state| state.at(N));
         own.or_else(|| self.friction.state_at(reference)).or_else(|| self.actuator.state_at(reference))
+    }
+
+    fn notices(&self, u: &[f64; 3]) -> Notices {
+        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
+        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
+        let is_low = self.actuator.has_supply() && value < self.p.ambient_pressure;
+        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
+        [self.friction.law().notice(), low]
     }
 }

@@ -39,7 +39,7 @@ inputs! {
         external_force = Variable::input(depends::FORCE, "externalForce", units::NEWTON, 0.0).nominal(10.0)
             .text("External force on the carriage towards +x");
         supply_pressure = Variable::input(depends::SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
-            .text("Supply pressure of the valve, absolute");
+            .text("Supply pressure of the valve, absolute; below ambient it acts as ambient");
     }
 }
 
@@ -233,7 +233,10 @@ impl Parameters {
             return refuse(
                 "position0",
                 self.position0,
-                format!("it must not exceed cylinder.stroke = {}: set both together", self.stroke),
+                format!(
+                    "it must not exceed cylinder.stroke = {}; give position0, too, a value within the stroke",
+                    self.stroke
+                ),
             );
         }
         if self.carriage_mass > self.moving_mass {

@@ -29,7 +29,7 @@ use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -323,5 +323,9 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
 
     fn state_at(&self, reference: u32) -> Option<usize> {
         State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+    }
+
+    fn notices(&self, _u: &[f64; 1]) -> Notices {
+        [self.friction.law().notice(), None]
     }
 }

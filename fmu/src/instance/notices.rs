@@ -1,0 +1,18 @@
+//! What is unusual about a run: told when it begins to be, not at every step.
+
+use super::Instance;
+use super::failure::Failure;
+
+impl Instance {
+    /// Warns of what has become unusual since this was last called.
+    pub(super) fn tell_notices(&mut self) -> Result<(), Failure> {
+        let notices = self.run.notices(self.layout, &self.record)?;
+        for (known, notice) in self.notices.iter().zip(&notices) {
+            if let (None, Some(notice)) = (known, notice) {
+                self.log.warning(&notice.to_string());
+            }
+        }
+        self.notices = notices;
+        Ok(())
+    }
+}
