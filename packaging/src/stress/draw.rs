@@ -34,21 +34,35 @@ impl Random {
     fn choice(&mut self, count: usize) -> usize {
         ((self.uniform() * count as f64).ceil() as usize).clamp(1, count) - 1
     }
+
+    /// The same things in random order.
+    fn shuffled<T>(&mut self, mut things: Vec<T>) -> Vec<T> {
+        for end in (1..things.len()).rev() {
+            things.swap(end, self.choice(end + 1));
+        }
+        things
+    }
 }
 
-/// A random set of parameters with a law.
+/// A random set of parameters with a law that initialization accepts at a time in s.
+///
+/// The parameters take their values one after the other, in random order. One that does not fit to those before it, such
+/// as a start beyond the stroke, keeps its default: sets drawn as a whole would hardly ever fit together.
 ///
 /// # Errors
 /// When a value is drawn that its variable refuses: a mistake of this program.
-pub fn setup(model: &'static Model, law: i32, spread: Spread, random: &mut Random) -> Result<Setup> {
+pub fn setup(model: &'static Model, law: i32, spread: Spread, time: f64, random: &mut Random) -> Result<Setup> {
     let mut setup = Setup::of(model).set("friction.law", law)?;
-    for variable in (model.variables)().parameters() {
+    for variable in random.shuffled((model.variables)().parameters().collect()) {
         // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
         if variable.name == "friction.law" || variable.name.starts_with("solver.") || variable.chooses.is_some() {
             continue;
         }
         if let Some(value) = value(variable, spread, random) {
-            setup.change(&variable.name, value)?;
+            let changed = setup.clone().set(&variable.name, value)?;
+            if changed.start(time).is_ok() {
+                setup = changed;
+            }
         }
     }
     Ok(setup)
