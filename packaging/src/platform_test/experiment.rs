@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use anyhow::{Result, bail, ensure};
-use pneumatic_servo::model::Model;
+use pneumatic_servo::model::{Course, Experiment, Model};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::fmi2;
@@ -19,13 +19,12 @@ pub fn all() -> String {
 
 fn experiment(model: &Model) -> String {
     let variables = (model.variables)();
-    let (step, steps, signals) = (model.experiment.step_size, model.experiment.steps(), model.experiment.signals);
+    let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));
     let mut text = format!("experiment {} {steps} {:x} ", fmi2::guid(model), step.to_bits());
-    let moving = signals.iter().filter_map(|signal| variables.find(signal.input));
-    push(&mut text, moving.map(|entry| entry.variable.reference));
+    push(&mut text, courses.iter().map(|(reference, _)| *reference));
     for index in 0..steps {
-        for signal in signals {
-            push_word(&mut text, format_args!("{:x}", signal.course.at(f64::from(index) * step).to_bits()));
+        for (_, course) in &courses {
+            push_word(&mut text, format_args!("{:x}", course.at(f64::from(index) * step).to_bits()));
         }
     }
     push(
@@ -45,6 +44,24 @@ fn experiment(model: &Model) -> String {
         _ => push_word(&mut text, format_args!("run {} 0\n", model.name)),
     }
     text
+}
+
+/// The inputs that move, by their references. Where the default experiment moves none, the first one swings, so that
+/// inputs are compared with every model.
+fn courses(model: &Model) -> Vec<(u32, Course)> {
+    let variables = (model.variables)();
+    let Experiment { signals, stop_time, .. } = model.experiment;
+    if signals.is_empty() {
+        let swing = |input: &Variable| Course::Sine {
+            mean: input.start.unwrap_or_default(),
+            amplitude: input.nominal.unwrap_or(1.0),
+            frequency: 3.0 / stop_time,
+            delay: 0.0,
+        };
+        return variables.inputs().take(1).map(|input| (input.reference, swing(input))).collect();
+    }
+    let named = signals.iter().filter_map(|signal| Some((variables.find(signal.input)?, signal.course)));
+    named.map(|(entry, course)| (entry.variable.reference, course)).collect()
 }
 
 fn is_real(variable: &Variable) -> bool {
@@ -126,5 +143,6 @@ mod tests {
         let text = all();
         assert_eq!(text.matches("experiment ").count(), models::ALL.len());
         assert!(text.contains("run PneumaticServoCylinder_LuGre 1 "));
+        assert!(models::ALL.iter().all(|model| !courses(model).is_empty()));
     }
 }
