@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,33 @@ from pneumatic_servo.variables import Value
 
 
 class SavedState:
-    """A saved state of a `Simulation`; it serves every simulation of the same model with the same parameters."""
+    """A saved state of a `Simulation`; it serves every simulation of the same model with the same parameters.
+
+    It can be pickled, and so goes to other processes and into files.
+    """
 
     __slots__ = ("_state",)
 
     def __init__(self, state: _native.SavedState) -> None:
         self._state = state
+
+    def to_bytes(self) -> bytes:
+        """Return the state as bytes, which the same version of the package reads on every platform."""
+        return self._state.to_bytes()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> SavedState:
+        """Return the state of such bytes.
+
+        Raises
+        ------
+        ValueError
+            If the bytes are none of this version, or were changed.
+        """
+        return cls(_native.SavedState.from_bytes(data))
+
+    def __reduce__(self) -> tuple[Callable[[bytes], SavedState], tuple[bytes]]:
+        return SavedState.from_bytes, (self.to_bytes(),)
 
 
 class Simulation:

@@ -1,11 +1,13 @@
 //! A running plant, step by step.
 
+use crc::{CRC_32_ISO_HDLC, Crc};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pneumatic_servo::co_simulation::{Direction, Plant, Saved};
 use pneumatic_servo::variables::Place;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
+use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard};
 
 use crate::failure::{refused, stopped};
@@ -21,6 +23,26 @@ pub struct Simulation {
 /// A saved state.
 #[pyclass(frozen)]
 pub struct SavedState(Saved);
+
+/// Finds bytes that were changed or cut off.
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+#[pymethods]
+impl SavedState {
+    /// The state as bytes, for a file or another process.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &postcard::to_allocvec_crc32(&self.0, CRC.digest()).expect("a state holds plain data"))
+    }
+
+    /// The state of such bytes.
+    #[staticmethod]
+    fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
+        let state = postcard::from_bytes_crc32(bytes, CRC.digest()).map_err(|_| {
+            refused(format!("these {} bytes are no state saved by this version of pneumatic-servo", bytes.len()))
+        })?;
+        Ok(Self(state))
+    }
+}
 
 impl Simulation {
     /// A plant that has been started.

@@ -1,5 +1,7 @@
 //! A running model whose variables are set and read by name.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
 use crate::solver::StepError;
@@ -20,7 +22,7 @@ pub struct Plant {
 }
 
 /// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
     snapshot: Snapshot,
     parameters: Vec<f64>,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import signal
 import threading
@@ -136,6 +137,25 @@ def test_saved_states_repeat_bit_for_bit(plant: ps.Model) -> None:
     saved, once = simulation.save(), go()
     simulation.restore(saved)
     assert go() == once and simulation.time == pytest.approx(0.4)
+
+
+def test_saved_states_go_through_bytes_and_pickles(plant: ps.Model) -> None:
+    simulation = plant.start({"friction.law": "LuGre"})
+    simulation["valveVoltage"] = 7.0
+    simulation.step(0.1)
+    saved = simulation.save()
+    simulation.step(0.1)
+    expected = simulation["position"]
+    for copy in (ps.SavedState.from_bytes(saved.to_bytes()), pickle.loads(pickle.dumps(saved))):
+        other = plant.start({"friction.law": "LuGre"})
+        other.restore(copy)
+        other.step(0.1)
+        assert other["position"] == expected
+    data = bytearray(saved.to_bytes())
+    data[len(data) // 2] ^= 1
+    for broken in (bytes(data), saved.to_bytes()[:-1], b""):
+        with pytest.raises(ValueError, match=f"{len(broken)} bytes are no state"):
+            ps.SavedState.from_bytes(broken)
 
 
 def test_saved_state_of_another_law_is_refused(plant: ps.Model) -> None:
