@@ -305,6 +305,66 @@ fn dnlrx_samples_maxwell_slip() {
     }
 }
 
+/// At constant speed the displacement `r` samples ago is `r*v*T_s` behind, so coefficients that add up to 0 give a
+/// constant force; a spring at its limit has been there for as long as taps look back.
+#[test]
+fn dnlrx_remembers_as_many_samples_as_it_is_told() {
+    let (speed, sample) = (0.05, 1e-3);
+    let coefficients = [1e4, -3e3, 2e3, 5e3, -1.4e4];
+    let force = |position_taps: usize, spring_taps: usize| {
+        let mut rig = Rig::bench("DNLRX", "PrescribedMotion").set("driveVelocity", speed);
+        for (tap, coefficient) in (1..).zip(coefficients) {
+            rig = rig.set(&format!("friction.dnlrx.c[{tap}]"), coefficient);
+        }
+        for spring in 1..=4 {
+            let [mut chi0, mut chi1, mut chi2] = [0.0; 3];
+            if spring == 2 {
+                (chi0, chi1, chi2) = (1e5, 2e5, 4e5);
+            }
+            for (name, value) in [("chi0", chi0), ("chi1", chi1), ("chi2", chi2)] {
+                rig = rig.set(&format!("friction.dnlrx.{name}[{spring}]"), value);
+            }
+        }
+        rig = rig.set("friction.dnlrx.nx", position_taps as f64).set("friction.dnlrx.nchi", spring_taps as f64);
+        let mut run = rig.start().unwrap();
+        run.advance(20.5 * sample).unwrap();
+        (run.get("frictionForce"), run.get("position"))
+    };
+    for (position_taps, spring_taps) in [(0, 0), (1, 0), (2, 1), (3, 2), (4, 2)] {
+        let (found, position) = force(position_taps, spring_taps);
+        let last = position - 0.5 * sample * speed;
+        let displacements: f64 =
+            (0..=position_taps).map(|r| coefficients[r] * (last - r as f64 * sample * speed)).sum();
+        let springs = 5.1875e-6 * [1e5, 3e5, 7e5][spring_taps];
+        assert!((found - displacements - springs).abs() < 1e-8, "{position_taps}, {spring_taps}: {found} N");
+    }
+}
+
+/// Before the bristle has bent its rate is the velocity, damped by what is left of `sigma1` at that speed.
+#[test]
+fn lugre_damping_fades_with_its_own_velocity() {
+    for (speed, fading) in [(0.01, 0.01), (0.02, 0.01), (0.01, 0.03)] {
+        let rig = Rig::bench("LuGre", "PrescribedMotion").set("friction.lugre.vd", fading);
+        let mut run = rig.set("driveVelocity", speed).start().unwrap();
+        let ratio: f64 = speed / fading;
+        let expected = (1000.0 * (-ratio * ratio).exp() + 30.0) * speed;
+        let found = run.get("frictionForce");
+        assert!((found - expected).abs() < 1e-12 * expected, "{found} N, not {expected} N");
+    }
+}
+
+/// The delay line of Armstrong's law keeps four points within its delay, however long nothing happens.
+#[test]
+fn armstrong_steps_resolve_the_delay() {
+    let mut run = Rig::bench("Armstrong", "PrescribedMotion")
+        .set("driveVelocity", 0.1)
+        .set("friction.armstrong.tauL", 0.02)
+        .start()
+        .unwrap();
+    run.advance(1.0).unwrap();
+    assert!(run.get("solver.steps") >= 200.0, "{} steps", run.get("solver.steps"));
+}
+
 /// The default experiment at a loose and at a tight tolerance: a position to a micrometre.
 #[test]
 fn trajectories_do_not_depend_on_the_tolerance() {

@@ -6,7 +6,7 @@ mod rig;
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Chosen, Kind, Role, Variable};
+use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
 
 /// A run under a law with inputs away from their start values.
 fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
@@ -141,4 +141,59 @@ fn stroke_below_the_initial_position_says_what_to_do() {
     let expected = "position0 = 0.25 is refused: it must not exceed cylinder.stroke = 0.2; give position0, too, a value within the stroke";
     assert_eq!(refused, expected);
     assert!(setup.set("position0", 0.1).unwrap().start(0.0).is_ok(), "what it says helps");
+}
+
+/// A tunable parameter changed before the first step is as good as one set from the beginning: nothing computed from the
+/// old value, such as the magnitudes that errors are judged by, remains.
+#[test]
+fn parameter_tuned_at_the_start_is_like_one_set_before() {
+    for model in models::ALL {
+        let table = (model.variables)();
+        let laws = table.find("friction.law").map_or(vec![None], |entry| {
+            let Kind::Enumeration(of) = entry.variable.kind else { panic!("laws have names") };
+            // What these remember from the start depends on parameters: the delay line, and the force held.
+            let laws = of.items.iter().filter(|(_, name, _)| !["Armstrong", "DNLRX"].contains(name));
+            laws.map(|(id, ..)| Some(*id)).collect()
+        });
+        for law in laws {
+            let setup = || law.map_or(Setup::of(model), |law| Setup::of(model).set("friction.law", law).unwrap());
+            for variable in table.parameters().filter(|variable| matches_law(variable, law, table)) {
+                let start = variable.start.expect("parameters have start values");
+                let value = if start == 0.0 { variable.nominal.unwrap_or(1.0) * 1e-3 } else { 0.9 * start };
+                let Ok(before) = setup().set(&variable.name, value) else { continue };
+                let (Ok(mut before), mut tuned) = (before.start(0.0), setup().start(0.0).unwrap()) else { continue };
+                if tuned.set(&variable.name, value).is_err() {
+                    continue;
+                }
+                for plant in [&mut before, &mut tuned] {
+                    for (name, input) in table.inputs().map(|input| (&input.name, input.start.unwrap())) {
+                        plant.set(name, 1.1 * input + 0.3).unwrap();
+                    }
+                    plant.advance_to(0.02 * model.experiment.stop_time).unwrap();
+                }
+                for computed in table.computed() {
+                    let [expected, found] = [&mut before, &mut tuned].map(|plant| plant.get(&computed.name).unwrap());
+                    let name = &computed.name;
+                    assert_eq!(
+                        found.to_bits(),
+                        expected.to_bits(),
+                        "{} {law:?}: {name} after {}",
+                        model.name,
+                        variable.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Whether a variable is tunable and belongs to a law, or to none.
+fn matches_law(variable: &Variable, law: Option<i32>, table: &Table) -> bool {
+    let group = law.and_then(|law| {
+        let Kind::Enumeration(of) = table.find("friction.law")?.variable.kind else { return None };
+        of.items.iter().find(|(id, ..)| *id == law).map(|(_, name, _)| format!("friction.{}.", name.to_lowercase()))
+    });
+    let is_of_law = variable.name.starts_with("friction.") && variable.name.matches('.').count() == 2;
+    let belongs = !is_of_law || group.is_some_and(|group| variable.name.to_lowercase().starts_with(&group));
+    variable.role == Role::Tunable && belongs
 }

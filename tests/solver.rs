@@ -258,3 +258,45 @@ fn error_says_what_stands_in_the_way() {
     let error = Run::new(Tank, settings, 0.0, [0.5], (), [0.0]).advance(1.0).unwrap_err();
     assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
 }
+
+/// `x'' = -x` that counts how often a step was accepted.
+struct Counting;
+
+impl HybridSystem<2, 1> for Counting {
+    type Memory = u64;
+    type Indicators = [f64; 0];
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; 2], _u: &[S; 1], _memory: &u64) -> [S; 2] {
+        // A kick that no step foresees.
+        let kick = if time.value() > 0.5 { 1e3 } else { 0.0 };
+        [x[1], -x[0] + kick]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], _: &u64) -> [f64; 0] {
+        []
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut u64) {}
+    fn follow(&self, _: f64, _: &[f64; 2], _: &[f64; 1], follows: &mut u64) {
+        *follows += 1;
+    }
+    fn scales(&self) -> [f64; 2] {
+        [1.0; 2]
+    }
+    fn max_step(&self) -> f64 {
+        0.01
+    }
+    fn fits(&self, _memory: &u64) -> bool {
+        true
+    }
+}
+
+/// The system follows every accepted step, and the inputs once at the start of a call. Rejected steps are counted apart,
+/// and no step exceeds the largest that the system allows.
+#[test]
+fn accepted_steps_are_those_the_system_follows() {
+    let mut run = Run::new(Counting, Settings { tolerance: 1e-4, ..ADAPTIVE }, 0.0, [0.0, 1.0], 0, [0.0]);
+    run.advance(2.0).unwrap();
+    let (_, follows) = run.state();
+    let counters = run.counters();
+    assert_eq!(counters.steps, follows - 1);
+    assert!(counters.rejected > 0, "the kick must take the solver by surprise");
+    assert!(counters.steps >= 200, "{} steps of at most 0.01 s within 2 s", counters.steps);
+}
