@@ -2,17 +2,19 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::{Duration, SystemTime};
 
-use anyhow::{Context, Result};
-use jiff::Timestamp;
-use jiff::tz::Offset;
+use anyhow::{Context, Result, ensure};
+use humantime::format_rfc3339_seconds;
 
 /// What is used outside a git checkout: 2020-01-01.
-const FALLBACK: i64 = 1_577_836_800;
+const FALLBACK: u64 = 1_577_836_800;
+/// What is beyond the calendar: the year 10000.
+const BEYOND: u64 = 253_402_300_800;
 
 /// When the FMU was generated, as far as its bytes say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment(Timestamp);
+pub struct Moment(SystemTime);
 
 impl Moment {
     /// `SOURCE_DATE_EPOCH` if set, else the date of the commit, else a constant.
@@ -27,13 +29,14 @@ impl Moment {
         Self::from_seconds(seconds)
     }
 
-    fn from_seconds(seconds: i64) -> Result<Self> {
-        Ok(Self(Timestamp::from_second(seconds).with_context(|| format!("{seconds} s is out of the calendar"))?))
+    fn from_seconds(seconds: u64) -> Result<Self> {
+        ensure!(seconds < BEYOND, "{seconds} s is out of the calendar");
+        Ok(Self(SystemTime::UNIX_EPOCH + Duration::from_secs(seconds)))
     }
 
     /// As XML writes it, for example `2020-01-01T00:00:00Z`.
     pub fn iso(self) -> String {
-        self.0.to_string()
+        format_rfc3339_seconds(self.0).to_string()
     }
 
     /// As a zip archive stores it, in UTC.
@@ -41,13 +44,19 @@ impl Moment {
     /// # Errors
     /// When it lies outside the years 1980 to 2107.
     pub fn in_archive(self) -> Result<zip::DateTime> {
-        let civil = Offset::UTC.to_datetime(self.0);
-        zip::DateTime::try_from(civil).with_context(|| format!("a zip archive cannot hold the date {}", self.iso()))
+        let iso = self.iso();
+        let parts = iso.trim_end_matches('Z').split(['-', 'T', ':']).map(str::parse::<u16>);
+        let [year, month, day, hour, minute, second] = parts.collect::<Result<Vec<_>, _>>()?[..] else {
+            unreachable!("{iso} has a date and a time");
+        };
+        let [month, day, hour, minute, second] = [month, day, hour, minute, second].map(|part| part as u8);
+        zip::DateTime::from_date_and_time(year, month, day, hour, minute, second)
+            .with_context(|| format!("a zip archive cannot hold the date {iso}"))
     }
 }
 
 /// The date of the commit in s since 1970; nothing where git or a history is missing.
-fn commit_date(root: &Path) -> Option<i64> {
+fn commit_date(root: &Path) -> Option<u64> {
     let log = Command::new("git")
         .args(["log", "-1", "--format=%ct"])
         .current_dir(root)
@@ -70,9 +79,17 @@ mod tests {
     }
 
     #[test]
-    fn dates_before_zip_archives_are_refused() -> Result<()> {
+    fn dates_before_zip_archives_and_beyond_the_calendar_are_refused() -> Result<()> {
         assert!(Moment::from_seconds(0)?.in_archive().is_err());
-        assert_eq!(Moment::from_seconds(FALLBACK)?.in_archive()?.year(), 2020);
+        assert!(Moment::from_seconds(BEYOND).is_err() && Moment::from_seconds(BEYOND - 1).is_ok());
+        Ok(())
+    }
+
+    #[test]
+    fn archives_store_the_same_date() -> Result<()> {
+        let date = Moment::from_seconds(1_234_567_890)?.in_archive()?;
+        assert_eq!((date.year(), date.month(), date.day()), (2009, 2, 13));
+        assert_eq!((date.hour(), date.minute(), date.second()), (23, 31, 30));
         Ok(())
     }
 }

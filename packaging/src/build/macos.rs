@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use fat_macho::FatWriter;
+use object::macho::FAT_MAGIC;
 
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
@@ -33,12 +33,29 @@ pub fn missing() -> Result<Vec<Tool>> {
 
 /// Builds the library for both processors and joins them.
 pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
-    let mut universal = FatWriter::new();
-    for triple in TRIPLES {
-        universal.add(thin(workspace, triple)?).with_context(|| format!("cannot join {triple}"))?;
+    let libraries = TRIPLES.into_iter().map(|triple| thin(workspace, triple)).collect::<Result<Vec<_>>>()?;
+    universal(&libraries).context("cannot join the libraries of both processors")
+}
+
+/// The libraries in one file, each at a page of its own, behind a list that says for which processor it is and where.
+fn universal(libraries: &[Vec<u8>]) -> Result<Vec<u8>> {
+    /// The largest page of either processor, as a power of 2.
+    const PAGE: u32 = 14;
+    const WORD: usize = size_of::<u32>();
+    let mut list = vec![FAT_MAGIC, u32::try_from(libraries.len())?];
+    let mut bytes = vec![0; WORD * (list.len() + 5 * libraries.len())];
+    for library in libraries {
+        let [processor, model] = [1, 2].map(|place| library.get(place * WORD..(place + 1) * WORD));
+        let word =
+            |bytes: Option<&[u8]>| Ok::<_, anyhow::Error>(u32::from_le_bytes(bytes.context("no library")?.try_into()?));
+        bytes.resize(bytes.len().next_multiple_of(1 << PAGE), 0);
+        list.extend([word(processor)?, word(model)?, u32::try_from(bytes.len())?, u32::try_from(library.len())?, PAGE]);
+        bytes.extend(library);
     }
-    let mut bytes = Vec::new();
-    universal.write_to(&mut bytes).context("cannot write a universal library")?;
+    // Whatever the processors, the list has the high byte first.
+    for (slot, word) in bytes.chunks_exact_mut(WORD).zip(list) {
+        slot.copy_from_slice(&word.to_be_bytes());
+    }
     Ok(bytes)
 }
 
@@ -82,4 +99,37 @@ fn sdk(workspace: &Workspace) -> Result<PathBuf> {
 fn copy(from: &Path, to: &Path) -> Result<()> {
     std::fs::copy(from, to).with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use object::read::macho::{FatArch, MachOFatFile32};
+    use object::{Architecture, Object};
+
+    use super::*;
+
+    /// A header without any commands: magic number, processor and its model, kind of file, sizes and flags.
+    fn library(processor: u32, model: u32, length: usize) -> Vec<u8> {
+        let words = [0xfeed_facf, processor, model, 6, 0, 0, 0, 0];
+        let mut bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
+        bytes.resize(length, 7);
+        bytes
+    }
+
+    #[test]
+    fn joined_libraries_are_found_again_each_at_a_page_of_its_own() -> Result<()> {
+        let libraries = [library(0x0100_0007, 3, 20_000), library(0x0100_000c, 0, 33)];
+        let bytes = universal(&libraries)?;
+        let file = MachOFatFile32::parse(&*bytes)?;
+        let found: Vec<_> = file.arches().iter().map(|arch| (arch.architecture(), arch.data(&*bytes))).collect();
+        assert_eq!(found, [(Architecture::X86_64, Ok(&*libraries[0])), (Architecture::Aarch64, Ok(&*libraries[1]))]);
+        assert!(file.arches().iter().all(|arch| arch.offset.get(object::BigEndian) % (1 << 14) == 0));
+        assert_eq!(object::File::parse(found[0].1?)?.architecture(), Architecture::X86_64);
+        Ok(())
+    }
+
+    #[test]
+    fn what_has_no_header_is_refused() {
+        assert!(universal(&[vec![0; 5]]).is_err());
+    }
 }
