@@ -1,8 +1,9 @@
 /* Runs the cylinder in real time: a position loop of 1 kHz, with histograms of how late it woke up and how long it took.
  *
  *     unzip -d plant target/fmu/PneumaticServoCylinder.fmu
- *     gcc -O2 -o host examples/host.c -ldl && ./host plant 10
+ *     gcc -O2 -I HEADERS -o host examples/host.c -ldl && ./host plant 10
  *
+ * HEADERS is a folder with the headers of the standard, for example fmpy/c-code where FMPy is installed.
  * As root, or with the limits `rtprio` and `memlock`, it runs under SCHED_FIFO with its memory locked. */
 
 #define _GNU_SOURCE
@@ -16,6 +17,8 @@
 #include <sys/mman.h>
 #include <time.h>
 
+#include "fmi2FunctionTypes.h"
+
 enum { PERIOD = 1000000, BUCKETS = 16 }; /* ns; of 1, 2, 4, ... us */
 typedef struct { uint64_t counts[BUCKETS]; int64_t largest; double sum; } Histogram;
 
@@ -23,7 +26,7 @@ static void fail(const char *what) {
     fprintf(stderr, "host: %s failed\n", what);
     exit(1);
 }
-#define CALL(call) do { if ((call) != 0) fail(#call); } while (0)
+#define CALL(call) do { if ((call) != fmi2OK) fail(#call); } while (0)
 
 static int64_t now(void) {
     struct timespec time;
@@ -55,10 +58,10 @@ static const char *attribute(const char *xml, const char *mark) {
     return strndup(begin, strcspn(begin, "\""));
 }
 
-static unsigned reference(const char *xml, const char *name) {
+static fmi2ValueReference reference(const char *xml, const char *name) {
     char mark[128];
     snprintf(mark, sizeof mark, "name=\"%s\" valueReference=\"", name);
-    return (unsigned)strtoul(attribute(xml, mark), NULL, 10);
+    return (fmi2ValueReference)strtoul(attribute(xml, mark), NULL, 10);
 }
 
 int main(int arguments, char **argument) {
@@ -73,21 +76,23 @@ int main(int arguments, char **argument) {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library) fail(dlerror());
 
+#define FUNCTION(name) fmi2##name##TYPE *name = dlsym(library, "fmi2" #name); if (!name) fail("fmi2" #name)
+    FUNCTION(Instantiate);
+    FUNCTION(SetupExperiment);
+    FUNCTION(EnterInitializationMode);
+    FUNCTION(ExitInitializationMode);
+    FUNCTION(SetReal);
+    FUNCTION(GetReal);
+    FUNCTION(DoStep);
+    FUNCTION(FreeInstance);
+
     /* A set of callbacks is allowed to be absent, and nothing is logged. */
-    void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int) = dlsym(library, "fmi2Instantiate");
-    int (*setup)(void *, int, double, double, int, double) = dlsym(library, "fmi2SetupExperiment");
-    int (*enter)(void *) = dlsym(library, "fmi2EnterInitializationMode");
-    int (*leave)(void *) = dlsym(library, "fmi2ExitInitializationMode");
-    int (*set_real)(void *, const unsigned *, size_t, const double *) = dlsym(library, "fmi2SetReal");
-    int (*get_real)(void *, const unsigned *, size_t, double *) = dlsym(library, "fmi2GetReal");
-    int (*do_step)(void *, double, double, int) = dlsym(library, "fmi2DoStep");
-    void (*release)(void *) = dlsym(library, "fmi2FreeInstance");
-    void *plant = instantiate("plant", 1, attribute(xml, "guid=\""), "", NULL, 0, 0);
+    fmi2Component plant = Instantiate("plant", fmi2CoSimulation, attribute(xml, "guid=\""), "", NULL, fmi2False, fmi2False);
     if (!plant) fail("fmi2Instantiate");
-    CALL(setup(plant, 0, 0.0, 0.0, 0, 0.0));
-    CALL(enter(plant));
-    CALL(leave(plant));
-    const unsigned voltage = reference(xml, "valveVoltage"), position = reference(xml, "position");
+    CALL(SetupExperiment(plant, fmi2False, 0.0, 0.0, fmi2False, 0.0));
+    CALL(EnterInitializationMode(plant));
+    CALL(ExitInitializationMode(plant));
+    const fmi2ValueReference voltage = reference(xml, "valveVoltage"), position = reference(xml, "position");
 
     int fifo = sched_setscheduler(0, SCHED_FIFO, &(struct sched_param){.sched_priority = 80});
     printf("scheduler: %s\n", fifo == 0 ? "SCHED_FIFO, priority 80" : strerror(errno));
@@ -97,22 +102,22 @@ int main(int arguments, char **argument) {
     Histogram late = {0}, busy = {0};
     int64_t due = now();
     double x = 0.0;
-    CALL(get_real(plant, &position, 1, &x));
+    CALL(GetReal(plant, &position, 1, &x));
     for (uint64_t k = 0; k < steps; k++) {
         due += PERIOD;
         struct timespec wake = {due / 1000000000, due % 1000000000};
         while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, NULL) == EINTR) {}
         int64_t begin = now();
         double u = 5.0 + 40.0 * (0.3 - x); /* towards 0.3 m */
-        CALL(set_real(plant, &voltage, 1, &u));
-        CALL(do_step(plant, 1e-3 * (double)k, 1e-3, 1));
-        CALL(get_real(plant, &position, 1, &x));
+        CALL(SetReal(plant, &voltage, 1, &u));
+        CALL(DoStep(plant, 1e-3 * (double)k, 1e-3, fmi2True));
+        CALL(GetReal(plant, &position, 1, &x));
         count(&busy, now() - begin);
         count(&late, begin - due);
     }
     printf("steps: %llu\nposition: %.17g\n", (unsigned long long)steps, x);
     print("late", &late, steps);
     print("busy", &busy, steps);
-    release(plant);
+    FreeInstance(plant);
     return 0;
 }

@@ -149,7 +149,7 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
             }
             let mut contact =
                 Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
-            let mut memory = law.start(&contact, &mut [0.0; MAX_STATES]);
+            let mut memory = law.start(&contact);
             for _ in 0..20 {
                 let indicators = law.indicators(&contact, &at[4..], &memory);
                 for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::event::{Event, Indicators};
-use super::law::{Contact, MAX_STATES, StateKind};
+use super::law::{Contact, Drive, MAX_STATES, StateKind, Stiction};
 use super::registry::{Friction, Memory};
 use super::states;
 use crate::hybrid::Sample;
@@ -15,6 +15,11 @@ use crate::numbers::Scalar;
 #[derive(Clone, Debug)]
 pub struct FrictionContact {
     law: Friction,
+    drive: Drive,
+    /// Whether the position is exactly constant while the law holds the mass.
+    holds_exactly: bool,
+    /// Whether the memory of the law follows the motion.
+    follows: bool,
     /// Index of the first state of the law among the states of the model.
     first: usize,
     /// Number of states of the law.
@@ -26,13 +31,20 @@ pub struct FrictionContact {
 impl FrictionContact {
     /// A contact under a law, whose states begin at an index among those of the model, and whose variables count from a
     /// value reference.
-    pub fn new(law: Friction, first: usize, references: u32) -> Self {
-        Self { count: law.states(), law, first, references }
+    pub fn new(law: Friction, drive: Drive, first: usize, references: u32) -> Self {
+        let holds_exactly = law.stiction() == Stiction::Exact;
+        Self { drive, holds_exactly, follows: law.follows(drive), count: law.states(), law, first, references }
     }
 
     /// The law.
     pub fn law(&self) -> &Friction {
         &self.law
+    }
+
+    /// What sets the contact in motion.
+    #[inline(always)]
+    pub fn drive(&self) -> Drive {
+        self.drive
     }
 
     /// Number of states of the law.
@@ -52,15 +64,21 @@ impl FrictionContact {
         (number < self.count).then_some(self.first + number)
     }
 
-    /// The memory a run starts with; may set the states of the law, which are zero.
-    pub fn start(&self, contact: &Contact<f64>, x: &mut [f64]) -> Memory {
-        self.law.start(contact, &mut x[self.states()])
+    /// The memory a run starts with; the states of the law are zero then.
+    pub fn start(&self, contact: &Contact<f64>) -> Memory {
+        self.law.start(contact)
+    }
+
+    /// Whether the law holds the position.
+    #[inline(always)]
+    fn is_held(&self, memory: &Memory) -> bool {
+        self.holds_exactly && memory.is_sticking()
     }
 
     /// Velocity at which the mass moves: that of its state, unless the law holds the position.
     #[inline(always)]
     pub fn rate<S: Scalar>(&self, velocity: S, memory: &Memory) -> S {
-        if self.law.holds_position(memory) { S::zero() } else { velocity }
+        if self.is_held(memory) { S::zero() } else { velocity }
     }
 
     /// The friction force in N; writes the rates of the law's states among those of the model.
@@ -71,18 +89,18 @@ impl FrictionContact {
 
     /// What the contact shows.
     pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &Memory) -> Observation<S> {
-        let (mut states, mut rates) = ([S::zero(); MAX_STATES], [S::zero(); MAX_STATES]);
-        states[..self.count].copy_from_slice(&x[self.states()]);
-        let force = self.law.force(contact, &states[..self.count], memory, &mut rates[..self.count]);
-        let sticking = S::constant(f64::from(self.law.is_sticking(memory)));
-        Observation {
-            force,
-            sticking,
-            is_held: self.law.holds_position(memory),
+        let mut observation = Observation {
+            force: S::zero(),
+            sticking: S::constant(f64::from(memory.is_sticking())),
+            is_held: self.is_held(memory),
             kind: self.law.state_kind(),
-            states,
-            rates,
-        }
+            states: [S::zero(); MAX_STATES],
+            rates: [S::zero(); MAX_STATES],
+        };
+        let states = &x[self.states()];
+        observation.states[..self.count].copy_from_slice(states);
+        observation.force = self.law.force(contact, states, memory, &mut observation.rates[..self.count]);
+        observation
     }
 
     /// The event indicators in the present mode.
@@ -107,7 +125,9 @@ impl FrictionContact {
     /// Lets the memory follow an accepted step; few laws do, and only for them the contact is worked out.
     #[inline(always)]
     pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut Memory) {
-        self.law.follow(contact, &x[self.states()], memory);
+        if self.follows {
+            self.law.follow(&contact(), &x[self.states()], memory);
+        }
     }
 
     /// The next sample.

@@ -29,6 +29,17 @@ pub enum Drive {
     Motion,
 }
 
+/// How a law holds the mass at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stiction {
+    /// Not at all, or by a bristle that is a state.
+    None,
+    /// By a spring: while it sticks, the mass still moves.
+    Elastic,
+    /// Exactly: while it sticks, its position is constant.
+    Exact,
+}
+
 /// The contact as a friction law sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact<S> {
@@ -40,31 +51,41 @@ pub struct Contact<S> {
     pub velocity: S,
     /// Sum of all other forces on the mass in N, positive towards positive velocity.
     pub applied: S,
-    /// Load level (1 at rated load), which multiplies every force-valued parameter of the law, or the limits of its
-    /// deflections where these stand for forces.
+    /// Load level `lambda` (1 at rated load), which multiplies every force-valued parameter of the law, or the limits of
+    /// its deflections where these stand for forces.
     pub level: S,
     /// Whether the contact is moved by forces or by a prescribed motion.
     pub drive: Drive,
 }
 
 /// A friction law: its parameters and its hybrid equations.
-pub trait FrictionLaw: Sized {
+///
+/// The parameters are named relative to the group of the law; value references count from 0 and are never reused.
+///
+/// Laws that are less than this are written as what they are: [`VelocityLaw`](super::parts::of_velocity::VelocityLaw),
+/// [`SetValued`](super::parts::stick_slip::SetValued), [`BristleLaw`](super::parts::one_bristle::BristleLaw).
+pub trait FrictionLaw: ParameterSet {
     /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
     type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+
+    /// How the law holds the mass.
+    const STICTION: Stiction = Stiction::None;
 
     /// The events that can end a mode of the law.
     const EVENTS: &'static [Event] = &[];
 
-    /// The law's parameters, named relative to its group; value references count from 0 and are never reused.
-    type Parameters: ParameterSet;
+    /// The drives under which the memory [follows](Self::follow) the motion.
+    const FOLLOWS: &'static [Drive] = &[];
 
-    /// Builds the law.
+    /// Checks that parameters which are legal one by one fit together.
     ///
     /// # Errors
-    /// [`ParameterError`] when values that are legal one by one do not fit together.
-    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+    /// [`ParameterError`] if they do not.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
 
-    /// Those that its parameters leave possible.
+    /// The events that its parameters leave possible.
     fn events(&self) -> &'static [Event] {
         Self::EVENTS
     }
@@ -84,10 +105,10 @@ pub trait FrictionLaw: Sized {
         1.0
     }
 
-    /// The memory a run starts with; may set the continuous states, which are zero.
-    fn start(&self, contact: &Contact<f64>, z: &mut [f64]) -> Self::Memory;
+    /// The memory a run starts with; the continuous states are zero then.
+    fn start(&self, contact: &Contact<f64>) -> Self::Memory;
 
-    /// The friction force in N; writes the time derivatives of the continuous states.
+    /// The friction force in N; writes the time derivatives of the continuous states, which are zero before.
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
 
     /// Sets the event indicators that the present mode uses.
@@ -130,13 +151,8 @@ pub trait FrictionLaw: Sized {
         None
     }
 
-    /// Whether the law holds the mass (the output `sticking`).
-    fn is_sticking(&self, _memory: &Self::Memory) -> bool {
+    /// Whether the law holds the mass now (the output `sticking`), if it has any [stiction](Self::STICTION).
+    fn is_sticking(_memory: &Self::Memory) -> bool {
         false
-    }
-
-    /// Whether the position is exactly constant, so that the velocity to report is 0.
-    fn holds_position(&self, memory: &Self::Memory) -> bool {
-        self.is_sticking(memory)
     }
 }

@@ -13,7 +13,7 @@
 //! | `registry` | one line for each law |
 //! | [`laws`] | the laws, one file each |
 //! | [`states`] | the states of a contact as variables |
-//! | [`parts`] | what several laws are made of |
+//! | [`parts`] | what several laws are made of, and the simpler kinds of law: of velocity, set-valued, of one bristle |
 
 pub mod contact;
 mod event;
@@ -25,5 +25,5 @@ pub mod states;
 
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
-pub use law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind};
+pub use law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 pub use registry::{Friction, LAWS, Law, Memory};

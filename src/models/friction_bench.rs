@@ -175,18 +175,18 @@ impl Trend {
     }
 }
 
-/// A force in N beyond every level that a friction law can have.
+/// A force in N beyond everything that a friction law can answer with.
 const OVERWHELMING: f64 = 1e12;
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match equations.friction.count() {
-        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
-        2 => Ok(Box::new(equations.run::<{ State::OTHERS + 2 }>(start)?)),
-        3..=4 => Ok(Box::new(equations.run::<{ State::OTHERS + 4 }>(start)?)),
-        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
+        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
+        2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
+        3..=4 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 4 }>(start)?)),
+        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
@@ -196,12 +196,17 @@ fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;
-    let friction = FrictionContact::new(Friction::new(friction, "friction")?, State::FRICTION, references::CONTACT);
+    let drive = match p.drive {
+        Drive::PrescribedMotion => friction::Drive::Motion,
+        Drive::SpringPull | Drive::Free => friction::Drive::Force,
+    };
+    let law = Friction::new(friction, "friction")?;
+    let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
     Ok((FrictionBench { p, friction }, settings))
 }
 
 impl FrictionBench {
-    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
         let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
         let mut x = [0.0; N];
         (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
@@ -209,7 +214,7 @@ impl FrictionBench {
         let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
         let rate = if self.p.drive == Drive::PrescribedMotion { u.drive_velocity } else { self.p.velocity0 };
         let contact = self.contact(0.0, &x, &u, rate, trend);
-        let friction = self.friction.start(&contact, &mut x);
+        let friction = self.friction.start(&contact);
         Simulator::new(build, start, x, Memory { friction, trend })
     }
 
@@ -254,9 +259,10 @@ impl FrictionBench {
         rate: S,
         trend: Trend,
     ) -> Contact<S> {
-        let (drive, velocity) = match self.p.drive {
-            Drive::PrescribedMotion => (friction::Drive::Motion, rate),
-            Drive::SpringPull | Drive::Free => (friction::Drive::Force, x[State::Velocity.at(N)]),
+        let drive = self.friction.drive();
+        let velocity = match drive {
+            friction::Drive::Motion => rate,
+            friction::Drive::Force => x[State::Velocity.at(N)],
         };
         let applied = self.applied_force(x, u, rate, trend);
         Contact { time, position: x[State::Position.at(N)], velocity, applied, level: S::constant(1.0), drive }

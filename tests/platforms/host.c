@@ -2,7 +2,7 @@
  *
  *     host LIBRARY < EXPERIMENTS
  *
- * It has no dependency but the C library, so that any cross compiler builds it and any emulator runs it. The inputs come
+ * It has no dependency but the headers of the standard and the C library, so that any cross compiler builds it and any emulator runs it. The inputs come
  * as bits, so that no function of the platform's own C library has a part in the results. */
 
 #ifdef _WIN32
@@ -16,33 +16,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct {
-    void (*logger)(void *, const char *, int, const char *, const char *, ...);
-    void *(*allocate)(size_t, size_t);
-    void (*release)(void *);
-    void (*finished)(void *, int);
-    void *environment;
-} Callbacks;
+#include "fmi2FunctionTypes.h"
 
-typedef unsigned Reference;
+typedef fmi2ValueReference Reference;
 
 static struct {
-    void *(*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
-    void (*free_instance)(void *);
-    int (*setup)(void *, int, double, double, int, double);
-    int (*enter_initialization)(void *);
-    int (*exit_initialization)(void *);
-    int (*terminate)(void *);
-    int (*set_real)(void *, const Reference *, size_t, const double *);
-    int (*set_integer)(void *, const Reference *, size_t, const int *);
-    int (*get_real)(void *, const Reference *, size_t, double *);
-    int (*do_step)(void *, double, double, int);
-    int (*get_state)(void *, void **);
-    int (*set_state)(void *, void *);
-    int (*free_state)(void *, void **);
-    int (*serialized_size)(void *, void *, size_t *);
-    int (*serialize)(void *, void *, char *, size_t);
-    int (*deserialize)(void *, const char *, size_t, void **);
+    fmi2InstantiateTYPE *instantiate;
+    fmi2FreeInstanceTYPE *free_instance;
+    fmi2SetupExperimentTYPE *setup;
+    fmi2EnterInitializationModeTYPE *enter_initialization;
+    fmi2ExitInitializationModeTYPE *exit_initialization;
+    fmi2TerminateTYPE *terminate;
+    fmi2SetRealTYPE *set_real;
+    fmi2SetIntegerTYPE *set_integer;
+    fmi2GetRealTYPE *get_real;
+    fmi2DoStepTYPE *do_step;
+    fmi2GetFMUstateTYPE *get_state;
+    fmi2SetFMUstateTYPE *set_state;
+    fmi2FreeFMUstateTYPE *free_state;
+    fmi2SerializedFMUstateSizeTYPE *serialized_size;
+    fmi2SerializeFMUstateTYPE *serialize;
+    fmi2DeSerializeFMUstateTYPE *deserialize;
 } fmi;
 
 static void fail(const char *what) {
@@ -50,7 +44,7 @@ static void fail(const char *what) {
     exit(1);
 }
 
-#define CALL(call) do { if ((call) != 0) fail(#call); } while (0)
+#define CALL(call) do { if ((call) != fmi2OK) fail(#call); } while (0)
 
 static void *function(void *library, const char *name) {
 #ifdef _WIN32
@@ -90,12 +84,13 @@ static void load(const char *file) {
     LOAD(deserialize, "DeSerializeFMUstate");
 }
 
-static void print_message(void *environment, const char *name, int status, const char *category, const char *text, ...) {
+static void print_message(
+    fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String text, ...) {
     (void)environment, (void)name;
     fprintf(stderr, "host: status %d, %s: %s\n", status, category, text);
 }
 
-static const Callbacks callbacks = {print_message, calloc, free, NULL, NULL};
+static const fmi2CallbackFunctions callbacks = {print_message, calloc, free, NULL, NULL};
 
 /* What is read from the standard input. */
 static char guid[64];
@@ -143,19 +138,19 @@ static void read_experiment(void) {
 }
 
 /* Takes a step and leaves the outputs at its end. */
-static void advance(void *instance, size_t index, double *values) {
+static void advance(fmi2Component instance, size_t index, double *values) {
     CALL(fmi.set_real(instance, inputs, input_count, samples + index * input_count));
-    CALL(fmi.do_step(instance, (double)index * step, step, 1));
+    CALL(fmi.do_step(instance, (double)index * step, step, fmi2True));
     CALL(fmi.get_real(instance, outputs, output_count, values));
 }
 
 enum { AHEAD = 20 };
 
 /* Goes some steps ahead and back by a saved state, again by a state that was bytes meanwhile, and must see the same. */
-static void rehearse(void *instance, size_t index) {
+static void rehearse(fmi2Component instance, size_t index) {
     size_t row = output_count, size = 0;
     double *first = array(AHEAD * row, sizeof *first), *again = array(AHEAD * row, sizeof *again);
-    void *state = NULL, *copy = NULL;
+    fmi2FMUstate state = NULL, copy = NULL;
     CALL(fmi.get_state(instance, &state));
     CALL(fmi.serialized_size(instance, state, &size));
     char *bytes = array(size, 1);
@@ -175,7 +170,7 @@ static void rehearse(void *instance, size_t index) {
 }
 
 static void run(const char *label) {
-    void *instance = fmi.instantiate(label, 1, guid, "", &callbacks, 0, 0);
+    fmi2Component instance = fmi.instantiate(label, fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2False);
     if (!instance) fail("fmi2Instantiate");
     size_t changes = whole();
     for (size_t i = 0; i < changes; i++) {
@@ -183,7 +178,7 @@ static void run(const char *label) {
         int value = (int)whole();
         CALL(fmi.set_integer(instance, &reference, 1, &value));
     }
-    CALL(fmi.setup(instance, 0, 0.0, 0.0, 0, 0.0));
+    CALL(fmi.setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     CALL(fmi.enter_initialization(instance));
     CALL(fmi.exit_initialization(instance));
     printf("run %s\n", label);

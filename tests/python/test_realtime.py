@@ -7,19 +7,21 @@ import subprocess
 import sys
 from pathlib import Path
 
+import fmpy
 import pytest
 from client import Client
 from fmpy import extract
 
 SOURCE = Path(__file__).parents[2] / "examples" / "host.c"
+HEADERS = Path(fmpy.__file__).parent / "c-code"
 STEPS = 500
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the host is for Linux")
 def test_host_runs_at_a_kilohertz_and_moves_the_carriage_as_fmpy_does(fmu: Path, tmp_path: Path) -> None:
     program = tmp_path / "host"
-    compiler = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-o", program, SOURCE, "-ldl"]
-    subprocess.run(compiler, check=True)
+    compiler = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-I", HEADERS]
+    subprocess.run([*compiler, "-o", program, SOURCE, "-ldl"], check=True)
     folder = extract(str(fmu), tmp_path / "plant")
     done = subprocess.run([program, folder, str(1e-3 * STEPS)], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr

@@ -10,6 +10,7 @@ use anyhow::{Context, Result};
 use crate::build::aarch64;
 use crate::build::tools::Tool;
 use crate::process;
+use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
 /// A machine.
@@ -76,7 +77,9 @@ impl Machine {
     fn compile(self, workspace: &Workspace, folder: &Path) -> Result<()> {
         let mut compiler = Command::new(self.compiler().0);
         compiler.args(["-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "host"]);
-        compiler.arg(workspace.root.join("tests/platforms/host.c"));
+        // The headers of the standard as FMPy has them.
+        let headers = Venv::prepare(workspace, Requirements::PACKAGE)?.module("fmpy")?.join("c-code");
+        compiler.arg("-I").arg(headers).arg(workspace.root.join("tests/platforms/host.c"));
         if self != Self::Windows {
             compiler.arg("-ldl");
         }

@@ -3,21 +3,43 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
-use crate::friction::parts::anchored::{Levels, Mode, Spring};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
+use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::delay::DelayLine;
-use crate::friction::parts::parameters::{coulomb_force, damping, force_level, stiffness, velocity, viscous};
+use crate::friction::parts::parameters::{coulomb_force, damping, force, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
-    /// Parameters of [`Armstrong`].
-    Parameters {
+    /// Armstrong's seven-parameter friction.
+    ///
+    /// ```text
+    /// sticking:  F = sigma0*(x - x_s) + sigma1*v        until |F| > lambda*(F_c + F_s(t_2))              [N]
+    /// sliding:   F = lambda*(F_c + F_s(t_2)/(1 + (v(t - tauL)/v_s)^2))*sgn(v) + sigma2*v   until v crosses 0   [N]
+    /// F_s(t_2) = F_sa + (FsInf - F_sa)*t_2/(t_2 + gamma)                                                 [N]
+    /// ```
+    ///
+    /// `F_s` is the excess over `F_c`; `t_2` in s is the time spent sticking, the last one while sliding; `F_sa` is the
+    /// Stribeck part `F_s/(1 + (v(t - tauL)/v_s)^2)` at the end of the last sliding, `FsInf` at first. The anchor `x_s`
+    /// keeps `F` continuous when the mass sticks again. Before the start the velocity was that of the start.
+    ///
+    /// # Validity
+    /// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at
+    /// most `tauL/4`; see [`DelayLine`] for what it resolves: an oscillation of the velocity of frequency `f` comes back with
+    /// an error of at most `6.2e-5*(f*tauL)^3` of its amplitude, 0.4 % at `f = 4/tauL` (800 Hz with the default, 20 Hz with
+    /// `tauL` = 0.2 s).
+    ///
+    /// # Errors
+    /// [`ParameterError`] for a `tauL` above 0 and below 10 us.
+    ///
+    /// # Source
+    /// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138, section 2.
+    Armstrong {
         coulomb_force: f64 = coulomb_force(8.3);
         stribeck_velocity: f64 = velocity(2, "vs", 0.01).text("Stribeck velocity: speed at which the static excess has halved");
         viscous: f64 = viscous(30.0);
-        static_excess: f64 = force_level(5, "FsInf", 2.7)
+        static_excess: f64 = force(5, "FsInf", 2.7)
             .text("Excess of static over Coulomb friction after a long time at rest");
         dwell_time: f64 = Variable::parameter(6, "gamma", units::SECOND, 0.1)
             .range(1e-6, 1e6)
@@ -27,43 +49,11 @@ parameters! {
             .range(0.0, 10.0)
             .shown_in("ms")
             .text("Frictional memory: delay between a change of speed and that of friction; 0 or at least 10 us");
-        stiffness: f64 = stiffness(8, "sigma0", 1e6).text("Contact stiffness while sticking");
-        damping: f64 = damping(9, "sigma1", 1000.0).text("Contact damping while sticking");
+        spring: Spring = [
+            stiffness(8, "sigma0", 1e6).text("Contact stiffness while sticking"),
+            damping(9, "sigma1", 1000.0).text("Contact damping while sticking"),
+        ];
     }
-}
-
-/// Armstrong's seven-parameter friction.
-///
-/// ```text
-/// sticking:  F = sigma0*(x - x_s) + sigma1*v        until |F| > lambda*(F_c + F_s(t_2))              [N]
-/// sliding:   F = lambda*(F_c + F_s(t_2)/(1 + (v(t - tauL)/v_s)^2))*sgn(v) + sigma2*v   until v crosses 0   [N]
-/// F_s(t_2) = F_sa + (FsInf - F_sa)*t_2/(t_2 + gamma)                                                 [N]
-/// ```
-///
-/// `F_s` is the excess over `F_c`; `t_2` in s is the time spent sticking, the last one while sliding; `F_sa` is the
-/// Stribeck part `F_s/(1 + (v(t - tauL)/v_s)^2)` at the end of the last sliding, `FsInf` at first. The anchor `x_s`
-/// keeps `F` continuous when the mass sticks again. Before the start the velocity was that of the start.
-///
-/// # Validity
-/// Sticking is an oscillation of frequency `sqrt(sigma0/m)` about the anchor, not a rest. Steps of the solver are at
-/// most `tauL/4`; see [`DelayLine`] for what it resolves: an oscillation of the velocity of frequency `f` comes back with
-/// an error of at most `6.2e-5*(f*tauL)^3` of its amplitude, 0.4 % at `f = 4/tauL` (800 Hz with the default, 20 Hz with
-/// `tauL` = 0.2 s).
-///
-/// # Errors
-/// [`ParameterError`] for a `tauL` above 0 and below 10 us.
-///
-/// # Source
-/// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138, section 2.
-#[derive(Clone, Debug)]
-pub struct Armstrong {
-    coulomb_force: f64,
-    stribeck_velocity: f64,
-    viscous: f64,
-    static_excess: f64,
-    dwell_time: f64,
-    lag: f64,
-    spring: Spring,
 }
 
 /// The mode, what the last change of it left, and the delay line. Forces are those at load level 1.
@@ -79,29 +69,22 @@ pub struct Memory {
 
 impl FrictionLaw for Armstrong {
     type Memory = Memory;
-    type Parameters = Parameters;
 
+    const STICTION: Stiction = Stiction::Elastic;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        if p.lag > 0.0 && p.lag < 1e-5 {
-            return Err(ParameterError::new("tauL", p.lag, "it must be 0 or at least 1e-5"));
+    fn check(&self) -> Result<(), ParameterError> {
+        if self.lag > 0.0 && self.lag < 1e-5 {
+            return Err(ParameterError::new("tauL", self.lag, "it must be 0 or at least 1e-5"));
         }
-        Ok(Self {
-            coulomb_force: p.coulomb_force,
-            stribeck_velocity: p.stribeck_velocity,
-            viscous: p.viscous,
-            static_excess: p.static_excess,
-            dwell_time: p.dwell_time,
-            lag: p.lag,
-            spring: Spring { stiffness: p.stiffness, damping: p.damping },
-        })
+        Ok(())
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         let break_away = contact.level * (self.coulomb_force + self.static_excess);
         Memory {
-            mode: Spring::start(contact, Levels { break_away, sliding: break_away }),
+            mode: Spring::start(contact, Limits { break_away, sliding: break_away }),
             since: contact.time,
             excess: self.static_excess,
             line: DelayLine::new(contact),
@@ -119,12 +102,12 @@ impl FrictionLaw for Armstrong {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        self.spring.indicate(memory.mode, contact, self.levels(contact, memory), out);
+        self.spring.indicate(memory.mode, contact, self.limits(contact, memory), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         let before = memory.mode;
-        memory.mode = self.spring.switched(before, contact, self.levels(contact, memory));
+        memory.mode = self.spring.switched(before, contact, self.limits(contact, memory));
         match (before, memory.mode) {
             (Mode::Sliding { .. }, _) => {
                 memory.excess = self.stribeck_part(contact, memory);
@@ -147,12 +130,8 @@ impl FrictionLaw for Armstrong {
         self.lag > 0.0
     }
 
-    fn is_sticking(&self, memory: &Memory) -> bool {
+    fn is_sticking(memory: &Memory) -> bool {
         matches!(memory.mode, Mode::Sticking { .. })
-    }
-
-    fn holds_position(&self, _memory: &Memory) -> bool {
-        false
     }
 }
 
@@ -169,17 +148,17 @@ impl Armstrong {
         memory.excess + (self.static_excess - memory.excess) * dwell / (dwell + self.dwell_time)
     }
 
-    fn levels(&self, contact: &Contact<f64>, memory: &Memory) -> Levels {
-        let level_of = |excess: f64| contact.level * (self.coulomb_force + excess);
+    fn limits(&self, contact: &Contact<f64>, memory: &Memory) -> Limits {
+        let limit = |excess: f64| contact.level * (self.coulomb_force + excess);
         match memory.mode {
             Mode::Sticking { .. } => {
-                let break_away = level_of(self.risen_excess(contact.time, memory));
-                Levels { break_away, sliding: break_away }
+                let break_away = limit(self.risen_excess(contact.time, memory));
+                Limits { break_away, sliding: break_away }
             }
             // Sticking begins with what sliding ends with.
             Mode::Sliding { .. } => {
-                let sliding = level_of(self.stribeck_part(contact, memory));
-                Levels { break_away: sliding, sliding }
+                let sliding = limit(self.stribeck_part(contact, memory));
+                Limits { break_away: sliding, sliding }
             }
         }
     }

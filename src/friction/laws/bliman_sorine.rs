@@ -2,17 +2,39 @@
 
 use crate::friction::law::{Contact, FrictionLaw, StateKind};
 use crate::friction::parts::fading::fading_rate;
-use crate::friction::parts::parameters::{force_level, length, viscous};
+use crate::friction::parts::parameters::{force, length, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
-    /// Parameters of [`BlimanSorine`].
-    Parameters {
+    /// Bliman-Sorine friction: the difference of a fast and a slow Dahl element. Two states, their forces in N.
+    ///
+    /// ```text
+    /// dz1/dt = |v|*( lambda*f1*sgn(v) - z1)/(eta*x_e)   [N/s]
+    /// dz2/dt = |v|*(-lambda*f2*sgn(v) - z2)/x_e         [N/s]
+    /// F      = z1 + z2 + sigma2*v                       [N]
+    /// ```
+    ///
+    /// A function of the path, not of time: with `sigma2 = 0` the force does not depend on how fast the path is gone. From
+    /// rest the force rises with the stiffness `f1/(eta*x_e) - f2/x_e` to the peak at the path
+    /// `eta*x_e/(1 - eta)*ln(f1/(eta*f2))`, and falls to `f1 - f2`. After a reversal there is a peak, too: the law models
+    /// stiction without a dependence on velocity.
+    ///
+    /// # Validity
+    /// `|z1| <= lambda*f1` and `|z2| <= lambda*f2` are invariant. Little damping around `v = 0`. Where `lambda*f1` falls to
+    /// 0, within the last micronewton, `z1` and `z2` go to 0.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `f2 > f1`, which would drive the mass.
+    ///
+    /// # Source
+    /// Bliman, Sorine (1995), Easy-to-use realistic dry friction models for automatic control, Proc. 3rd European Control
+    /// Conference, Rome, 3788-3794.
+    BlimanSorine {
         viscous: f64 = viscous(30.0);
-        fast_force: f64 = force_level(5, "f1", 24.6).text("Steady force of the fast Dahl element");
-        slow_force: f64 = force_level(6, "f2", 16.3).text("Steady force of the slow Dahl element, which is subtracted");
+        fast_force: f64 = force(5, "f1", 24.6).text("Steady force of the fast Dahl element");
+        slow_force: f64 = force(6, "f2", 16.3).text("Steady force of the slow Dahl element, which is subtracted");
         length_ratio: f64 = Variable::parameter(7, "eta", units::ONE, 0.5)
             .range(1e-3, 1.0)
             .tunable()
@@ -21,54 +43,15 @@ parameters! {
     }
 }
 
-/// Bliman-Sorine friction: the difference of a fast and a slow Dahl element. Two states, their forces in N.
-///
-/// ```text
-/// dz1/dt = |v|*( lambda*f1*sgn(v) - z1)/(eta*x_e)   [N/s]
-/// dz2/dt = |v|*(-lambda*f2*sgn(v) - z2)/x_e         [N/s]
-/// F      = z1 + z2 + sigma2*v                       [N]
-/// ```
-///
-/// A function of the path, not of time: with `sigma2 = 0` the force does not depend on how fast the path is gone. From
-/// rest the force rises with the stiffness `f1/(eta*x_e) - f2/x_e` to the peak at the path
-/// `eta*x_e/(1 - eta)*ln(f1/(eta*f2))`, and falls to `f1 - f2`. After a reversal there is a peak, too: the law models
-/// stiction without a dependence on velocity.
-///
-/// # Validity
-/// `|z1| <= lambda*f1` and `|z2| <= lambda*f2` are invariant. Little damping around `v = 0`. Where `lambda*f1` falls to
-/// 0, within the last micronewton, `z1` and `z2` go to 0.
-///
-/// # Errors
-/// [`ParameterError`] for `f2 > f1`, which would drive the mass.
-///
-/// # Source
-/// Bliman, Sorine (1995), Easy-to-use realistic dry friction models for automatic control, Proc. 3rd European Control
-/// Conference, Rome, 3788-3794.
-#[derive(Clone, Debug)]
-pub struct BlimanSorine {
-    viscous: f64,
-    fast_force: f64,
-    slow_force: f64,
-    fast_length: f64,
-    slow_length: f64,
-}
-
 impl FrictionLaw for BlimanSorine {
     type Memory = ();
-    type Parameters = Parameters;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        if p.slow_force > p.fast_force {
-            let reason = format!("it must not exceed f1 = {}", p.fast_force);
-            return Err(ParameterError::new("f2", p.slow_force, &reason));
+    fn check(&self) -> Result<(), ParameterError> {
+        if self.slow_force > self.fast_force {
+            let reason = format!("it must not exceed f1 = {}", self.fast_force);
+            return Err(ParameterError::new("f2", self.slow_force, &reason));
         }
-        Ok(Self {
-            viscous: p.viscous,
-            fast_force: p.fast_force,
-            slow_force: p.slow_force,
-            fast_length: p.length_ratio * p.length,
-            slow_length: p.length,
-        })
+        Ok(())
     }
 
     fn states(&self) -> usize {
@@ -83,13 +66,13 @@ impl FrictionLaw for BlimanSorine {
         self.fast_force.max(1.0)
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
+    fn start(&self, _contact: &Contact<f64>) {}
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
         let (v, level) = (contact.velocity, contact.level);
         let loaded = level * self.fast_force;
-        rates[0] = (v * loaded - v.abs() * z[0]) / self.fast_length + fading_rate(z[0], loaded);
-        rates[1] = (-v * level * self.slow_force - v.abs() * z[1]) / self.slow_length + fading_rate(z[1], loaded);
+        rates[0] = (v * loaded - v.abs() * z[0]) / (self.length_ratio * self.length) + fading_rate(z[0], loaded);
+        rates[1] = (-v * level * self.slow_force - v.abs() * z[1]) / self.length + fading_rate(z[1], loaded);
         z[0] + z[1] + v * self.viscous
     }
 }

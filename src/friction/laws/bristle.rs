@@ -9,14 +9,33 @@ use crate::friction::parts::parameters::{length, stiffness, viscous};
 use crate::numbers::random;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Variable, units};
 
 /// The largest number of bristles.
 const MAX_BRISTLES: usize = 100;
 
 parameters! {
-    /// Parameters of [`Bristle`].
-    Parameters {
+    /// Bristle friction: `N` bonds that break when stretched by `d = lambda*deltaS` and form anew at a random place.
+    ///
+    /// ```text
+    /// F   = sum sigma0*(x - b_i) + sigma2*v                             [N]
+    /// b_i = x(0) at first, and b_i + sgn(x - b_i)*d*U when |x - b_i| = d   [m], U uniform in (0, 1]
+    /// ```
+    ///
+    /// Mean sliding force `2/3*N*sigma0*d`; the first break-away takes `N*sigma0*d`, since all bonds are then stretched
+    /// alike. Each bristle draws from a generator of its own, so that at constant load where bonds break and form depends on
+    /// the path alone, and the same `seed` gives the same sequence.
+    ///
+    /// # Validity
+    /// None of the parameters is a force: the load level `lambda` scales the strength of the bonds, not their stiffness; it
+    /// counts as 1e-6 at least, which leaves micronewtons. In sliding a bond breaks every `d/(2*N)`; where that is more than
+    /// four times in `window` seconds, the bonds break and form as before but the force is the mean over the path covered in
+    /// that time, at the load level of its beginning. With `window = 0` each break is located, at about two million breaks
+    /// per metre with the defaults.
+    ///
+    /// # Source
+    /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
+    Bristle {
         viscous: f64 = viscous(30.0);
         count: usize = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
         stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
@@ -28,36 +47,6 @@ parameters! {
             .shown_in("ms")
             .text("Time over which the force is averaged where bonds break faster; 0 locates every break");
     }
-}
-
-/// Bristle friction: `N` bonds that break when stretched by `d = lambda*deltaS` and form anew at a random place.
-///
-/// ```text
-/// F   = sum sigma0*(x - b_i) + sigma2*v                             [N]
-/// b_i = x(0) at first, and b_i + sgn(x - b_i)*d*U when |x - b_i| = d   [m], U uniform in (0, 1]
-/// ```
-///
-/// Mean sliding force `2/3*N*sigma0*d`; the first break-away takes `N*sigma0*d`, since all bonds are then stretched
-/// alike. Each bristle draws from a generator of its own, so that at constant load where bonds break and form depends on
-/// the path alone, and the same `seed` gives the same sequence.
-///
-/// # Validity
-/// None of the parameters is a force: the load level `lambda` scales the strength of the bonds, not their stiffness; it
-/// counts as 1e-6 at least, which leaves micronewtons. In sliding a bond breaks every `d/(2*N)`; where that is more than
-/// four times in `window` seconds, the bonds break and form as before but the force is the mean over the path covered in
-/// that time, at the load level of its beginning. With `window = 0` each break is located, at about two million breaks
-/// per metre with the defaults.
-///
-/// # Source
-/// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
-#[derive(Clone, Debug)]
-pub struct Bristle {
-    viscous: f64,
-    count: usize,
-    stiffness: f64,
-    strength: f64,
-    seed: u64,
-    window: f64,
 }
 
 /// A bond and the generator of the places where it forms.
@@ -88,22 +77,10 @@ pub struct Memory {
 
 impl FrictionLaw for Bristle {
     type Memory = Memory;
-    type Parameters = Parameters;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        Ok(Self {
-            viscous: p.viscous,
-            count: p.count,
-            stiffness: p.stiffness,
-            strength: p.strength,
-            seed: p.seed,
-            window: p.window,
-        })
-    }
-
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         let mut seeds = self.seed;
         let bonds = (0..self.count).map(|_| Bond { anchor: contact.position, generator: random::next(&mut seeds) });
         Memory { bonds: List::new(bonds), window: None }

@@ -4,7 +4,6 @@ use crate::friction::parts::parameters::{coulomb_force, viscous};
 use crate::friction::parts::stick_slip::SetValued;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
 
 parameters! {
     /// Coulomb friction, set-valued at rest.
@@ -23,12 +22,6 @@ parameters! {
 }
 
 impl SetValued for Coulomb {
-    type Parameters = Self;
-
-    fn new(parameters: Self) -> Result<Self, ParameterError> {
-        Ok(parameters)
-    }
-
     fn break_away(&self, level: f64) -> f64 {
         level * self.coulomb_force
     }

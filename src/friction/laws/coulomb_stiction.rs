@@ -1,6 +1,6 @@
 //! Coulomb friction with a break-away force above the kinetic force.
 
-use crate::friction::parts::parameters::{check_levels, coulomb_force, static_force, viscous};
+use crate::friction::parts::parameters::{check_forces, coulomb_force, static_force, viscous};
 use crate::friction::parts::stick_slip::SetValued;
 use crate::numbers::Scalar;
 use crate::parameters;
@@ -26,11 +26,8 @@ parameters! {
 }
 
 impl SetValued for CoulombStiction {
-    type Parameters = Self;
-
-    fn new(parameters: Self) -> Result<Self, ParameterError> {
-        check_levels(parameters.static_force, "Fc", parameters.coulomb_force)?;
-        Ok(parameters)
+    fn check(&self) -> Result<(), ParameterError> {
+        check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
     fn break_away(&self, level: f64) -> f64 {

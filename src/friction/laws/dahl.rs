@@ -3,12 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::Contact;
 use crate::friction::parts::fading::{divisor, fading_rate};
-use crate::friction::parts::parameters::{force_level, stiffness, viscous};
+use crate::friction::parts::one_bristle::BristleLaw;
+use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Variable, units};
 
 /// A bristle of a brittle contact counts as saturated when its force lacks this fraction of the limit.
 const SATURATED: f64 = 1e-8;
@@ -34,7 +35,7 @@ parameters! {
     /// # Source
     /// Dahl (1968), A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1.
     Dahl {
-        coulomb_force: f64 = force_level(1, "Fc", 10.6).text("Coulomb friction: force of steady sliding");
+        coulomb_force: f64 = force(1, "Fc", 10.6).text("Coulomb friction: force of steady sliding");
         stiffness: f64 = stiffness(5, "sigma0", 8e6).text("Bristle stiffness at zero deflection");
         exponent: f64 = Variable::parameter(6, "n", units::ONE, 1.0)
             .range(0.1, 10.0)
@@ -45,77 +46,66 @@ parameters! {
 }
 
 /// Whether the bristle bends or is saturated; only that of a brittle contact saturates.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// The deflection follows its equation.
+    #[default]
     Bending,
     /// The deflection is at its limit in a direction, +1 or -1, in which the motion points.
     Saturated(f64),
 }
 
-impl FrictionLaw for Dahl {
+impl BristleLaw for Dahl {
     type Memory = Mode;
-    type Parameters = Self;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance, Event::Rise];
-
-    fn new(parameters: Self) -> Result<Self, ParameterError> {
-        Ok(parameters)
-    }
 
     fn events(&self) -> &'static [Event] {
         if self.is_brittle() { Self::EVENTS } else { &[] }
     }
 
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         self.coulomb_force.max(1.0) / self.stiffness
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
-        Mode::Bending
-    }
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], mode: &Mode, rates: &mut [S]) -> S {
-        let (v, z) = (contact.velocity, z[0]);
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
+        let v = contact.velocity;
         let limit = contact.level * self.coulomb_force;
         if let Mode::Saturated(direction) = *mode {
-            return (z * (direction * self.stiffness)).min(limit) * direction + v * self.viscous;
+            let spring = (z * (direction * self.stiffness)).min(limit) * direction;
+            return (spring + v * self.viscous, S::zero());
         }
         let reserve = self.reserve(contact, z);
-        rates[0] = v * reserve.abs().powf(self.exponent) * sign(reserve.value()) + fading_rate(z, limit);
-        z * self.stiffness + v * self.viscous
+        let rate = v * reserve.abs().powf(self.exponent) * sign(reserve.value()) + fading_rate(z, limit);
+        (z * self.stiffness + v * self.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
+    fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
         if !self.is_brittle() {
             return;
         }
         match *mode {
             Mode::Bending => {
                 let deflection = self.coulomb_force / self.stiffness;
-                out[Event::Distance] = (self.reserve(contact, z[0]) - SATURATED) * deflection;
+                out[Event::Distance] = (self.reserve(contact, z) - SATURATED) * deflection;
             }
             Mode::Saturated(direction) => {
                 let limit = contact.level * self.coulomb_force;
                 out[Event::Stop] = direction * contact.velocity;
-                out[Event::Rise] = direction * z[0] * self.stiffness - limit * (1.0 - 2.0 * SATURATED);
+                out[Event::Rise] = direction * z * self.stiffness - limit * (1.0 - 2.0 * SATURATED);
             }
         }
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
+    fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
         let limit = contact.level * self.coulomb_force / self.stiffness;
         *mode = match *mode {
             Mode::Bending => {
-                z[0] = limit.copysign(z[0]);
+                *z = limit.copysign(*z);
                 Mode::Saturated(sign(contact.velocity))
             }
             Mode::Saturated(direction) => {
-                z[0] = direction * limit.min(direction * z[0]);
+                *z = direction * limit.min(direction * *z);
                 Mode::Bending
             }
         };

@@ -7,7 +7,7 @@ use crate::friction::parts::elements::{self, MAX_ELEMENTS};
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Variable, units};
 
 /// Taps of the displacement: the present sample and four past ones.
 const POSITION_TAPS: usize = 5;
@@ -15,8 +15,27 @@ const POSITION_TAPS: usize = 5;
 const SPRING_TAPS: usize = 3;
 
 parameters! {
-    /// Parameters of [`Dnlrx`].
-    Parameters {
+    /// Dynamic nonlinear regression (DNLRX): a discrete-time law, sampled every `Ts` and held in between.
+    ///
+    /// ```text
+    /// F_k     = sum_{r=0..nx} c_r*x(k - r) + sum_{r=0..nchi} sum_i chi_r,i*delta_i(k - r)        [N]
+    /// delta_i(k) = delta_i(k-1) + x(k) - x(k-1), kept within +-lambda*limit_i                     [m]
+    /// ```
+    ///
+    /// The springs `delta_i` are those of the Maxwell-slip law. Their past brings rate dependence within presliding, the
+    /// past displacements viscous friction and lag. With the default coefficients `c_0 = -c_1 = sigma2/Ts`, `chi_0,i = k_i`
+    /// and limits `W_i/k_i` it samples [`MaxwellSlip`](super::maxwell_slip::MaxwellSlip) with its defaults. In names of
+    /// parameters indices start from 1: `c[1]` is `c_0`, `chi0[1]` is `chi_0,1`. The coefficients depend on `Ts`.
+    ///
+    /// # Validity
+    /// Before the start the mass was at rest and the springs without load. A law for given motions: on a free mass the held
+    /// force acts like a delay, and with `Ts` above about `0.1*sqrt(m/sum chi_0)` it shakes the mass by some samples of
+    /// travel instead of letting it rest.
+    ///
+    /// # Source
+    /// Rizos, Fassois (2004), Presliding friction identification based upon the Maxwell slip model structure, Chaos 14(2):
+    /// 431-445, has the linear regression that this extends.
+    Dnlrx {
         sample_time: f64 = Variable::parameter(4, "Ts", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
             .text("Sample time");
         count: usize = elements::count(4);
@@ -30,7 +49,7 @@ parameters! {
         position_coefficient: [f64; POSITION_TAPS] = coefficient(20, "c")
             .text("Coefficient of the displacement 0, 1, 2, ... samples ago")
             .array([3e4, -3e4, 0.0, 0.0, 0.0]);
-        spring_coefficient: [f64; MAX_ELEMENTS] = coefficient(30, "chi0")
+        spring_coefficient_0: [f64; MAX_ELEMENTS] = coefficient(30, "chi0")
             .text("Coefficient of the present deformation of a spring")
             .array([8e5, 4e5, 2e5, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         spring_coefficient_1: [f64; MAX_ELEMENTS] = coefficient(40, "chi1")
@@ -43,37 +62,6 @@ parameters! {
 /// A coefficient of the regression.
 fn coefficient(reference: u32, name: &str) -> Variable {
     Variable::parameter(reference, name, units::NEWTON_PER_METRE, 0.0).range(-1e12, 1e12).tunable()
-}
-
-/// Dynamic nonlinear regression (DNLRX): a discrete-time law, sampled every `Ts` and held in between.
-///
-/// ```text
-/// F_k     = sum_{r=0..nx} c_r*x(k - r) + sum_{r=0..nchi} sum_i chi_r,i*delta_i(k - r)        [N]
-/// delta_i(k) = delta_i(k-1) + x(k) - x(k-1), kept within +-lambda*limit_i                     [m]
-/// ```
-///
-/// The springs `delta_i` are those of the Maxwell-slip law. Their past brings rate dependence within presliding, the
-/// past displacements viscous friction and lag. With the default coefficients `c_0 = -c_1 = sigma2/Ts`, `chi_0,i = k_i`
-/// and limits `W_i/k_i` it samples [`MaxwellSlip`](super::maxwell_slip::MaxwellSlip) with its defaults. In names of
-/// parameters indices start from 1: `c[1]` is `c_0`, `chi0[1]` is `chi_0,1`. The coefficients depend on `Ts`.
-///
-/// # Validity
-/// Before the start the mass was at rest and the springs without load. A law for given motions: on a free mass the held
-/// force acts like a delay, and with `Ts` above about `0.1*sqrt(m/sum chi_0)` it shakes the mass by some samples of
-/// travel instead of letting it rest.
-///
-/// # Source
-/// Rizos, Fassois (2004), Presliding friction identification based upon the Maxwell slip model structure, Chaos 14(2):
-/// 431-445, has the linear regression that this extends.
-#[derive(Clone, Debug)]
-pub struct Dnlrx {
-    sample_time: f64,
-    count: usize,
-    position_taps: usize,
-    spring_taps: usize,
-    limit: [f64; MAX_ELEMENTS],
-    position_coefficient: [f64; POSITION_TAPS],
-    spring_coefficient: [[f64; MAX_ELEMENTS]; SPRING_TAPS],
 }
 
 /// Samples, the latest first.
@@ -91,21 +79,8 @@ pub struct Memory {
 
 impl FrictionLaw for Dnlrx {
     type Memory = Memory;
-    type Parameters = Parameters;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        Ok(Self {
-            sample_time: p.sample_time,
-            count: p.count,
-            position_taps: p.position_taps,
-            spring_taps: p.spring_taps,
-            limit: p.limit,
-            position_coefficient: p.position_coefficient,
-            spring_coefficient: [p.spring_coefficient, p.spring_coefficient_1, p.spring_coefficient_2],
-        })
-    }
-
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         let mut memory = Memory {
             start: contact.time,
             count: 0,
@@ -144,7 +119,8 @@ impl Dnlrx {
     /// The force in N by the present and past samples.
     fn regression(&self, memory: &Memory) -> f64 {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let taps = self.spring_coefficient.iter().zip(&memory.deformations).take(self.spring_taps + 1);
+        let coefficients = [&self.spring_coefficient_0, &self.spring_coefficient_1, &self.spring_coefficient_2];
+        let taps = coefficients.into_iter().zip(&memory.deformations).take(self.spring_taps + 1);
         dot(&self.position_coefficient[..=self.position_taps], &memory.positions)
             + taps.map(|(chi, delta)| dot(&chi[..self.count], delta)).sum::<f64>()
     }

@@ -2,23 +2,40 @@
 
 use std::f64::consts::PI;
 
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::Contact;
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
-use crate::friction::parts::parameters::{
-    coulomb_force, damping, exponent, static_force, stiffness, stribeck_velocity, viscous,
-};
+use crate::friction::parts::one_bristle::BristleLaw;
+use crate::friction::parts::parameters::{damping, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
-    /// Parameters of [`ElastoPlastic`].
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
+    /// Elasto-plastic friction: one state, the bristle deflection `z` in m, which is purely elastic at first.
+    ///
+    /// ```text
+    /// dz/dt = v*(1 - alpha(z, v)*sgn(v)*z/z_max),  z_max = s(v)/sigma0               [m/s]
+    /// alpha = 0                                                                      |z| <= z_ba or sgn(z) != sgn(v)
+    ///       = 1/2*sin(pi*(|z| - (z_max + z_ba)/2)/(z_max - z_ba)) + 1/2              in between
+    ///       = 1                                                                      |z| >= z_max
+    /// z_ba  = zbaRatio*lambda*F_c/sigma0                                             [m]
+    /// F     = sigma0*z + sigma1*dz/dt + sigma2*v                                     [N], s the Stribeck curve
+    /// ```
+    ///
+    /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Oscillating loads below `zbaRatio*F_c` cause no drift.
+    ///
+    /// # Validity
+    /// `|z| <= lambda*F_s/sigma0` is invariant; passive only if `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s` falls to 0,
+    /// within the last micronewton, `z` goes to 0.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    ///
+    /// # Source
+    /// Dupont, Hayward, Armstrong, Altpeter (2002), IEEE Trans. Automatic Control 47(5):787-792.
+    ElastoPlastic {
+        curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
         stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
         damping: f64 = damping(6, "sigma1", 1000.0).text("Bristle damping");
@@ -29,79 +46,33 @@ parameters! {
     }
 }
 
-/// Elasto-plastic friction: one state, the bristle deflection `z` in m, which is purely elastic at first.
-///
-/// ```text
-/// dz/dt = v*(1 - alpha(z, v)*sgn(v)*z/z_max),  z_max = s(v)/sigma0               [m/s]
-/// alpha = 0                                                                      |z| <= z_ba or sgn(z) != sgn(v)
-///       = 1/2*sin(pi*(|z| - (z_max + z_ba)/2)/(z_max - z_ba)) + 1/2              in between
-///       = 1                                                                      |z| >= z_max
-/// z_ba  = zbaRatio*lambda*F_c/sigma0                                             [m]
-/// F     = sigma0*z + sigma1*dz/dt + sigma2*v                                     [N], s the Stribeck curve
-/// ```
-///
-/// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Oscillating loads below `zbaRatio*F_c` cause no drift.
-///
-/// # Validity
-/// `|z| <= lambda*F_s/sigma0` is invariant; passive only if `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s` falls to 0,
-/// within the last micronewton, `z` goes to 0.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`.
-///
-/// # Source
-/// Dupont, Hayward, Armstrong, Altpeter (2002), IEEE Trans. Automatic Control 47(5):787-792.
-#[derive(Clone, Debug)]
-pub struct ElastoPlastic {
-    curve: StribeckCurve,
-    viscous: f64,
-    stiffness: f64,
-    damping: f64,
-    elastic_ratio: f64,
-}
-
-impl FrictionLaw for ElastoPlastic {
+impl BristleLaw for ElastoPlastic {
     type Memory = ();
-    type Parameters = Parameters;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        Ok(Self {
-            curve,
-            viscous: p.viscous,
-            stiffness: p.stiffness,
-            damping: p.damping,
-            elastic_ratio: p.elastic_ratio,
-        })
+    fn check(&self) -> Result<(), ParameterError> {
+        self.curve.check()
     }
 
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         self.curve.static_force.max(1.0) / self.stiffness
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
-        let (v, z) = (contact.velocity, z[0]);
-        let limit = self.curve.level(v.abs(), contact.level);
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
+        let v = contact.velocity;
+        let limit = self.curve.at(v.abs(), contact.level);
         let elastic_limit = contact.level * (self.elastic_ratio * self.curve.coulomb_force);
         let spring = z * self.stiffness;
         let plastic = plastic_share(spring * sign(v.value()), elastic_limit, limit);
-        // The quotient is exactly 1 unless the level fades away: elastic deflections are free of rounding.
+        // The quotient is exactly 1 unless the limit fades away: elastic deflections are free of rounding.
         let rate = v * (limit / divisor(limit)) - v.abs() * plastic * spring / divisor(limit) + fading_rate(z, limit);
-        rates[0] = rate;
-        spring + rate * self.damping + v * self.viscous
+        (spring + rate * self.damping + v * self.viscous, rate)
     }
 }
 
 /// The share `alpha` of the motion that is plastic, from the spring force in the direction of motion and its limits.
 fn plastic_share<S: Scalar>(spring: S, elastic_limit: S, limit: S) -> S {
     if limit.value() < divisor(limit).value() {
-        // Where the level fades away there is no elastic range left that a solver could resolve.
+        // Where the limit fades away there is no elastic range left that a solver could resolve.
         S::constant(1.0)
     } else if spring.value() <= elastic_limit.value() || spring.value() <= 0.0 {
         S::zero()

@@ -5,20 +5,34 @@ use crate::friction::law::{Contact, FrictionLaw, StateKind};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::fading::{divisor, fading_rate};
-use crate::friction::parts::parameters::{
-    coulomb_force, exponent, static_force, stiffness, stribeck_velocity, viscous,
-};
+use crate::friction::parts::parameters::{stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{Notice, ParameterError, Variable, units};
 
 parameters! {
-    /// Parameters of [`Gms`].
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
+    /// Generalised Maxwell-slip friction: up to ten elements, one state each, the element's force `F_i` in N.
+    ///
+    /// ```text
+    /// stick:  dF_i/dt = k_i*v                               until |F_i| = alpha_i*s(v) under growing load   [N/s]
+    /// slip:   dF_i/dt = C*(alpha_i*sgn(v) - F_i/s(v))       until v = 0                                     [N/s]
+    /// F = sum F_i + sigma2*v                                [N], s the Stribeck curve
+    /// ```
+    ///
+    /// Presliding hysteresis with non-local memory, frictional lag, and rate-dependent break-away. At constant `v != 0`,
+    /// `F -> sum(alpha_i)*s(v)*sgn(v) + sigma2*v`.
+    ///
+    /// # Validity
+    /// Slipping forces lag behind `s` by about `s/C` seconds. An element whose limit falls below its force while the motion
+    /// unloads it stays a spring. Where `s` falls to 0, within the last micronewton, the forces go to 0.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`, or if the shares of all elements in use are 0.
+    ///
+    /// # Source
+    /// Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11):1883-1887.
+    Gms {
+        curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
         count: usize = elements::count(4);
         attraction: f64 = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
@@ -35,52 +49,20 @@ parameters! {
     }
 }
 
-/// Generalised Maxwell-slip friction: up to ten elements, one state each, the element's force `F_i` in N.
-///
-/// ```text
-/// stick:  dF_i/dt = k_i*v                               until |F_i| = alpha_i*s(v) under growing load   [N/s]
-/// slip:   dF_i/dt = C*(alpha_i*sgn(v) - F_i/s(v))       until v = 0                                     [N/s]
-/// F = sum F_i + sigma2*v                                [N], s the Stribeck curve
-/// ```
-///
-/// Presliding hysteresis with non-local memory, frictional lag, and rate-dependent break-away. At constant `v != 0`,
-/// `F -> sum(alpha_i)*s(v)*sgn(v) + sigma2*v`.
-///
-/// # Validity
-/// Slipping forces lag behind `s` by about `s/C` seconds. An element whose limit falls below its force while the motion
-/// unloads it stays a spring. Where `s` falls to 0, within the last micronewton, the forces go to 0.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`, or if the shares of all elements in use are 0.
-///
-/// # Source
-/// Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11):1883-1887.
-#[derive(Clone, Debug)]
-pub struct Gms {
-    curve: StribeckCurve,
-    viscous: f64,
-    count: usize,
-    attraction: f64,
-    stiffness: [f64; MAX_ELEMENTS],
-    share: [f64; MAX_ELEMENTS],
-}
-
 /// Shares written with seven digits and more add up to 1 within this.
 const SHARES_ROUNDING: f64 = 1e-6;
 
 impl FrictionLaw for Gms {
     type Memory = Modes;
-    type Parameters = Parameters;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        let count = p.count;
-        if p.share[..count].iter().all(|share| *share == 0.0) {
-            return Err(ParameterError::new("alpha[1]", p.share[0], "one element in use must have a share above 0"));
+    fn check(&self) -> Result<(), ParameterError> {
+        self.curve.check()?;
+        if self.share[..self.count].iter().all(|share| *share == 0.0) {
+            return Err(ParameterError::new("alpha[1]", self.share[0], "one element in use must have a share above 0"));
         }
-        Ok(Self { curve, viscous: p.viscous, count, attraction: p.attraction, stiffness: p.stiffness, share: p.share })
+        Ok(())
     }
 
     fn states(&self) -> usize {
@@ -102,18 +84,18 @@ impl FrictionLaw for Gms {
         ((sum - 1.0).abs() > SHARES_ROUNDING).then_some(notice)
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Modes {
+    fn start(&self, _contact: &Contact<f64>) -> Modes {
         Modes::default()
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], modes: &Modes, rates: &mut [S]) -> S {
         let v = contact.velocity;
-        let level = self.curve.level(v.abs(), contact.level);
+        let curve = self.curve.at(v.abs(), contact.level);
         let mut sum = v * self.viscous;
         for (element, (force, rate)) in z.iter().zip(rates).enumerate() {
-            let limit = level * self.share[element];
+            let limit = curve * self.share[element];
             let own = match modes.slip(element) {
-                Some(direction) => (limit * direction - *force) * self.attraction / divisor(level),
+                Some(direction) => (limit * direction - *force) * self.attraction / divisor(curve),
                 None => v * self.stiffness[element] * (limit / divisor(limit)),
             };
             *rate = own + fading_rate(*force, limit);
@@ -137,8 +119,8 @@ impl FrictionLaw for Gms {
 
 impl Gms {
     fn loads<'a>(&'a self, contact: &Contact<f64>, z: &'a [f64]) -> impl Iterator<Item = Load> + Clone + 'a {
-        let level = self.curve.level(contact.velocity.abs(), contact.level);
+        let curve = self.curve.at(contact.velocity.abs(), contact.level);
         let elements = z.iter().zip(&self.share).take(self.count);
-        elements.map(move |(force, share)| Load { force: *force, limit: level * share })
+        elements.map(move |(force, share)| Load { force: *force, limit: curve * share })
     }
 }

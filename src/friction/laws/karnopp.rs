@@ -3,51 +3,40 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
-use crate::friction::parts::parameters::{coulomb_force, exponent, static_force, stribeck_velocity, velocity, viscous};
+use crate::friction::parts::parameters::{velocity, viscous};
 use crate::friction::parts::stick_slip::Mode as StickSlip;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::ParameterError;
 
 parameters! {
-    /// Parameters of [`Karnopp`].
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
+    /// Karnopp friction: the velocity is a state `w` that is reported as 0 inside a band.
+    ///
+    /// ```text
+    /// |w| < DV:  v = 0, dx/dt = 0, F = clamp(F_applied, -lambda*F_s, lambda*F_s)
+    /// otherwise: v = w, F = s(v)*sgn(v) + sigma2*v   [N], s the Stribeck curve
+    /// ```
+    ///
+    /// Where the force just outside the band exceeds `lambda*F_s`, an applied force between the two would drive `w`
+    /// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov).
+    ///
+    /// # Validity
+    /// An applied force that falls as soon as the mass moves (through a damper, or a spring stiffer than the motion is
+    /// fast) drives `w` back into the band at once. Each return within 0.1 ms of leaving the band raises what the edge holds,
+    /// from a millionth of the friction force on, so that leaving and returning do not follow each other without end.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    ///
+    /// # Source
+    /// Karnopp (1985), ASME J. Dynamic Systems, Measurement, and Control 107(1):100-103.
+    Karnopp {
+        curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
         band: f64 = velocity(5, "DV", 1e-4).text("Half width of the band of velocities that count as rest");
     }
-}
-
-/// Karnopp friction: the velocity is a state `w` that is reported as 0 inside a band.
-///
-/// ```text
-/// |w| < DV:  v = 0, dx/dt = 0, F = clamp(F_applied, -lambda*F_s, lambda*F_s)
-/// otherwise: v = w, F = s(v)*sgn(v) + sigma2*v   [N], s the Stribeck curve
-/// ```
-///
-/// Where the force just outside the band exceeds `lambda*F_s`, an applied force between the two would drive `w`
-/// towards the edge from both sides; `w` then rests on the edge with `F = F_applied` (the solution of Filippov).
-///
-/// # Validity
-/// An applied force that falls as soon as the mass moves (through a damper, or a spring stiffer than the motion is
-/// fast) drives `w` back into the band at once. Each return within 0.1 ms of leaving the band raises what the edge holds,
-/// from a millionth of the friction force on, so that leaving and returning do not follow each other without end.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`.
-///
-/// # Source
-/// Karnopp (1985), ASME J. Dynamic Systems, Measurement, and Control 107(1):100-103.
-#[derive(Clone, Debug)]
-pub struct Karnopp {
-    curve: StribeckCurve,
-    viscous: f64,
-    band: f64,
 }
 
 /// Where `w` is and what it does.
@@ -76,16 +65,15 @@ const AT_ONCE: f64 = 1e-4;
 
 impl FrictionLaw for Karnopp {
     type Memory = Memory;
-    type Parameters = Parameters;
 
+    const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        Ok(Self { curve, viscous: p.viscous, band: p.band })
+    fn check(&self) -> Result<(), ParameterError> {
+        self.curve.check()
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         Memory { mode: self.mode_at(contact), left: f64::NEG_INFINITY, margin: 0.0 }
     }
 
@@ -133,14 +121,14 @@ impl FrictionLaw for Karnopp {
         }
     }
 
-    fn is_sticking(&self, memory: &Memory) -> bool {
+    fn is_sticking(memory: &Memory) -> bool {
         !matches!(memory.mode, Mode::Sliding(_))
     }
 }
 
 impl Karnopp {
     fn sliding<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
-        self.curve.level(velocity.abs(), level) * direction + velocity * self.viscous
+        self.curve.at(velocity.abs(), level) * direction + velocity * self.viscous
     }
 
     fn mode_at(&self, contact: &Contact<f64>) -> Mode {

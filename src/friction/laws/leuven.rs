@@ -3,74 +3,59 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::{Contact, Drive};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
-use crate::friction::parts::parameters::{
-    coulomb_force, damping, exponent, force_level, static_force, stiffness, stribeck_velocity, viscous,
-};
+use crate::friction::parts::list::List;
+use crate::friction::parts::one_bristle::BristleLaw;
+use crate::friction::parts::parameters::{damping, force, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
-    /// Parameters of [`Leuven`].
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
+    /// Modified Leuven friction: one state, the deflection `z` in m, and the points at which `z` has turned.
+    ///
+    /// ```text
+    /// F     = F_h(z) + sigma1*dz/dt + sigma2*v                                 [N]
+    /// dz/dt = v*(1 - sgn(q)*|q|^n),   q = F_h*sgn(v)/s(v), s the Stribeck curve  [m/s]
+    /// y(z)  = k1*z + lambda*f1*(1 - exp(-f2*z))   odd in z: the virgin curve   [N]
+    /// F_h   = y(z) at first, and F_h(z_r) + 2*y((z - z_r)/2) after z has turned at z_r
+    /// ```
+    ///
+    /// When a branch reaches the turning point before the last (or, from the first one, its mirror image), the loop in
+    /// between is closed and forgotten, and the branch that it interrupted goes on. At constant `v != 0`,
+    /// `F -> s(v)*sgn(v) + sigma2*v`, unless the hysteresis saturates below `s`.
+    ///
+    /// # Validity
+    /// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
+    /// follows `x` only in part. Turning points are kept as positions, so that all loops scale with the load level.
+    /// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
+    /// at rest only to rounding. The stack holds 128 turning points. When it is full, the loop that differs least from its
+    /// neighbours is forgotten; when the one around it closes, the force jumps by the little that it had contributed (less
+    /// than 0.1 % of `f1` after a thousand loops in 2 um). Where `s` falls to 0, within the last micronewton, `z` goes to 0 and the hysteresis starts anew.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    ///
+    /// # Source
+    /// Swevers, Al-Bender, Ganseman, Prajogo (2000), IEEE Trans. Automatic Control 45(4):675-686;
+    /// Lampaert, Swevers, Al-Bender (2002), IEEE Trans. Automatic Control 47(4):683-687.
+    Leuven {
+        curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
         transition: f64 = Variable::parameter(5, "n", units::ONE, 1.0)
             .range(0.1, 10.0)
             .tunable()
             .text("Transition exponent: the larger, the more abruptly presliding turns into sliding");
         stiffness: f64 = stiffness(6, "k1", 1.483e6).text("Stiffness of the linear part of the hysteresis");
-        hysteresis_force: f64 = force_level(7, "f1", 5.595).text("Saturation force of the hysteresis");
+        hysteresis_force: f64 = force(7, "f1", 5.595).text("Saturation force of the hysteresis");
         steepness: f64 = Variable::parameter(8, "f2", units::PER_METRE, 5.631e5)
             .range(1e-3, 1e12)
             .tunable()
             .text("Inverse length on which the hysteresis saturates");
         damping: f64 = damping(9, "sigma1", 0.0).text("Bristle damping");
     }
-}
-
-/// Modified Leuven friction: one state, the deflection `z` in m, and the points at which `z` has turned.
-///
-/// ```text
-/// F     = F_h(z) + sigma1*dz/dt + sigma2*v                                 [N]
-/// dz/dt = v*(1 - sgn(q)*|q|^n),   q = F_h*sgn(v)/s(v), s the Stribeck curve  [m/s]
-/// y(z)  = k1*z + lambda*f1*(1 - exp(-f2*z))   odd in z: the virgin curve   [N]
-/// F_h   = y(z) at first, and F_h(z_r) + 2*y((z - z_r)/2) after z has turned at z_r
-/// ```
-///
-/// When a branch reaches the turning point before the last (or, from the first one, its mirror image), the loop in
-/// between is closed and forgotten, and the branch that it interrupted goes on. At constant `v != 0`,
-/// `F -> s(v)*sgn(v) + sigma2*v`, unless the hysteresis saturates below `s`.
-///
-/// # Validity
-/// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
-/// follows `x` only in part. Turning points are kept as positions, so that all loops scale with the load level.
-/// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
-/// at rest only to rounding. The stack holds 128 turning points. When it is full, the loop that differs least from its
-/// neighbours is forgotten; when the one around it closes, the force jumps by the little that it had contributed (less
-/// than 0.1 % of `f1` after a thousand loops in 2 um). Where `s` falls to 0, within the last micronewton, `z` goes to 0 and the hysteresis starts anew.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`.
-///
-/// # Source
-/// Swevers, Al-Bender, Ganseman, Prajogo (2000), IEEE Trans. Automatic Control 45(4):675-686;
-/// Lampaert, Swevers, Al-Bender (2002), IEEE Trans. Automatic Control 47(4):683-687.
-#[derive(Clone, Debug)]
-pub struct Leuven {
-    curve: StribeckCurve,
-    viscous: f64,
-    transition: f64,
-    stiffness: f64,
-    hysteresis_force: f64,
-    steepness: f64,
-    damping: f64,
 }
 
 /// A place where `z` has turned.
@@ -84,158 +69,94 @@ pub struct TurningPoint {
 
 const CAPACITY: usize = 128;
 
-/// Turning points, the last one first in force. Never allocates; saved as a list.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(into = "Vec<TurningPoint>", try_from = "Vec<TurningPoint>")]
-pub struct Stack {
-    points: [TurningPoint; CAPACITY],
-    len: usize,
-}
-
-impl Stack {
-    const EMPTY: Self = Self { points: [TurningPoint { z: 0.0, saturation: 0.0 }; CAPACITY], len: 0 };
-
-    fn as_slice(&self) -> &[TurningPoint] {
-        &self.points[..self.len]
-    }
-
-    /// Adds a turning point; if there is no room, a loop is forgotten for it.
-    fn push(&mut self, point: TurningPoint) {
-        if self.len == CAPACITY {
-            self.forget_slightest_loop();
-        }
-        self.points[self.len] = point;
-        self.len += 1;
-    }
-
-    /// Forgets the two points without which the branches change least: those that almost repeat their neighbours.
-    fn forget_slightest_loop(&mut self) {
-        let z = |index: usize| self.points[index].z;
-        let change = |first: usize| (z(first) - z(first + 2)).abs() * (z(first - 1) - z(first + 1)).abs();
-        let slightest = (1..self.len - 2).min_by(|a, b| change(*a).total_cmp(&change(*b))).unwrap_or(1);
-        self.points.copy_within(slightest + 2..self.len, slightest);
-        self.len -= 2;
-    }
-
-    /// Forgets the innermost loop.
-    fn close_loop(&mut self) {
-        self.len = self.len.saturating_sub(2);
-    }
-}
-
-impl std::fmt::Debug for Stack {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.as_slice().fmt(f)
-    }
-}
-
-impl PartialEq for Stack {
-    fn eq(&self, other: &Self) -> bool {
-        self.as_slice() == other.as_slice()
-    }
-}
-
-impl From<Stack> for Vec<TurningPoint> {
-    fn from(stack: Stack) -> Self {
-        stack.as_slice().to_vec()
-    }
-}
-
-impl TryFrom<Vec<TurningPoint>> for Stack {
-    type Error = &'static str;
-
-    fn try_from(points: Vec<TurningPoint>) -> Result<Self, Self::Error> {
-        let mut stack = Self::EMPTY;
-        stack.points.get_mut(..points.len()).ok_or("too many turning points")?.copy_from_slice(&points);
-        stack.len = points.len();
-        Ok(stack)
-    }
-}
-
 /// Where `z` goes and where it has turned.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Direction of `z`, +1 or -1; 0 before it has moved.
     direction: f64,
-    turned: Stack,
+    /// The last one is that of the present branch.
+    turned: List<TurningPoint, CAPACITY>,
 }
 
 impl Memory {
-    const VIRGIN: Self = Self { direction: 0.0, turned: Stack::EMPTY };
-
     /// Deflection at which the present branch closes a loop.
     fn closure(&self) -> Option<f64> {
-        match self.turned.as_slice() {
+        match &*self.turned {
             [] => None,
             [first] => Some(-first.z),
             [.., before, _] => Some(before.z),
         }
     }
+
+    /// Turns at a point; if there is no room for it, a loop is forgotten.
+    fn turn(&mut self, point: TurningPoint) {
+        if self.turned.len() == CAPACITY {
+            self.forget_slightest_loop();
+        }
+        self.turned.push(point);
+        self.direction = -self.direction;
+    }
+
+    /// Forgets the two points without which the branches change least: those that almost repeat their neighbours.
+    fn forget_slightest_loop(&mut self) {
+        let z = |index: usize| self.turned[index].z;
+        let change = |first: usize| (z(first) - z(first + 2)).abs() * (z(first - 1) - z(first + 1)).abs();
+        let slightest = (1..CAPACITY - 2).min_by(|a, b| change(*a).total_cmp(&change(*b))).unwrap_or(1);
+        self.turned.remove(slightest..slightest + 2);
+    }
+
+    /// Forgets the innermost loop.
+    fn close_loop(&mut self) {
+        let len = self.turned.len();
+        self.turned.remove(len.saturating_sub(2)..len);
+    }
 }
 
-impl FrictionLaw for Leuven {
+impl BristleLaw for Leuven {
     type Memory = Memory;
-    type Parameters = Parameters;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        Ok(Self {
-            curve,
-            viscous: p.viscous,
-            transition: p.transition,
-            stiffness: p.stiffness,
-            hysteresis_force: p.hysteresis_force,
-            steepness: p.steepness,
-            damping: p.damping,
-        })
+    fn check(&self) -> Result<(), ParameterError> {
+        self.curve.check()
     }
 
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         self.curve.static_force.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
-        Memory::VIRGIN
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory) -> (S, S) {
+        let hysteresis = self.hysteresis(z, contact.level, memory);
+        let rate = self.rate(contact, hysteresis) + fading_rate(z, self.limit(contact));
+        (hysteresis + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
-        let hysteresis = self.hysteresis(z[0], contact.level, memory);
-        rates[0] = self.rate(contact, hysteresis) + fading_rate(z[0], self.limit(contact));
-        hysteresis + rates[0] * self.damping + contact.velocity * self.viscous
-    }
-
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
+    fn indicators(&self, contact: &Contact<f64>, z: f64, memory: &Memory, out: &mut Indicators) {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
         if memory.direction != 0.0 {
-            let rate = self.rate(contact, self.hysteresis(z[0], contact.level, memory));
+            let rate = self.rate(contact, self.hysteresis(z, contact.level, memory));
             out[Event::Stop] = memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs());
         }
         if let Some(closure) = memory.closure() {
-            out[Event::Distance] = memory.direction * (closure - z[0]);
+            out[Event::Distance] = memory.direction * (closure - z);
         }
     }
 
-    fn switch(&self, event: Event, _contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut Memory) {
+    fn switch(&self, event: Event, _contact: &Contact<f64>, z: &mut f64, memory: &mut Memory) {
         if event == Event::Stop {
-            memory.turned.push(TurningPoint { z: z[0], saturation: self.saturation(z[0], memory) });
-            memory.direction = -memory.direction;
+            memory.turn(TurningPoint { z: *z, saturation: self.saturation(*z, memory) });
         } else {
-            memory.turned.close_loop();
+            memory.close_loop();
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, z: f64, memory: &mut Memory) {
         if self.limit(contact) <= 0.0 {
-            *memory = Memory::VIRGIN;
+            *memory = Memory::default();
         } else if memory.direction == 0.0 {
-            memory.direction = sign(z[0]);
+            memory.direction = sign(z);
         }
     }
 }
@@ -243,7 +164,7 @@ impl FrictionLaw for Leuven {
 impl Leuven {
     /// The Stribeck curve at the present speed.
     fn limit<S: Scalar>(&self, contact: &Contact<S>) -> S {
-        self.curve.level(contact.velocity.abs(), contact.level)
+        self.curve.at(contact.velocity.abs(), contact.level)
     }
 
     /// Rate of `z` at a hysteresis force.
@@ -260,7 +181,7 @@ impl Leuven {
 
     /// The saturating part of `F_h` on the present branch, as a fraction of `lambda*f1`.
     fn saturation<S: Scalar>(&self, z: S, memory: &Memory) -> S {
-        match memory.turned.as_slice().last() {
+        match memory.turned.last() {
             None => self.virgin_saturation(z),
             Some(turn) => self.virgin_saturation((z - turn.z) * 0.5) * 2.0 + turn.saturation,
         }
@@ -276,7 +197,6 @@ impl Leuven {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Drive;
     use crate::variables::ParameterSet;
 
     const AT_REST: Contact<f64> =
@@ -291,18 +211,18 @@ mod tests {
 
     impl Path {
         fn new() -> Self {
-            let defaults: Vec<f64> = Parameters::table().iter().map(|variable| variable.start.unwrap()).collect();
-            let law = Leuven::new(Parameters::read(&defaults).unwrap()).unwrap();
-            Self { law, memory: Memory { direction: 1.0, ..Memory::VIRGIN }, z: 0.0 }
+            let defaults: Vec<f64> = Leuven::table().iter().map(|variable| variable.start.unwrap()).collect();
+            let law = Leuven::read(&defaults).unwrap();
+            Self { law, memory: Memory { direction: 1.0, ..Memory::default() }, z: 0.0 }
         }
 
         /// Moves `z` and returns the hysteresis force there.
         fn to(&mut self, z: f64) -> f64 {
             if (z - self.z) * self.memory.direction < 0.0 {
-                self.law.switch(Event::Stop, &AT_REST, &mut 0.0, &mut [self.z], &mut self.memory);
+                self.law.switch(Event::Stop, &AT_REST, &mut self.z, &mut self.memory);
             }
             while self.memory.closure().is_some_and(|closure| self.memory.direction * (closure - z) < 0.0) {
-                self.memory.turned.close_loop();
+                self.memory.close_loop();
             }
             self.z = z;
             self.law.hysteresis(z, 1.0, &self.memory)
@@ -328,9 +248,9 @@ mod tests {
     fn loops_nested_sixty_deep_close_exactly() {
         let mut path = Path::new();
         path.nest(120);
-        assert_eq!(path.memory.turned.len, 119);
+        assert_eq!(path.memory.turned.len(), 119);
         assert!((path.to(3e-6) - virgin_at_three_micrometres()).abs() < 1e-14);
-        assert_eq!(path.memory.turned.len, 0);
+        assert_eq!(path.memory.turned.len(), 0);
     }
 
     /// A thousand turns, each 1 % less wide. What is forgotten is missing when the loops around it close: a jump of less
@@ -339,7 +259,7 @@ mod tests {
     fn full_stack_forgets_the_slightest_loops_only() {
         let mut path = Path::new();
         path.nest(1000);
-        assert!(path.memory.turned.len <= CAPACITY);
+        assert!(path.memory.turned.len() <= CAPACITY);
         let mut jump = 0.0f64;
         let mut last = path.law.hysteresis(path.z, 1.0, &path.memory);
         let from = path.z;
@@ -360,7 +280,8 @@ mod tests {
         path.nest(7);
         let bytes = postcard::to_allocvec(&path.memory).unwrap();
         assert_eq!(postcard::from_bytes::<Memory>(&bytes).unwrap(), path.memory);
-        assert!(Stack::try_from(vec![TurningPoint::default(); CAPACITY + 1]).is_err());
+        let longer = postcard::to_allocvec(&(1.0, vec![TurningPoint::default(); CAPACITY + 1])).unwrap();
+        assert!(postcard::from_bytes::<Memory>(&longer).is_err());
     }
 
     /// The hysteresis scales with the level as a whole, so that loops close at any level.
@@ -371,7 +292,7 @@ mod tests {
         path.to(1e-6);
         let closure = path.memory.closure().unwrap();
         let before = path.law.hysteresis(closure, 0.4, &path.memory);
-        path.memory.turned.close_loop();
+        path.memory.close_loop();
         assert!((path.law.hysteresis(closure, 0.4, &path.memory) - before).abs() < 1e-14);
     }
 }

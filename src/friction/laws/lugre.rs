@@ -1,22 +1,39 @@
 //! The LuGre bristle.
 
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::Contact;
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
-use crate::friction::parts::parameters::{
-    coulomb_force, damping, exponent, static_force, stiffness, stribeck_velocity, velocity, viscous,
-};
+use crate::friction::parts::one_bristle::BristleLaw;
+use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
 
 parameters! {
-    /// Parameters of [`LuGre`].
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
+    /// LuGre friction: one state, the mean bristle deflection `z` in m.
+    ///
+    /// ```text
+    /// dz/dt = v - sigma0*|v|/s(v)*z                                [m/s]
+    /// F     = sigma0*z + sigma1*exp(-(v/v_d)^2)*dz/dt + sigma2*v   [N], s the Stribeck curve
+    /// ```
+    ///
+    /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Drifts under oscillating loads below `F_s`.
+    ///
+    /// # Validity
+    /// `|z| <= lambda*F_s/sigma0` is invariant. Passive if `sigma1*v_d <= 9.3*lambda*F_c`, with the defaults by a factor of 8:
+    /// the energy `sigma0*z^2/2` never grows by more than the work of `F` where `sigma1*exp(-(v/v_d)^2)*|v| <= 4*s(v)`, whose
+    /// left side is at most `sigma1*v_d/sqrt(2*e)`. With constant damping (a large `v_d`) only if
+    /// `sigma2 > sigma1*(F_s - F_c)/F_c`; beyond, the damping adds to the friction force while the bristle bends, which then
+    /// exceeds `F_s` by far and breaks away later the faster the load grows. Where `s` falls to 0, within the last
+    /// micronewton, `z` goes to 0.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    ///
+    /// # Source
+    /// Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3):419-425. Here `s` is in N.
+    LuGre {
+        curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
         stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
         damping: f64 = damping(6, "sigma1", 1000.0).text("Bristle damping at zero velocity");
@@ -24,68 +41,22 @@ parameters! {
     }
 }
 
-/// LuGre friction: one state, the mean bristle deflection `z` in m.
-///
-/// ```text
-/// dz/dt = v - sigma0*|v|/s(v)*z                                [m/s]
-/// F     = sigma0*z + sigma1*exp(-(v/v_d)^2)*dz/dt + sigma2*v   [N], s the Stribeck curve
-/// ```
-///
-/// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Drifts under oscillating loads below `F_s`.
-///
-/// # Validity
-/// `|z| <= lambda*F_s/sigma0` is invariant. Passive if `sigma1*v_d <= 9.3*lambda*F_c`, with the defaults by a factor of 8:
-/// the energy `sigma0*z^2/2` never grows by more than the work of `F` where `sigma1*exp(-(v/v_d)^2)*|v| <= 4*s(v)`, whose
-/// left side is at most `sigma1*v_d/sqrt(2*e)`. With constant damping (a large `v_d`) only if
-/// `sigma2 > sigma1*(F_s - F_c)/F_c`; beyond, the damping adds to the friction force while the bristle bends, which then
-/// exceeds `F_s` by far and breaks away later the faster the load grows. Where `s` falls to 0, within the last
-/// micronewton, `z` goes to 0.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`.
-///
-/// # Source
-/// Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3):419-425. Here `s` is in N.
-#[derive(Clone, Debug)]
-pub struct LuGre {
-    curve: StribeckCurve,
-    viscous: f64,
-    stiffness: f64,
-    damping: f64,
-    damping_velocity: f64,
-}
-
-impl FrictionLaw for LuGre {
+impl BristleLaw for LuGre {
     type Memory = ();
-    type Parameters = Parameters;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        let curve = StribeckCurve::new(p.static_force, p.coulomb_force, p.stribeck_velocity, p.exponent)?;
-        Ok(Self {
-            curve,
-            viscous: p.viscous,
-            stiffness: p.stiffness,
-            damping: p.damping,
-            damping_velocity: p.damping_velocity,
-        })
+    fn check(&self) -> Result<(), ParameterError> {
+        self.curve.check()
     }
 
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         self.curve.static_force.max(1.0) / self.stiffness
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
-        let (v, z) = (contact.velocity, z[0]);
-        let limit = self.curve.level(v.abs(), contact.level);
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
+        let v = contact.velocity;
+        let limit = self.curve.at(v.abs(), contact.level);
         let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
-        rates[0] = rate;
         let decay = (-(v / self.damping_velocity).powf(2.0)).exp();
-        z * self.stiffness + decay * rate * self.damping + v * self.viscous
+        (z * self.stiffness + decay * rate * self.damping + v * self.viscous, rate)
     }
 }

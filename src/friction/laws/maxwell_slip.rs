@@ -3,48 +3,38 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
-use crate::friction::parts::parameters::{force_level, stiffness, viscous};
+use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
 
 parameters! {
-    /// Parameters of [`MaxwellSlip`].
-    Parameters {
+    /// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
+    ///
+    /// ```text
+    /// stick:  F_i = k_i*(x - a_i)        until |F_i| = lambda*W_i under growing load          [N]
+    /// slip:   F_i = lambda*W_i*sgn(v)    until v = 0, where a_i = x - F_i/k_i                 [N]
+    /// F = sum F_i + sigma2*v                                                                  [N]
+    /// ```
+    ///
+    /// No continuous state: the anchors `a_i` (in m) are a memory, and forces follow the position exactly however often a
+    /// cycle is repeated. Sliding force `sum W_i`; no stiction peak.
+    ///
+    /// # Validity
+    /// Positions of about 1 m resolve the forces to `1e-16 m * k_i`. An element whose limit falls below its force slides
+    /// along the limit; the anchor is then moved after each solver step.
+    ///
+    /// # Source
+    /// Iwan (1966), ASME J. Applied Mechanics 33(4):893-900.
+    MaxwellSlip {
         viscous: f64 = viscous(30.0);
         count: usize = elements::count(4);
         stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
             .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
-        limit: [f64; MAX_ELEMENTS] = force_level(20, "W", 0.0).text("Largest force of an element")
+        limit: [f64; MAX_ELEMENTS] = force(20, "W", 0.0).text("Largest force of an element")
             .array([2.075, 2.075, 2.075, 2.075, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
-}
-
-/// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
-///
-/// ```text
-/// stick:  F_i = k_i*(x - a_i)        until |F_i| = lambda*W_i under growing load          [N]
-/// slip:   F_i = lambda*W_i*sgn(v)    until v = 0, where a_i = x - F_i/k_i                 [N]
-/// F = sum F_i + sigma2*v                                                                  [N]
-/// ```
-///
-/// No continuous state: the anchors `a_i` (in m) are a memory, and forces follow the position exactly however often a
-/// cycle is repeated. Sliding force `sum W_i`; no stiction peak.
-///
-/// # Validity
-/// Positions of about 1 m resolve the forces to `1e-16 m * k_i`. An element whose limit falls below its force slides
-/// along the limit; the anchor is then moved after each solver step.
-///
-/// # Source
-/// Iwan (1966), ASME J. Applied Mechanics 33(4):893-900.
-#[derive(Clone, Debug)]
-pub struct MaxwellSlip {
-    viscous: f64,
-    count: usize,
-    stiffness: [f64; MAX_ELEMENTS],
-    limit: [f64; MAX_ELEMENTS],
 }
 
 /// Modes of the elements, and where their springs are anchored while they stick, in m.
@@ -56,15 +46,11 @@ pub struct Memory {
 
 impl FrictionLaw for MaxwellSlip {
     type Memory = Memory;
-    type Parameters = Parameters;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        Ok(Self { viscous: p.viscous, count: p.count, stiffness: p.stiffness, limit: p.limit })
-    }
-
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         Memory { modes: Modes::default(), anchors: [contact.position; MAX_ELEMENTS] }
     }
 

@@ -3,56 +3,47 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
-use crate::friction::parts::parameters::{
-    check_levels, damping, exponent, force_level, static_force, stribeck_velocity,
-};
+use crate::friction::parts::parameters::{check_forces, damping, exponent, force, static_force, stribeck_velocity};
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
 
 parameters! {
-    /// Parameters of [`Polito`].
-    Parameters {
-        static_force: f64 = static_force(10.8);
-        accelerating_coulomb: f64 = force_level(1, "Fc1", 7.8).text("Coulomb friction at increasing speed");
-        stribeck_velocity: f64 = stribeck_velocity(0.01);
-        exponent: f64 = exponent();
-        decelerating_coulomb: f64 = force_level(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
+    /// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
+    ///
+    /// ```text
+    /// stuck:          v = 0, F = F_applied   while |F_applied| <= lambda*F_s
+    /// accelerating:   F = F1(v) = lambda*(F_c1 + (F_s - F_c1)*exp(-(v/v_s)^delta)) + c1*v   [N]
+    /// decelerating:   F = F2(v) = lambda*F_c2 + c2*v                                        [N]
+    /// ```
+    ///
+    /// Which branch holds depends on the acceleration, which depends on the branch. Where `F2 <= F1` exactly one choice
+    /// is consistent: accelerating for `F_applied > F1`, decelerating for `F_applied < F2`, and in between the speed is
+    /// constant and friction balances the applied force. Where `F1 < F2` both branches can be consistent; the one in
+    /// force is kept until it is not. Sliding starts on the accelerating branch.
+    ///
+    /// # Validity
+    /// In the band of forces between `F2` and `F1`, 3 N wide at rest with the defaults, the mass keeps its speed: where the
+    /// drive gives way after break-away, it goes on creeping while a Stribeck curve makes it slip and stop. Explicit Euler
+    /// with the same equations takes the sign of the last acceleration for that of the present one, jumps from branch to
+    /// branch and slips: those pulses are of the method, not of the law. For stick-slip choose another law.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c1 > F_s` or `F_c2 > F_s`.
+    Polito {
+        accelerating: StribeckCurve = [
+            static_force(10.8),
+            force(1, "Fc1", 7.8).text("Coulomb friction at increasing speed"),
+            stribeck_velocity(0.01),
+            exponent(),
+        ];
+        decelerating_coulomb: f64 = force(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
         accelerating_viscous: f64 = damping(6, "c1", 33.0).text("Viscous friction coefficient at increasing speed");
         decelerating_viscous: f64 = damping(7, "c2", 25.0).text("Viscous friction coefficient at decreasing speed");
     }
-}
-
-/// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
-///
-/// ```text
-/// stuck:          v = 0, F = F_applied   while |F_applied| <= lambda*F_s
-/// accelerating:   F = F1(v) = lambda*(F_c1 + (F_s - F_c1)*exp(-(v/v_s)^delta)) + c1*v   [N]
-/// decelerating:   F = F2(v) = lambda*F_c2 + c2*v                                        [N]
-/// ```
-///
-/// Which branch holds depends on the acceleration, which depends on the branch. Where `F2 <= F1` exactly one choice
-/// is consistent: accelerating for `F_applied > F1`, decelerating for `F_applied < F2`, and in between the speed is
-/// constant and friction balances the applied force. Where `F1 < F2` both branches can be consistent; the one in
-/// force is kept until it is not. Sliding starts on the accelerating branch.
-///
-/// # Validity
-/// In the band of forces between `F2` and `F1`, 3 N wide at rest with the defaults, the mass keeps its speed: where the
-/// drive gives way after break-away, it goes on creeping while a Stribeck curve makes it slip and stop. Explicit Euler
-/// with the same equations takes the sign of the last acceleration for that of the present one, jumps from branch to
-/// branch and slips: those pulses are of the method, not of the law. For stick-slip choose another law.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c1 > F_s` or `F_c2 > F_s`.
-#[derive(Clone, Debug)]
-pub struct Polito {
-    accelerating: StribeckCurve,
-    accelerating_viscous: f64,
-    decelerating_coulomb: f64,
-    decelerating_viscous: f64,
 }
 
 /// The branch in force while sliding.
@@ -75,28 +66,17 @@ pub struct Memory {
 
 impl FrictionLaw for Polito {
     type Memory = Memory;
-    type Parameters = Parameters;
 
+    const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
+    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        check_levels(p.static_force, "Fc1", p.accelerating_coulomb)?;
-        check_levels(p.static_force, "Fc2", p.decelerating_coulomb)?;
-        let accelerating = StribeckCurve {
-            static_force: p.static_force,
-            coulomb_force: p.accelerating_coulomb,
-            stribeck_velocity: p.stribeck_velocity,
-            exponent: p.exponent,
-        };
-        Ok(Self {
-            accelerating,
-            accelerating_viscous: p.accelerating_viscous,
-            decelerating_coulomb: p.decelerating_coulomb,
-            decelerating_viscous: p.decelerating_viscous,
-        })
+    fn check(&self) -> Result<(), ParameterError> {
+        check_forces(self.accelerating.static_force, "Fc1", self.accelerating.coulomb_force)?;
+        check_forces(self.accelerating.static_force, "Fc2", self.decelerating_coulomb)
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Memory {
+    fn start(&self, contact: &Contact<f64>) -> Memory {
         Memory {
             mode: Mode::at(contact, contact.velocity, self.break_away(contact.level)),
             branch: Branch::Accelerating,
@@ -138,14 +118,12 @@ impl FrictionLaw for Polito {
 
     /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
     fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
-        memory.mode.follow(contact, self.break_away(contact.level));
-        if contact.drive == Drive::Motion {
-            let accelerates = contact.velocity * contact.applied >= 0.0;
-            memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
-        }
+        memory.mode = Mode::at(contact, contact.velocity, self.break_away(contact.level));
+        let accelerates = contact.velocity * contact.applied >= 0.0;
+        memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
     }
 
-    fn is_sticking(&self, memory: &Memory) -> bool {
+    fn is_sticking(memory: &Memory) -> bool {
         memory.mode == Mode::Stuck
     }
 }
@@ -158,7 +136,7 @@ impl Polito {
     /// `F1` at the speed in the direction of sliding.
     fn rising<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> S {
         let speed = contact.velocity * direction;
-        self.accelerating.level(speed.abs(), contact.level) + speed * self.accelerating_viscous
+        self.accelerating.at(speed.abs(), contact.level) + speed * self.accelerating_viscous
     }
 
     /// `F2` at the speed in the direction of sliding.

@@ -1,12 +1,13 @@
 //! The reset integrator.
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::law::Contact;
 use crate::friction::parts::bounded::Mode;
+use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{Variable, units};
 
 parameters! {
     /// Reset-integrator friction: one state, the strain `z` in m of a bond that yields at `lambda*z0`.
@@ -40,41 +41,28 @@ parameters! {
     }
 }
 
-impl FrictionLaw for ResetIntegrator {
+impl BristleLaw for ResetIntegrator {
     type Memory = Mode;
-    type Parameters = Self;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
 
-    fn new(parameters: Self) -> Result<Self, ParameterError> {
-        Ok(parameters)
-    }
-
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         self.yield_strain
     }
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
-        Mode::Following
-    }
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], mode: &Mode, rates: &mut [S]) -> S {
-        rates[0] = mode.rate(contact.velocity);
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
+        let rate = mode.rate(contact.velocity);
         let gain = if *mode == Mode::Following { 1.0 + self.stiction_gain } else { 1.0 };
-        let strain = mode.deflection(z[0], self.limit(contact.level));
-        strain * (gain * self.stiffness) + rates[0] * self.damping + contact.velocity * self.viscous
+        let strain = mode.deflection(z, self.limit(contact.level));
+        (strain * (gain * self.stiffness) + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z[0], self.limit(contact.level), out);
+    fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
+        mode.indicate(contact.velocity, z, self.limit(contact.level), out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], mode: &mut Mode) {
-        *mode = mode.switched(&mut z[0], self.limit(contact.level));
+    fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
+        *mode = mode.switched(z, self.limit(contact.level));
     }
 }
 

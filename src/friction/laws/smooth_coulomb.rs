@@ -1,10 +1,9 @@
 //! Coulomb friction smoothed by a hyperbolic tangent.
 
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::of_velocity::VelocityLaw;
 use crate::friction::parts::parameters::{coulomb_force, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
 
 parameters! {
     /// Smooth Coulomb friction.
@@ -22,18 +21,9 @@ parameters! {
     }
 }
 
-impl FrictionLaw for SmoothCoulomb {
-    type Memory = ();
-    type Parameters = Self;
-
-    fn new(parameters: Self) -> Result<Self, ParameterError> {
-        Ok(parameters)
-    }
-
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
-        let smoothed = (contact.velocity / self.smoothing_velocity).tanh();
-        contact.level * smoothed * self.coulomb_force + contact.velocity * self.viscous
+impl VelocityLaw for SmoothCoulomb {
+    fn force<S: Scalar>(&self, velocity: S, level: S) -> S {
+        let smoothed = (velocity / self.smoothing_velocity).tanh();
+        level * smoothed * self.coulomb_force + velocity * self.viscous
     }
 }

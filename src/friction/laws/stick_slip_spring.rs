@@ -1,68 +1,55 @@
 //! Stick-slip with an anchored spring-damper.
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, FrictionLaw};
-use crate::friction::parts::anchored::{Levels, Mode, Spring};
-use crate::friction::parts::parameters::{check_levels, coulomb_force, damping, static_force, stiffness, viscous};
+use crate::friction::law::{Contact, FrictionLaw, Stiction};
+use crate::friction::parts::anchored::{Limits, Mode, Spring};
+use crate::friction::parts::parameters::{check_forces, coulomb_force, damping, static_force, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::ParameterError;
 
 parameters! {
-    /// Parameters of [`StickSlipSpring`].
-    Parameters {
+    /// Stick-slip friction with a spring-damper that is anchored where the mass stuck.
+    ///
+    /// ```text
+    /// sticking:  F = k*(x - x_s) + d*v               until |F| > lambda*F_s   [N]
+    /// sliding:   F = lambda*F_c*sgn(v) + sigma2*v    until v crosses 0        [N]
+    /// ```
+    ///
+    /// The anchor `x_s` keeps `F` continuous when the mass sticks again; at the start the spring carries no load.
+    ///
+    /// # Validity
+    /// Sticking is an oscillation of frequency `sqrt(k/m)` about the anchor, not a rest. At break-away the force jumps from
+    /// `F_s` to `F_c`. A load level that falls below the force of a loaded spring lets the mass slide.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for `F_c > F_s`.
+    ///
+    /// # Source
+    /// After the stick-slip force of Simpack, as the literature on multibody programs describes it.
+    StickSlipSpring {
         static_force: f64 = static_force(11.0);
         coulomb_force: f64 = coulomb_force(8.3);
         viscous: f64 = viscous(30.0);
-        stiffness: f64 = stiffness(5, "k", 1e5).text("Contact stiffness while sticking");
-        damping: f64 = damping(6, "d", 300.0).text("Contact damping while sticking");
+        spring: Spring = [
+            stiffness(5, "k", 1e5).text("Contact stiffness while sticking"),
+            damping(6, "d", 300.0).text("Contact damping while sticking"),
+        ];
     }
-}
-
-/// Stick-slip friction with a spring-damper that is anchored where the mass stuck.
-///
-/// ```text
-/// sticking:  F = k*(x - x_s) + d*v               until |F| > lambda*F_s   [N]
-/// sliding:   F = lambda*F_c*sgn(v) + sigma2*v    until v crosses 0        [N]
-/// ```
-///
-/// The anchor `x_s` keeps `F` continuous when the mass sticks again; at the start the spring carries no load.
-///
-/// # Validity
-/// Sticking is an oscillation of frequency `sqrt(k/m)` about the anchor, not a rest. At break-away the force jumps from
-/// `F_s` to `F_c`. A load level that falls below the force of a loaded spring lets the mass slide.
-///
-/// # Errors
-/// [`ParameterError`] for `F_c > F_s`.
-///
-/// # Source
-/// After the stick-slip force of Simpack, as the literature on multibody programs describes it.
-#[derive(Clone, Debug)]
-pub struct StickSlipSpring {
-    static_force: f64,
-    coulomb_force: f64,
-    viscous: f64,
-    spring: Spring,
 }
 
 impl FrictionLaw for StickSlipSpring {
     type Memory = Mode;
-    type Parameters = Parameters;
 
+    const STICTION: Stiction = Stiction::Elastic;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
-        check_levels(p.static_force, "Fc", p.coulomb_force)?;
-        Ok(Self {
-            static_force: p.static_force,
-            coulomb_force: p.coulomb_force,
-            viscous: p.viscous,
-            spring: Spring { stiffness: p.stiffness, damping: p.damping },
-        })
+    fn check(&self) -> Result<(), ParameterError> {
+        check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
-        Spring::start(contact, self.levels(contact))
+    fn start(&self, contact: &Contact<f64>) -> Mode {
+        Spring::start(contact, self.limits(contact))
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
@@ -75,24 +62,20 @@ impl FrictionLaw for StickSlipSpring {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
-        self.spring.indicate(*mode, contact, self.levels(contact), out);
+        self.spring.indicate(*mode, contact, self.limits(contact), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], mode: &mut Mode) {
-        *mode = self.spring.switched(*mode, contact, self.levels(contact));
+        *mode = self.spring.switched(*mode, contact, self.limits(contact));
     }
 
-    fn is_sticking(&self, mode: &Mode) -> bool {
+    fn is_sticking(mode: &Mode) -> bool {
         matches!(mode, Mode::Sticking { .. })
-    }
-
-    fn holds_position(&self, _mode: &Mode) -> bool {
-        false
     }
 }
 
 impl StickSlipSpring {
-    fn levels(&self, contact: &Contact<f64>) -> Levels {
-        Levels { break_away: contact.level * self.static_force, sliding: contact.level * self.coulomb_force }
+    fn limits(&self, contact: &Contact<f64>) -> Limits {
+        Limits { break_away: contact.level * self.static_force, sliding: contact.level * self.coulomb_force }
     }
 }

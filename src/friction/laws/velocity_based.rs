@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_2_PI, PI};
 
-use crate::friction::law::{Contact, FrictionLaw};
+use crate::friction::parts::of_velocity::VelocityLaw;
 use crate::friction::parts::parameters::{coulomb_force, static_force, stribeck_velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Variable, units};
 
 parameters! {
     /// Parameters of [`VelocityBased`].
@@ -44,11 +44,15 @@ pub struct VelocityBased {
     stiffness: f64,
 }
 
-impl FrictionLaw for VelocityBased {
-    type Memory = ();
-    type Parameters = Parameters;
+impl ParameterSet for VelocityBased {
+    const LEN: usize = Parameters::LEN;
 
-    fn new(p: Parameters) -> Result<Self, ParameterError> {
+    fn table() -> Vec<Variable> {
+        Parameters::table()
+    }
+
+    fn read(values: &[f64]) -> Result<Self, ParameterError> {
+        let p = Parameters::read(values)?;
         if p.coulomb_force >= p.static_force {
             let reason =
                 format!("it must be below the static friction Fs = {}, or the curve has no peak", p.static_force);
@@ -58,14 +62,14 @@ impl FrictionLaw for VelocityBased {
         let stiffness = peak_argument(shape, p.curvature) / p.peak_velocity;
         Ok(Self { parameters: p, shape, stiffness })
     }
+}
 
-    fn start(&self, _contact: &Contact<f64>, _z: &mut [f64]) {}
-
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
-        let argument = contact.velocity * self.stiffness;
+impl VelocityLaw for VelocityBased {
+    fn force<S: Scalar>(&self, velocity: S, level: S) -> S {
+        let argument = velocity * self.stiffness;
         let bent = argument - (argument - argument.atan()) * self.parameters.curvature;
         let curve = (bent.atan() * self.shape).sin();
-        contact.level * curve * self.parameters.static_force + contact.velocity * self.parameters.viscous
+        level * curve * self.parameters.static_force + velocity * self.parameters.viscous
     }
 }
 

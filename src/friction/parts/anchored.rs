@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive};
 use crate::numbers::{Scalar, sign};
+use crate::variables::Field;
 
 /// A spring that is anchored at its limit is loaded by this fraction less, so that rounding does not break it at once.
 const BELOW_LIMIT: f64 = 1e-12;
@@ -31,7 +32,7 @@ pub enum Mode {
 
 /// Friction magnitudes in N that decide on the mode.
 #[derive(Clone, Copy, Debug)]
-pub struct Levels {
+pub struct Limits {
     /// Largest force while sticking.
     pub break_away: f64,
     /// Sliding force at zero velocity.
@@ -39,7 +40,7 @@ pub struct Levels {
 }
 
 /// The spring-damper.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// Stiffness in N/m.
     pub stiffness: f64,
@@ -47,10 +48,20 @@ pub struct Spring {
     pub damping: f64,
 }
 
+/// Stiffness and damping, two parameters of a law.
+impl Field for Spring {
+    const LEN: usize = 2;
+
+    fn read(values: &[f64]) -> Option<Self> {
+        let [stiffness, damping] = Field::read(values)?;
+        Some(Self { stiffness, damping })
+    }
+}
+
 impl Spring {
     /// The mode of a mass that was not in contact before; where there is no stiction, it slides.
-    pub fn start(contact: &Contact<f64>, levels: Levels) -> Mode {
-        if levels.break_away > 0.0 {
+    pub fn start(contact: &Contact<f64>, limits: Limits) -> Mode {
+        if limits.break_away > 0.0 {
             Mode::Sticking { place: contact.position, load: 0.0 }
         } else {
             Mode::Sliding { direction: direction(contact, 1.0) }
@@ -63,11 +74,11 @@ impl Spring {
     }
 
     /// Sets the event indicator: the reserve until break-away, or the speed.
-    pub fn indicate(&self, mode: Mode, contact: &Contact<f64>, levels: Levels, out: &mut Indicators) {
-        let has_stiction = levels.break_away > 0.0;
+    pub fn indicate(&self, mode: Mode, contact: &Contact<f64>, limits: Limits, out: &mut Indicators) {
+        let has_stiction = limits.break_away > 0.0;
         match mode {
             Mode::Sticking { place, load } if has_stiction => {
-                out[Event::BreakAway] = levels.break_away - self.force(contact, place, load).abs();
+                out[Event::BreakAway] = limits.break_away - self.force(contact, place, load).abs();
             }
             Mode::Sticking { .. } => out[Event::BreakAway] = -f64::MIN_POSITIVE,
             Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = -f64::MIN_POSITIVE,
@@ -76,24 +87,24 @@ impl Spring {
     }
 
     /// The mode after an event of the present one.
-    pub fn switched(&self, mode: Mode, contact: &Contact<f64>, levels: Levels) -> Mode {
-        if levels.break_away <= 0.0 {
+    pub fn switched(&self, mode: Mode, contact: &Contact<f64>, limits: Limits) -> Mode {
+        if limits.break_away <= 0.0 {
             let previous = if let Mode::Sliding { direction } = mode { direction } else { 1.0 };
             return Mode::Sliding { direction: direction(contact, -previous) };
         }
         match mode {
             // At rest the break-away force fell below the present one: the spring yields, and the motion will tell.
             Mode::Sticking { place, load } if contact.velocity == 0.0 => {
-                Self::anchored(contact, sign(self.force(contact, place, load)), levels.break_away, levels)
+                Self::anchored(contact, sign(self.force(contact, place, load)), limits.break_away, limits)
             }
             Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity) },
-            Mode::Sliding { direction } => Self::anchored(contact, direction, levels.sliding, levels),
+            Mode::Sliding { direction } => Self::anchored(contact, direction, limits.sliding, limits),
         }
     }
 
     /// Sticking with a force in a direction.
-    fn anchored(contact: &Contact<f64>, direction: f64, force: f64, levels: Levels) -> Mode {
-        let load = direction * force.min(levels.break_away * (1.0 - BELOW_LIMIT));
+    fn anchored(contact: &Contact<f64>, direction: f64, force: f64, limits: Limits) -> Mode {
+        let load = direction * force.min(limits.break_away * (1.0 - BELOW_LIMIT));
         Mode::Sticking { place: contact.position, load }
     }
 }

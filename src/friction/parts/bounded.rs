@@ -11,9 +11,10 @@ use crate::numbers::{Scalar, sign};
 const AT_LIMIT: f64 = 1e-12;
 
 /// The mode of a bounded deflection.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Mode {
     /// Within the limits: the deflection follows the motion.
+    #[default]
     Following,
     /// At the limit in a direction, +1 or -1, while the motion points there.
     Limited(f64),

@@ -1,10 +1,10 @@
 //! The Stribeck curve.
 
-use super::parameters::check_levels;
+use super::parameters::{check_forces, coulomb_force, exponent, static_force, stribeck_velocity};
 use crate::numbers::Scalar;
-use crate::variables::ParameterError;
+use crate::variables::{Field, ParameterError, Variable};
 
-/// The Stribeck curve: how the friction level falls from static to Coulomb friction with speed.
+/// The Stribeck curve: how friction falls from static to Coulomb friction with speed.
 ///
 /// ```text
 /// s(v) = lambda*(F_c + (F_s - F_c)*exp(-(|v|/v_s)^delta))   [N]
@@ -26,23 +26,32 @@ pub struct StribeckCurve {
     pub exponent: f64,
 }
 
+/// The first four parameters of a law.
+impl Field for StribeckCurve {
+    const LEN: usize = 4;
+
+    fn read(values: &[f64]) -> Option<Self> {
+        let [static_force, coulomb_force, stribeck_velocity, exponent] = Field::read(values)?;
+        Some(Self { static_force, coulomb_force, stribeck_velocity, exponent })
+    }
+}
+
 impl StribeckCurve {
-    /// Checks that the levels fit together.
+    /// Its parameters.
+    pub fn variables() -> [Variable; 4] {
+        [static_force(11.0), coulomb_force(8.3), stribeck_velocity(0.01), exponent()]
+    }
+
+    /// Checks that the forces fit together.
     ///
     /// # Errors
     /// [`ParameterError`] when the Coulomb friction exceeds the static friction.
-    pub fn new(
-        static_force: f64,
-        coulomb_force: f64,
-        stribeck_velocity: f64,
-        exponent: f64,
-    ) -> Result<Self, ParameterError> {
-        check_levels(static_force, "Fc", coulomb_force)?;
-        Ok(Self { static_force, coulomb_force, stribeck_velocity, exponent })
+    pub fn check(&self) -> Result<(), ParameterError> {
+        check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
-    /// Friction level in N at a speed (a velocity's magnitude) and load level.
-    pub fn level<S: Scalar>(&self, speed: S, level: S) -> S {
+    /// Friction in N at a speed (a velocity's magnitude) and load level.
+    pub fn at<S: Scalar>(&self, speed: S, level: S) -> S {
         let decay = (-(speed / self.stribeck_velocity).powf(self.exponent)).exp();
         level * (decay * (self.static_force - self.coulomb_force) + self.coulomb_force)
     }
@@ -52,25 +61,29 @@ impl StribeckCurve {
 mod tests {
     use super::*;
 
+    fn curve(parameters: [f64; 4]) -> StribeckCurve {
+        StribeckCurve::read(&parameters).unwrap()
+    }
+
     #[test]
     fn curve_starts_at_static_and_ends_at_coulomb_friction() {
-        let curve = StribeckCurve::new(11.0, 8.3, 0.01, 0.5).unwrap();
-        assert_eq!(curve.level(0.0, 1.0), 11.0);
-        assert_eq!(curve.level(1e6, 1.0), 8.3);
-        assert_eq!(curve.level(0.0, 2.0), 22.0);
+        let curve = curve([11.0, 8.3, 0.01, 0.5]);
+        assert_eq!(curve.at(0.0, 1.0), 11.0);
+        assert_eq!(curve.at(1e6, 1.0), 8.3);
+        assert_eq!(curve.at(0.0, 2.0), 22.0);
     }
 
     #[test]
     fn excess_decays_to_one_over_e_at_the_stribeck_velocity() {
         for exponent in [0.5, 1.0, 2.0] {
-            let curve = StribeckCurve::new(2.0, 1.0, 0.01, exponent).unwrap();
-            assert!((curve.level(0.01, 1.0) - 1.0 - (-1.0f64).exp()).abs() < 1e-15);
+            let curve = curve([2.0, 1.0, 0.01, exponent]);
+            assert!((curve.at(0.01, 1.0) - 1.0 - (-1.0f64).exp()).abs() < 1e-15);
         }
     }
 
     #[test]
     fn coulomb_above_static_friction_is_refused_by_name_and_value() {
-        let error = StribeckCurve::new(1.0, 2.0, 0.01, 2.0).unwrap_err();
+        let error = curve([1.0, 2.0, 0.01, 2.0]).check().unwrap_err();
         assert_eq!((error.variable.as_str(), error.value), ("Fc", 2.0));
     }
 }

@@ -87,7 +87,7 @@ impl DelayLine {
             _ => self.points.push(point),
         }
         let oldest = self.points.iter().skip(1).take_while(|next| next.time <= contact.time - delay).count();
-        self.points.remove_first(oldest);
+        self.points.remove(0..oldest);
     }
 }
 

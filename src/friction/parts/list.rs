@@ -1,6 +1,6 @@
 //! A list of bounded length.
 
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
@@ -25,10 +25,16 @@ impl<T: Copy + Default, const CAPACITY: usize> List<T, CAPACITY> {
         self.len += 1;
     }
 
-    /// Removes the first items.
-    pub fn remove_first(&mut self, count: usize) {
-        self.items.copy_within(count..self.len, 0);
-        self.len -= count;
+    /// Removes the items in a range of places.
+    pub fn remove(&mut self, range: Range<usize>) {
+        self.items.copy_within(range.end..self.len, range.start);
+        self.len -= range.len();
+    }
+}
+
+impl<T: Copy + Default, const CAPACITY: usize> Default for List<T, CAPACITY> {
+    fn default() -> Self {
+        Self::new([])
     }
 }
 
@@ -87,10 +93,13 @@ mod tests {
     }
 
     #[test]
-    fn first_items_are_removed() {
+    fn items_are_removed_from_the_front_and_from_between() {
         let mut list = List::<f64, 4>::new([1.0, 2.0, 3.0, 4.0]);
-        list.remove_first(3);
+        list.remove(0..3);
         list.push(5.0);
         assert_eq!(*list, [4.0, 5.0]);
+        list.push(6.0);
+        list.remove(1..2);
+        assert_eq!(*list, [4.0, 6.0]);
     }
 }

@@ -1,13 +1,37 @@
 //! What several laws are made of.
 
+/// Declares a struct around a law of a simpler kind, so that it can be a [`FrictionLaw`](super::law::FrictionLaw): its
+/// parameters are those of the law.
+macro_rules! wrapper {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug)]
+        pub struct $name<L>(L);
+
+        impl<L: $crate::variables::ParameterSet> $crate::variables::ParameterSet for $name<L> {
+            const LEN: usize = L::LEN;
+
+            fn table() -> Vec<$crate::variables::Variable> {
+                L::table()
+            }
+
+            fn read(values: &[f64]) -> Result<Self, $crate::variables::ParameterError> {
+                L::read(values).map(Self)
+            }
+        }
+    };
+}
+
 pub mod anchored;
 pub mod bounded;
 pub mod curve;
 pub mod delay;
 pub mod elements;
 pub mod fading;
-pub mod levels;
 pub mod list;
+pub mod of_velocity;
+pub mod one_bristle;
 pub mod parameters;
 pub mod ramp;
+pub mod shared;
 pub mod stick_slip;

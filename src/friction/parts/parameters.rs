@@ -6,7 +6,7 @@ use crate::variables::{ParameterError, Variable, units};
 ///
 /// # Errors
 /// [`ParameterError`] that names the Coulomb friction.
-pub fn check_levels(static_force: f64, name: &str, coulomb_force: f64) -> Result<(), ParameterError> {
+pub fn check_forces(static_force: f64, name: &str, coulomb_force: f64) -> Result<(), ParameterError> {
     if coulomb_force > static_force {
         let reason = format!("it must not exceed the static friction Fs = {static_force}");
         return Err(ParameterError::new(name, coulomb_force, &reason));
@@ -26,7 +26,7 @@ pub fn static_force(default: f64) -> Variable {
 
 /// Coulomb friction `Fc`, value reference 1.
 pub fn coulomb_force(default: f64) -> Variable {
-    force_level(1, "Fc", default).text("Coulomb friction: force of fast sliding without the viscous part")
+    force(1, "Fc", default).text("Coulomb friction: force of fast sliding without the viscous part")
 }
 
 /// Stribeck velocity `vs`, value reference 2.
@@ -47,8 +47,8 @@ pub fn viscous(default: f64) -> Variable {
     damping(4, "sigma2", default).text("Viscous friction coefficient")
 }
 
-/// Another force level.
-pub fn force_level(reference: u32, name: &str, default: f64) -> Variable {
+/// Another friction force.
+pub fn force(reference: u32, name: &str, default: f64) -> Variable {
     Variable::parameter(reference, name, units::NEWTON, default).range(0.0, MAX_FORCE).tunable()
 }
 

@@ -1,55 +1,72 @@
-//! Curves that climb from zero to static friction and descend to Coulomb friction along a given shape.
+//! Friction between two speeds: static at the lower one, Coulomb friction from the higher one on.
 
-use crate::friction::parts::parameters::{check_levels, coulomb_force, static_force, velocity, viscous};
+use super::parameters::{check_forces, coulomb_force, static_force, velocity, viscous};
 use crate::numbers::{Scalar, sign};
-use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{Field, ParameterError, Variable};
 
-parameters! {
-    /// Parameters of the curves.
-    Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        peak_velocity: f64 = velocity(2, "vs", 1e-3).text("Speed at which static friction is reached");
-        viscous: f64 = viscous(30.0);
-        kinetic_velocity: f64 = velocity(5, "vd", 1e-2).text("Speed above which friction is Coulomb friction");
+/// Static and Coulomb friction and their speeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// Static friction in N.
+    pub static_force: f64,
+    /// Coulomb friction in N.
+    pub coulomb_force: f64,
+    /// Speed in m/s at which, or up to which, friction is static.
+    pub static_velocity: f64,
+    /// Viscous friction coefficient in N s/m.
+    pub viscous: f64,
+    /// Speed in m/s above which friction is Coulomb friction.
+    pub kinetic_velocity: f64,
+}
+
+/// The first five parameters of a law.
+impl Field for Ramp {
+    const LEN: usize = 5;
+
+    fn read(values: &[f64]) -> Option<Self> {
+        let [static_force, coulomb_force, static_velocity, viscous, kinetic_velocity] = Field::read(values)?;
+        Some(Self { static_force, coulomb_force, static_velocity, viscous, kinetic_velocity })
     }
 }
 
-impl Parameters {
-    /// Checks that levels and velocities fit together.
+impl Ramp {
+    /// Its parameters, with what the first of the speeds means.
+    pub fn variables(static_velocity: &str) -> [Variable; 5] {
+        [
+            static_force(11.0),
+            coulomb_force(8.3),
+            velocity(2, "vs", 1e-3).text(static_velocity),
+            viscous(30.0),
+            velocity(5, "vd", 1e-2).text("Speed above which friction is Coulomb friction"),
+        ]
+    }
+
+    /// Checks that forces and velocities fit together.
     ///
     /// # Errors
     /// [`ParameterError`] for `F_c > F_s` or `v_d <= v_s`.
-    pub fn checked(self) -> Result<Self, ParameterError> {
-        check_levels(self.static_force, "Fc", self.coulomb_force)?;
-        check_velocities(self.peak_velocity, self.kinetic_velocity)?;
-        Ok(self)
+    pub fn check(&self) -> Result<(), ParameterError> {
+        check_forces(self.static_force, "Fc", self.coulomb_force)?;
+        if self.kinetic_velocity <= self.static_velocity {
+            let reason = format!("it must exceed vs = {}", self.static_velocity);
+            return Err(ParameterError::new("vd", self.kinetic_velocity, &reason));
+        }
+        Ok(())
     }
 
-    /// Friction force in N at a velocity and load level, for a shape from `(0, 0)` to `(1, 1)`.
-    pub fn force<S: Scalar>(&self, velocity: S, level: S, shape: impl Fn(S) -> S) -> S {
+    /// Friction in N at a velocity and load level that climbs from zero and descends along a shape, which leads from
+    /// `(0, 0)` to `(1, 1)`.
+    pub fn at<S: Scalar>(&self, velocity: S, level: S, shape: impl Fn(S) -> S) -> S {
         let speed = velocity.abs();
-        let dry = if speed.value() < self.peak_velocity {
-            shape(speed / self.peak_velocity) * self.static_force
+        let dry = if speed.value() < self.static_velocity {
+            shape(speed / self.static_velocity) * self.static_force
         } else {
-            let descent = (speed - self.peak_velocity) / (self.kinetic_velocity - self.peak_velocity);
+            let descent = (speed - self.static_velocity) / (self.kinetic_velocity - self.static_velocity);
             let fallen = shape(descent.min(S::constant(1.0)));
             fallen * (self.coulomb_force - self.static_force) + self.static_force
         };
         level * dry * sign(velocity.value()) + velocity * self.viscous
     }
-}
-
-/// Refuses velocities `vs`, `vd` in the wrong order.
-///
-/// # Errors
-/// [`ParameterError`] that names `vd`.
-pub fn check_velocities(peak: f64, kinetic: f64) -> Result<(), ParameterError> {
-    if kinetic <= peak {
-        return Err(ParameterError::new("vd", kinetic, &format!("it must exceed vs = {peak}")));
-    }
-    Ok(())
 }
 
 /// The cubic step `3*q^2 - 2*q^3` between 0 and 1.

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
-use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::numbers::{Scalar, sign};
 use crate::variables::{ParameterError, ParameterSet};
 
@@ -43,21 +43,15 @@ impl Mode {
     /// The events of the two modes.
     pub const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
+    /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it follows the velocity.
+    pub const FOLLOWS: &'static [Drive] = &[Drive::Motion];
+
     /// Sets the indicator of the present mode: the reserve until break-away, or the speed.
-    ///
-    /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it [follows](Self::follow).
     pub fn indicators(self, contact: &Contact<f64>, break_away: f64, out: &mut Indicators) {
         match (self, contact.drive) {
             (_, Drive::Motion) => {}
             (Self::Stuck, Drive::Force) => out[Event::BreakAway] = break_away - contact.applied.abs(),
             (Self::Sliding(direction), Drive::Force) => out[Event::Stop] = direction * contact.velocity,
-        }
-    }
-
-    /// Takes the mode of a prescribed motion from its velocity.
-    pub fn follow(&mut self, contact: &Contact<f64>, break_away: f64) {
-        if contact.drive == Drive::Motion {
-            *self = Self::at(contact, contact.velocity, break_away);
         }
     }
 
@@ -71,16 +65,15 @@ impl Mode {
     }
 }
 
-/// A law that is a break-away force and a kinetic curve; it becomes a [`FrictionLaw`] by the two modes above.
-pub trait SetValued: Sized {
-    /// The law's parameters.
-    type Parameters: ParameterSet;
-
-    /// Builds the law.
+/// A law that is a break-away force and a kinetic curve, with the two modes above.
+pub trait SetValued: ParameterSet {
+    /// Checks that parameters which are legal one by one fit together.
     ///
     /// # Errors
-    /// [`ParameterError`] when values that are legal one by one do not fit together.
-    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+    /// [`ParameterError`] if they do not.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
 
     /// Largest force in N that holds the mass at a load level.
     fn break_away(&self, level: f64) -> f64;
@@ -89,40 +82,46 @@ pub trait SetValued: Sized {
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S;
 }
 
-impl<L: SetValued> FrictionLaw for L {
+wrapper! {
+    /// A set-valued law as a friction law.
+    StickSlip
+}
+
+impl<L: SetValued> FrictionLaw for StickSlip<L> {
     type Memory = Mode;
-    type Parameters = L::Parameters;
 
+    const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = Mode::EVENTS;
+    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
-    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError> {
-        SetValued::new(parameters)
+    fn check(&self) -> Result<(), ParameterError> {
+        self.0.check()
     }
 
-    fn start(&self, contact: &Contact<f64>, _z: &mut [f64]) -> Mode {
-        Mode::at(contact, contact.velocity, self.break_away(contact.level))
+    fn start(&self, contact: &Contact<f64>) -> Mode {
+        Mode::at(contact, contact.velocity, self.0.break_away(contact.level))
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.break_away(contact.level.value())),
-            Mode::Sliding(direction) => self.kinetic(contact.velocity, direction, contact.level),
+            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(contact.level.value())),
+            Mode::Sliding(direction) => self.0.kinetic(contact.velocity, direction, contact.level),
         }
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
-        mode.indicators(contact, self.break_away(contact.level), out);
+        mode.indicators(contact, self.0.break_away(contact.level), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
-        *mode = mode.switched(contact, velocity, self.break_away(contact.level));
+        *mode = mode.switched(contact, velocity, self.0.break_away(contact.level));
     }
 
     fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) {
-        mode.follow(contact, self.break_away(contact.level));
+        *mode = Mode::at(contact, contact.velocity, self.0.break_away(contact.level));
     }
 
-    fn is_sticking(&self, mode: &Mode) -> bool {
+    fn is_sticking(mode: &Mode) -> bool {
         *mode == Mode::Stuck
     }
 }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Position and velocity relative to the tray are the states, so that a slider that sticks stays in place exactly.
-//! The friction levels are friction coefficients times the weight. Beside the slider runs the walk of [`walk`].
+//! The friction forces are friction coefficients times the weight. Beside the slider runs the walk of [`walk`].
 
 mod variables;
 pub mod walk;
@@ -62,9 +62,9 @@ pub struct Memory {
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match equations.friction.count() {
-        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
-        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
+        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
+        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
@@ -74,7 +74,7 @@ fn build(start: &Start) -> Result<(DrivenSlider, Settings), ParameterError> {
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;
-    let friction = p.levels()?.build(friction, "friction")?;
+    let friction = p.friction_forces()?.build(friction, "friction")?;
     Ok((DrivenSlider::new(p, friction), settings))
 }
 
@@ -92,16 +92,16 @@ impl DrivenSlider {
             tray,
             stick_free,
             walk,
-            friction: FrictionContact::new(friction, State::FRICTION, references::CONTACT),
+            friction: FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT),
             p,
         }
     }
 
-    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
         (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
         let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]));
-        let friction = self.friction.start(&contact, &mut x);
+        let friction = self.friction.start(&contact);
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
@@ -122,7 +122,7 @@ impl DrivenSlider {
             velocity: x[State::Velocity.at(N)],
             applied: u.external_force - self.tray_acceleration(time) * self.p.mass,
             level: S::constant(1.0),
-            drive: Drive::Force,
+            drive: self.friction.drive(),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::co_simulation::counters_table;
-use crate::friction::parts::levels::{Level, SharedLevels};
+use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{Law, states};
 use crate::mechanics::GRAVITY;
 use crate::models::references;
@@ -23,7 +23,7 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     table.extend(states::table("friction", references::CONTACT, &[depends::U]));
     table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
-    table.extend(SharedLevels::table(
+    table.extend(SharedForces::table(
         "friction",
         references::FRICTION,
         Law::CoulombStiction,
@@ -143,16 +143,16 @@ parameters! {
 }
 
 impl Parameters {
-    /// The friction levels: coefficients times the weight.
-    pub fn levels(&self) -> Result<SharedLevels, ParameterError> {
+    /// The forces of the friction law: coefficients times the weight.
+    pub fn friction_forces(&self) -> Result<SharedForces, ParameterError> {
         if self.static_coefficient < self.dynamic_coefficient {
             let reason = format!("it must not be below muDynamic = {}", self.dynamic_coefficient);
             return Err(ParameterError::new("muStatic", self.static_coefficient, &reason));
         }
-        let level = |variable, value| Level { variable, value, force: value * self.mass * GRAVITY };
-        Ok(SharedLevels {
-            statics: level("muStatic", self.static_coefficient),
-            coulomb: level("muDynamic", self.dynamic_coefficient),
+        let force = |variable, value| SharedForce { variable, value, force: value * self.mass * GRAVITY };
+        Ok(SharedForces {
+            statics: force("muStatic", self.static_coefficient),
+            coulomb: force("muDynamic", self.dynamic_coefficient),
         })
     }
 }

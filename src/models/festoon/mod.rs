@@ -138,9 +138,9 @@ fn indicators() -> Vec<Indicator> {
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match room(equations.friction[0].count()) {
-        0 => Ok(Box::new(equations.run::<{ states(0) }>(start)?)),
-        1 => Ok(Box::new(equations.run::<{ states(1) }>(start)?)),
-        _ => Ok(Box::new(equations.run::<{ states(MAX_STATES) }>(start)?)),
+        0 => Ok(Box::new(equations.simulator::<{ states(0) }>(start)?)),
+        1 => Ok(Box::new(equations.simulator::<{ states(1) }>(start)?)),
+        _ => Ok(Box::new(equations.simulator::<{ states(MAX_STATES) }>(start)?)),
     }
 }
 
@@ -166,13 +166,18 @@ fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
     let law = Friction::new(friction, "friction")?;
     let block = State::OTHERS + room(law.states());
     let friction = std::array::from_fn(|trolley| {
-        FrictionContact::new(law.clone(), BLOCKS + trolley * block + State::FRICTION, contact_base(trolley))
+        FrictionContact::new(
+            law.clone(),
+            Drive::Force,
+            BLOCKS + trolley * block + State::FRICTION,
+            contact_base(trolley),
+        )
     });
     Ok((Festoon { p, rope, buffer, friction }, settings))
 }
 
 impl Festoon {
-    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
         let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
         let mut x = [0.0; N];
         x[CRANE] = self.p.crane_position0;
@@ -184,7 +189,7 @@ impl Festoon {
         let still = [0.0; MAX_TROLLEYS];
         let friction = std::array::from_fn(|trolley| {
             let contact = self.contact(0.0, &x, &u, &still, &links, trolley);
-            self.friction[trolley].start(&contact, &mut x)
+            self.friction[trolley].start(&contact)
         });
         Simulator::new(build, start, x, Memory { friction, links })
     }
@@ -277,7 +282,7 @@ impl Festoon {
             velocity: x[at(State::Velocity, trolley, N)],
             applied: pull(trolley) - pull(trolley + 1) + swing + joint + pulse,
             level: S::constant(self.p.level[trolley]),
-            drive: Drive::Force,
+            drive: self.friction[trolley].drive(),
         }
     }
 

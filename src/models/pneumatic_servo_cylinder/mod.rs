@@ -104,11 +104,11 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match equations.friction.count() {
-        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
-        2 => Ok(Box::new(equations.run::<{ State::OTHERS + 2 }>(start)?)),
-        3..=4 => Ok(Box::new(equations.run::<{ State::OTHERS + 4 }>(start)?)),
-        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
+        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
+        2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
+        3..=4 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 4 }>(start)?)),
+        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
@@ -161,7 +161,7 @@ impl PneumaticServoCylinder {
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
                 clearances: [0, 1].map(|side| chambers.dead_volumes[side] / chambers.areas[side]),
             },
-            friction: FrictionContact::new(friction, State::FRICTION, references::CONTACT),
+            friction: FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT),
             per_mass: 1.0 / p.moving_mass,
             dead_load: p.wire_force + p.moving_mass * slope,
             carriage_weight: p.carriage_mass * slope,
@@ -174,7 +174,7 @@ impl PneumaticServoCylinder {
         State::OTHERS + self.friction.count()
     }
 
-    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
         let (x, memory) = self.initial_state(start);
         Simulator::new(build, start, x, memory)
     }
@@ -190,7 +190,7 @@ impl PneumaticServoCylinder {
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
         let contact = self.contact(0.0, &x, &u, x[State::Velocity.at(N)]);
-        let friction = self.friction.start(&contact, &mut x);
+        let friction = self.friction.start(&contact);
         (x, Memory { actuator, friction })
     }
 
@@ -206,7 +206,7 @@ impl PneumaticServoCylinder {
         x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
-    /// The factor `lambda` of the friction levels.
+    /// The load level `lambda`.
     fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
         let excess = |pressure: S, kappa: f64| (pressure - self.p.ambient_pressure) * kappa;
         let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
@@ -222,7 +222,7 @@ impl PneumaticServoCylinder {
             velocity: x[State::Velocity.at(N)],
             applied: self.applied_force(x, u, rate).0,
             level: self.load_level(x),
-            drive: Drive::Force,
+            drive: self.friction.drive(),
         }
     }
 

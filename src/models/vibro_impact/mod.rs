@@ -90,9 +90,9 @@ fn indicators() -> Vec<Indicator> {
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build(start)?;
     match equations.friction.count() {
-        0 => Ok(Box::new(equations.run::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.run::<{ State::OTHERS + 1 }>(start)?)),
-        _ => Ok(Box::new(equations.run::<{ State::OTHERS + MAX_STATES }>(start)?)),
+        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
+        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
+        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
     }
 }
 
@@ -102,7 +102,8 @@ fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;
-    let friction = FrictionContact::new(p.levels().build(friction, "friction")?, State::FRICTION, references::CONTACT);
+    let law = p.friction_forces().build(friction, "friction")?;
+    let friction = FrictionContact::new(law, Drive::Force, State::FRICTION, references::CONTACT);
     Ok((VibroImpact { coupling: Coupling::new(&p), friction, p }, settings))
 }
 
@@ -150,14 +151,14 @@ impl Coupling {
 }
 
 impl VibroImpact {
-    fn run<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
         let mut x = [0.0; N];
         (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
         x[State::InternalPosition.at(N)] = self.p.position0 + self.p.displacement0;
         x[State::InternalVelocity.at(N)] = self.p.velocity0 + self.p.displacement_rate0;
         let touches = self.p.displacement0 > self.coupling.gap;
         let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]), x[State::Velocity.at(N)], touches);
-        let friction = self.friction.start(&contact, &mut x);
+        let friction = self.friction.start(&contact);
         Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
     }
 
@@ -188,7 +189,7 @@ impl VibroImpact {
             velocity: x[State::Velocity.at(N)],
             applied: u.external_force - self.internal_force(time, x, rate, touches),
             level: S::constant(1.0),
-            drive: Drive::Force,
+            drive: self.friction.drive(),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::co_simulation::counters_table;
-use crate::friction::parts::levels::{Level, SharedLevels};
+use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{Law, states};
 use crate::models::references;
 use crate::solver::Tuning;
@@ -29,7 +29,7 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
 
 /// The friction laws, with the exponential Stribeck curve of the source.
 fn friction_table() -> Vec<Variable> {
-    let table = SharedLevels::table("friction", references::FRICTION, Law::Stribeck, COULOMB_RATIO * BREAK_AWAY);
+    let table = SharedForces::table("friction", references::FRICTION, Law::Stribeck, COULOMB_RATIO * BREAK_AWAY);
     let exponential = |variable: Variable| match variable.name.ends_with(".delta") {
         true => Variable { start: Some(1.0), ..variable },
         false => variable,
@@ -204,16 +204,20 @@ impl Parameters {
         self.form == Form::Dimensionless
     }
 
-    /// The friction levels.
-    pub fn levels(&self) -> SharedLevels {
+    /// The forces of the friction law.
+    pub fn friction_forces(&self) -> SharedForces {
         let (variable, value) = if self.is_dimensionless() {
             ("dimensionless.fr", self.friction)
         } else {
             ("friction.Fs", self.break_away)
         };
-        SharedLevels {
-            statics: Level { variable, value, force: value },
-            coulomb: Level { variable: "friction.ratio", value: self.coulomb_ratio, force: self.coulomb_ratio * value },
+        SharedForces {
+            statics: SharedForce { variable, value, force: value },
+            coulomb: SharedForce {
+                variable: "friction.ratio",
+                value: self.coulomb_ratio,
+                force: self.coulomb_ratio * value,
+            },
         }
     }
 }

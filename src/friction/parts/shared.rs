@@ -1,4 +1,4 @@
-//! Friction levels that a model gives to whichever law is chosen.
+//! Friction forces that a model gives to whichever law is chosen.
 //!
 //! Most laws have a static and a Coulomb friction among their parameters. A model that knows both itself (as friction
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
@@ -6,9 +6,9 @@
 use crate::friction::{Friction, Law};
 use crate::variables::{Kind, ParameterError, Variable};
 
-/// A friction level and the variable of the model that sets it.
+/// A friction force and the variable of the model that sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Level {
+pub struct SharedForce {
     /// Name of the variable.
     pub variable: &'static str,
     /// Its value.
@@ -17,25 +17,25 @@ pub struct Level {
     pub force: f64,
 }
 
-/// The levels of a contact, whatever its law.
+/// Static and Coulomb friction of a contact, whatever its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SharedLevels {
+pub struct SharedForces {
     /// Force at which sliding starts: `Fs`.
-    pub statics: Level,
+    pub statics: SharedForce,
     /// Force of fast sliding without a viscous part: `Fc`, and both `Fc1` and `Fc2` of Polito's law.
-    pub coulomb: Level,
+    pub coulomb: SharedForce,
 }
 
 /// Coulomb friction in N that the default parameters of the laws belong to.
 const RATED: f64 = 8.3;
 
-impl SharedLevels {
-    /// The variables of [`Friction::table`] without those that the levels set.
+impl SharedForces {
+    /// The variables of [`Friction::table`] without those that the model sets.
     ///
     /// All other defaults with a force in their unit are scaled to the Coulomb friction `rated` in N, so that every law
     /// keeps its lengths, velocities and times; viscous friction is 0 by default.
     pub fn table(group: &str, base: u32, default: Law, rated: f64) -> Vec<Variable> {
-        let others = Friction::table(group, base, default).into_iter().filter(|variable| !is_level(variable));
+        let others = Friction::table(group, base, default).into_iter().filter(|variable| !is_shared(variable));
         let presets = others.map(|variable| {
             let factor = match variable.kind {
                 _ if is_viscous(&variable) => 0.0,
@@ -51,12 +51,12 @@ impl SharedLevels {
     /// Builds the chosen law from values in the order of [`table`](Self::table).
     ///
     /// # Errors
-    /// [`ParameterError`] when the values of the chosen law do not fit together or to the levels.
+    /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
     pub fn build(&self, values: &[f64], group: &str) -> Result<Friction, ParameterError> {
         let mut others = values.iter();
         let all: Vec<f64> = Friction::table("", 0, Law::None)
             .iter()
-            .map(|variable| match self.level(&variable.name) {
+            .map(|variable| match self.force(&variable.name) {
                 Some(force) => force,
                 None => *others.next().expect("a value for every variable of the table"),
             })
@@ -64,8 +64,8 @@ impl SharedLevels {
         Friction::new(&all, group).map_err(|error| self.explain(error))
     }
 
-    /// The force in N that the levels mean for a parameter of this name.
-    fn level(&self, name: &str) -> Option<f64> {
+    /// The force in N for a parameter of this name.
+    fn force(&self, name: &str) -> Option<f64> {
         match last(name) {
             "Fs" => Some(self.statics.force),
             "Fc" | "Fc1" | "Fc2" => Some(self.coulomb.force),
@@ -77,18 +77,18 @@ impl SharedLevels {
 
     /// An error about a parameter that the model does not show, as one about the variable that sets it.
     fn explain(&self, error: ParameterError) -> ParameterError {
-        let level = match last(&error.variable) {
+        let shared = match last(&error.variable) {
             "Fs" | "FsInf" => self.statics,
             "Fc" | "Fc1" | "Fc2" => self.coulomb,
             _ => return error,
         };
         let reason = format!("for {} = {} N {}", error.variable, error.value, error.reason);
-        ParameterError { variable: level.variable.to_owned(), value: level.value, reason }
+        ParameterError { variable: shared.variable.to_owned(), value: shared.value, reason }
     }
 }
 
-/// Whether the levels of the contact set this parameter.
-fn is_level(variable: &Variable) -> bool {
+/// Whether the model sets this parameter.
+fn is_shared(variable: &Variable) -> bool {
     matches!(last(&variable.name), "Fs" | "Fc" | "Fc1" | "Fc2" | "FsInf")
 }
 
@@ -108,29 +108,29 @@ mod tests {
     use crate::friction::{Contact, Drive, MAX_STATES};
     use crate::variables::Choice;
 
-    fn levels(statics: f64, coulomb: f64) -> SharedLevels {
-        let level = |variable, force| Level { variable, value: force / 10.0, force };
-        SharedLevels { statics: level("muStatic", statics), coulomb: level("muDynamic", coulomb) }
+    fn forces(statics: f64, coulomb: f64) -> SharedForces {
+        let shared = |variable, force| SharedForce { variable, value: force / 10.0, force };
+        SharedForces { statics: shared("muStatic", statics), coulomb: shared("muDynamic", coulomb) }
     }
 
     /// The defaults, with a law chosen.
     fn values(law: Law) -> Vec<f64> {
-        let table = SharedLevels::table("friction", 0, law, 0.83);
+        let table = SharedForces::table("friction", 0, law, 0.83);
         table.iter().map(|variable| variable.start.expect("a start value")).collect()
     }
 
-    /// Every law with a steady curve slides at the Coulomb level, whether that level or its scaled defaults give it.
+    /// Every law with a steady curve slides at the Coulomb friction, whether that or its scaled defaults give it.
     #[test]
-    fn every_law_slides_at_the_coulomb_level_of_the_contact() {
+    fn every_law_slides_at_the_coulomb_friction_of_the_contact() {
         // Sampled springs answer to a motion, and the steady force of the bristles is a mean.
         const MOVED: [Law; 3] = [Law::None, Law::Bristle, Law::DNLRX];
         let laws = crate::friction::LAWS.items.iter().filter_map(|(id, ..)| Law::from_id(f64::from(*id)));
         for law in laws.filter(|law| !MOVED.contains(law)) {
-            let friction = levels(1.1, 0.83).build(&values(law), "friction").unwrap();
+            let friction = forces(1.1, 0.83).build(&values(law), "friction").unwrap();
             let mut contact =
                 Contact { time: 0.0, position: 0.0, velocity: 5.0, applied: 0.0, level: 1.0, drive: Drive::Force };
             let mut z = [0.0; MAX_STATES];
-            let mut memory = friction.start(&contact, &mut z);
+            let mut memory = friction.start(&contact);
             let states = friction.states();
             let mut force = 0.0;
             // Explicit Euler steps of 50 nm resolve the stiffest bristle; 15 mm are far beyond presliding.
@@ -142,20 +142,20 @@ mod tests {
                     let mut velocity = contact.velocity;
                     friction.switch(event, &contact, &mut velocity, &mut z[..states], &mut memory);
                 }
-                friction.follow(|| contact, &z[..states], &mut memory);
+                friction.follow(&contact, &z[..states], &mut memory);
                 let dt = 1e-8;
                 z.iter_mut().zip(rates).for_each(|(z, rate)| *z += dt * rate);
                 contact.position += dt * contact.velocity;
                 contact.time += dt;
             }
-            // Velocity-based friction and GMS come down to the level slowly: 0.7 % remain.
+            // Velocity-based friction and GMS come down to it slowly: 0.7 % remain.
             assert!((force - 0.83).abs() < 0.01, "{law:?}: {force}");
         }
     }
 
     #[test]
-    fn levels_are_left_out_of_the_table() {
-        let table = SharedLevels::table("friction", 0, Law::Stribeck, 0.83);
+    fn shared_forces_are_left_out_of_the_table() {
+        let table = SharedForces::table("friction", 0, Law::Stribeck, 0.83);
         assert!(table.iter().all(|variable| !variable.name.ends_with(".Fs") && !variable.name.ends_with(".Fc")));
         let start = |name: &str| table.iter().find(|variable| variable.name == name).and_then(|v| v.start).unwrap();
         assert_eq!(start("friction.stribeck.vs"), 0.01);
@@ -164,8 +164,8 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_do_not_fit_are_refused_by_the_name_of_the_variable() {
-        let error = levels(1.0, 2.0).build(&values(Law::Stribeck), "friction").unwrap_err();
+    fn forces_that_do_not_fit_are_refused_by_the_name_of_the_variable() {
+        let error = forces(1.0, 2.0).build(&values(Law::Stribeck), "friction").unwrap_err();
         assert_eq!((error.variable.as_str(), error.value), ("muDynamic", 0.2));
         assert!(error.reason.contains("friction.stribeck.Fc = 2 N"), "{error}");
     }

@@ -1,0 +1,38 @@
+//! Laws that are a function of velocity.
+
+use crate::friction::law::{Contact, FrictionLaw};
+use crate::numbers::Scalar;
+use crate::variables::{ParameterError, ParameterSet};
+
+/// A law without states, modes and stiction.
+pub trait VelocityLaw: ParameterSet {
+    /// Checks that parameters which are legal one by one fit together.
+    ///
+    /// # Errors
+    /// [`ParameterError`] if they do not.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    /// The friction force in N at a velocity and load level.
+    fn force<S: Scalar>(&self, velocity: S, level: S) -> S;
+}
+
+wrapper! {
+    /// A function of velocity as a friction law.
+    OfVelocity
+}
+
+impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
+    type Memory = ();
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.0.check()
+    }
+
+    fn start(&self, _contact: &Contact<f64>) {}
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
+        self.0.force(contact.velocity, contact.level)
+    }
+}

@@ -1,0 +1,100 @@
+//! Laws with one bristle: a continuous state, its deflection in m.
+
+use std::fmt::Debug;
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::friction::event::{Event, Indicators};
+use crate::friction::law::{Contact, Drive, FrictionLaw};
+use crate::numbers::Scalar;
+use crate::variables::{ParameterError, ParameterSet};
+
+/// A law whose friction is that of one bristle, which is without deflection at first.
+pub trait BristleLaw: ParameterSet {
+    /// What the law remembers apart from the deflection; its default is what a run starts with.
+    type Memory: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned;
+
+    /// The events that can end a mode of the law.
+    const EVENTS: &'static [Event] = &[];
+
+    /// The drives under which the memory [follows](Self::follow) the motion.
+    const FOLLOWS: &'static [Drive] = &[];
+
+    /// Checks that parameters which are legal one by one fit together.
+    ///
+    /// # Errors
+    /// [`ParameterError`] if they do not.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    /// The events that its parameters leave possible.
+    fn events(&self) -> &'static [Event] {
+        Self::EVENTS
+    }
+
+    /// Magnitude of the deflection in m, for error control.
+    fn scale(&self) -> f64;
+
+    /// The friction force in N, and the rate of the deflection `z` in m/s.
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Self::Memory) -> (S, S);
+
+    /// Sets the event indicators that the present mode uses.
+    fn indicators(&self, _contact: &Contact<f64>, _z: f64, _memory: &Self::Memory, _out: &mut Indicators) {}
+
+    /// Handles an event, whose indicator fell below zero; may set the deflection.
+    fn switch(&self, _event: Event, _contact: &Contact<f64>, _z: &mut f64, _memory: &mut Self::Memory) {}
+
+    /// Lets the memory follow an accepted step; must leave the indicators as they are.
+    fn follow(&self, _contact: &Contact<f64>, _z: f64, _memory: &mut Self::Memory) {}
+}
+
+wrapper! {
+    /// A bristle as a friction law.
+    OneBristle
+}
+
+impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
+    type Memory = L::Memory;
+
+    const EVENTS: &'static [Event] = L::EVENTS;
+    const FOLLOWS: &'static [Drive] = L::FOLLOWS;
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.0.check()
+    }
+
+    fn events(&self) -> &'static [Event] {
+        self.0.events()
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_scale(&self) -> f64 {
+        self.0.scale()
+    }
+
+    fn start(&self, _contact: &Contact<f64>) -> L::Memory {
+        L::Memory::default()
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &L::Memory, rates: &mut [S]) -> S {
+        let (force, rate) = self.0.force(contact, z[0], memory);
+        rates[0] = rate;
+        force
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &L::Memory, out: &mut Indicators) {
+        self.0.indicators(contact, z[0], memory, out);
+    }
+
+    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut L::Memory) {
+        self.0.switch(event, contact, &mut z[0], memory);
+    }
+
+    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut L::Memory) {
+        self.0.follow(contact, z[0], memory);
+    }
+}
