@@ -182,11 +182,14 @@ impl Plant {
         if saved.parameters.len() != self.parameters.len() || saved.inputs.len() != self.inputs.len() {
             return Err(SnapshotError);
         }
-        if saved.parameters != self.parameters {
+        let retuned = saved.parameters != self.parameters;
+        if retuned {
             self.simulation.retune(&saved.parameters).map_err(|_| SnapshotError)?;
         }
         if let Err(error) = self.simulation.restore(&saved.snapshot) {
-            self.simulation.retune(&self.parameters).map_err(|_| SnapshotError)?;
+            if retuned {
+                self.simulation.retune(&self.parameters).map_err(|_| SnapshotError)?;
+            }
             return Err(error);
         }
         self.parameters.clone_from(&saved.parameters);
