@@ -12,13 +12,12 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import figures
 import numpy as np
 from client import Client, Value
+from run import Run, Units
 
 LAW = "friction.law"
 """The parameter that is varied, where a model has it."""
@@ -45,20 +44,6 @@ def course(stated: dict[str, Any]) -> Callable[[float], float]:
     raise ValueError(f"{stated} is no course of an input")
 
 
-@dataclass
-class Run:
-    """What an experiment gave: one column per variable, one row per communication point."""
-
-    model: str
-    law: str
-    columns: dict[str, np.ndarray]
-    units: figures.Units
-
-    @property
-    def name(self) -> str:
-        return f"{self.model}_{self.law}" if self.law else self.model
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
@@ -76,6 +61,9 @@ def main() -> int:
 
 def run_every_law(fmu: Path, folder: Path) -> None:
     """Leaves a CSV and a figure per law, and one figure of all."""
+    # Loaded where it is needed: the first time, Matplotlib takes longer than all runs.
+    import figures
+
     runs = []
     for law in laws_of(fmu):
         run = timed(fmu, law)
@@ -120,7 +108,7 @@ def simulate(fmu: Path, law: str = "", parameters: dict[str, Value] | None = Non
             if index < count:
                 client.advance((index + 1) * step)
         columns = dict(zip(["time", *names], rows.T, strict=True))
-        return Run(client.description.modelName, law, columns, figures.Units.of(client.description))
+        return Run(client.description.modelName, law, columns, Units.of(client.description))
 
 
 def write_csv(run: Run, file: Path) -> None:

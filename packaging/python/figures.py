@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib
 
@@ -13,13 +12,10 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from fmpy.model_description import ModelDescription
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
-
-if TYPE_CHECKING:
-    from experiment import Run
+from run import Run
 
 BLUE, VERMILION, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#5b6876"
 
@@ -91,36 +87,6 @@ FRICTION = [
     ("velocity", "frictionForce"),
 ]
 """Velocity and friction of a contact; of the first pair that a model has one is drawn against the other."""
-
-
-@dataclass(frozen=True)
-class Units:
-    """In which unit each variable is shown."""
-
-    scales: dict[str, tuple[str, float, float]]
-    """Unit, factor and offset by variable."""
-
-    @staticmethod
-    def of(description: ModelDescription) -> Units:
-        """The display unit of each variable where it has one, else its unit."""
-        displays = {
-            (unit.name, display.name): display for unit in description.unitDefinitions for display in unit.displayUnits
-        }
-        scales = {}
-        for variable in description.modelVariables:
-            display = displays.get((variable.unit, variable.displayUnit))
-            if display is None:
-                scales[variable.name] = (variable.unit or "", 1.0, 0.0)
-            else:
-                scales[variable.name] = (display.name, float(display.factor), float(display.offset))
-        return Units(scales)
-
-    def label(self, text: str, variable: str) -> str:
-        return f"{text} ({self.scales[variable][0]})"
-
-    def shown(self, run: Run, variable: str) -> np.ndarray:
-        _, factor, offset = self.scales[variable]
-        return run.columns[variable] * factor + offset
 
 
 def draw_run(run: Run, file: Path) -> None:
