@@ -106,8 +106,10 @@ fn both_ways_agree_under_every_law() {
 }
 
 #[test]
-fn both_ways_agree_with_a_regulator_and_with_polytropic_gas() {
-    for (name, value) in [("actuation", "PressureRegulator"), ("thermal.model", "Polytropic")] {
+fn both_ways_agree_with_a_regulator_with_polytropic_gas_and_with_a_table_of_openings() {
+    for (name, value) in
+        [("actuation", "PressureRegulator"), ("thermal.model", "Polytropic"), ("valve.characteristic", "Table")]
+    {
         let setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck").set(name, value).expect("an option");
         agree(&setup, cylinder_pushed, 1e-3, 200);
     }

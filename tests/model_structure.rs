@@ -23,7 +23,7 @@ fn rigs(model: &Model) -> Vec<Changes> {
                 leaking(("chamberA.pressure0", 6e5)),
                 leaking(("chamberB.pressure0", 6e5)),
                 leaking(("actuation", 2.0)),
-                vec![("thermal.model", 2.0)],
+                vec![("thermal.model", 2.0), ("valve.characteristic", 2.0)],
                 vec![("thermal.model", 3.0), ("balance.enabled", 1.0)],
                 // Pressed against an end stop.
                 vec![("position0", 0.0), ("wireForce", 1e3)],

@@ -2,7 +2,7 @@
 
 mod rig;
 
-use pneumatic_servo::pneumatics::valve::{MeteringEdge, Spool, Valve};
+use pneumatic_servo::pneumatics::valve::{Opening, Spool, Valve};
 use pneumatic_servo::solver::StepError;
 use rig::{Rig, Running};
 
@@ -107,22 +107,16 @@ fn integral_part_leaves_the_limit() {
 /// The inverse in front of a valve with a dead zone opens it as far as the command opens one without.
 #[test]
 fn dead_zone_is_inverted_exactly() {
-    let valve = |dead_zone: f64| Valve {
-        edge: MeteringEdge::new(4e-9, dead_zone, 0.0),
-        spool: Spool::new(100.0, 0.7),
-        hysteresis: 0.0,
-        polarity: 1.0,
-    };
-    let ideal = valve(0.0);
+    let valve = Valve { centre: 5.0, spool: Spool::new(100.0, 0.7), hysteresis: 0.0, polarity: 1.0 };
+    let conductance = |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(dead_zone).at(spool).0[0];
     for dead_zone in [0.0, 0.08, 0.5] {
-        let real = valve(dead_zone);
         let rig = bare().set("valve.deadZone", dead_zone);
         for command in [-6.0, -5.0, -2.0, -0.01, 0.01, 0.5, 3.0, 5.0, 8.0] {
-            let spool = real.command(voltage_of_command(&rig, command));
-            let wanted = ideal.command(5.0 + command);
+            let spool = valve.command(voltage_of_command(&rig, command));
+            let wanted = valve.command(5.0 + command);
             for (found, wanted) in [(spool, wanted), (-spool, -wanted)] {
                 assert!(
-                    (real.edge.conductance(found) - ideal.edge.conductance(wanted)).abs() < 1e-9 * 10.0 * ROUNDING,
+                    (conductance(dead_zone, found) - conductance(0.0, wanted)).abs() < 1e-9 * 10.0 * ROUNDING,
                     "{dead_zone} {command}"
                 );
             }

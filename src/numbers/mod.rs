@@ -6,15 +6,18 @@
 //! | `scalar` | single numbers, with transcendental functions and branches by their value |
 //! | `dual` | single numbers with exact derivatives |
 //! | `pair` | two numbers side by side |
+//! | `monotone` | a smooth curve through points |
 //! | `random` | random numbers that are the same everywhere |
 
 mod dual;
+mod monotone;
 mod number;
 mod pair;
 pub mod random;
 mod scalar;
 
 pub use dual::Dual;
+pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
 pub use scalar::{Scalar, sign};

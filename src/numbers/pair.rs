@@ -18,6 +18,12 @@ impl<S: Scalar> Pair<S> {
         a + b
     }
 
+    /// Both in the other order.
+    pub fn swapped(self) -> Self {
+        let Self([a, b]) = self;
+        Self([b, a])
+    }
+
     fn zip(self, other: Self, rule: impl Fn(S, S) -> S) -> Self {
         let (Self([a, b]), Self([c, d])) = (self, other);
         Self([rule(a, c), rule(b, d)])

@@ -1,6 +1,6 @@
 //! The orifice of ISO 6358.
 
-use std::ops::Add;
+use std::ops::{Add, Mul};
 
 use super::gas::GasState;
 use crate::numbers::Number;
@@ -8,7 +8,7 @@ use crate::numbers::Number;
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
 pub const LAMINAR_RATIO: f64 = 0.995;
 
-/// An orifice of given critical pressure ratio and variable sonic conductance.
+/// An orifice of given critical pressure ratio and variable sonic conductance, or two of them side by side.
 ///
 /// ```text
 /// mdot = C*p1*rho0*sqrt(T0/T1)*psi(r),   r = p2/p1, p1 the higher pressure   [kg/s]
@@ -20,12 +20,12 @@ pub const LAMINAR_RATIO: f64 = 0.995;
 /// # Source
 /// ISO 6358-1:2013, Pneumatic fluid power - Determination of flow-rate characteristics.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orifice {
-    critical_ratio: f64,
+pub struct Orifice<K = f64> {
+    critical_ratio: K,
     /// `1/(1 - b)`.
-    subsonic_scale: f64,
+    subsonic_scale: K,
     /// Slope of the laminar part, positive.
-    laminar_slope: f64,
+    laminar_slope: K,
 }
 
 /// A mass flow and the temperature it brings along.
@@ -78,9 +78,21 @@ impl Orifice {
         Self { critical_ratio, subsonic_scale, laminar_slope }
     }
 
+    /// Two orifices side by side, each with its critical pressure ratio.
+    pub fn pair(critical_ratios: [f64; 2]) -> Orifice<[f64; 2]> {
+        let both = critical_ratios.map(Self::new);
+        Orifice {
+            critical_ratio: both.map(|orifice| orifice.critical_ratio),
+            subsonic_scale: both.map(|orifice| orifice.subsonic_scale),
+            laminar_slope: both.map(|orifice| orifice.laminar_slope),
+        }
+    }
+}
+
+impl<K: Copy> Orifice<K> {
     /// Flow between two states through a sonic conductance in m3/(s Pa).
     #[inline(always)]
-    pub fn flow<N: Number>(&self, conductance: N, from: GasState<N>, to: GasState<N>) -> Flow<N> {
+    pub fn flow<N: Number + Mul<K, Output = N>>(&self, conductance: N, from: GasState<N>, to: GasState<N>) -> Flow<N> {
         let forward = |yes: N, no: N| N::if_at_least(from.pressure, to.pressure, yes, no);
         // Equal pressures, too, stay those of two different gases: their difference has a slope.
         let (upstream, downstream) = (from.pressure.max(to.pressure), to.pressure.min(from.pressure));
@@ -94,7 +106,7 @@ impl Orifice {
     /// Without a branch, since the laminar line lies above the ellipse wherever the flow is not laminar; without a
     /// division, since `p1` goes under the root.
     #[inline(always)]
-    fn effective_pressure<N: Number>(&self, p1: N, p2: N) -> N {
+    fn effective_pressure<N: Number + Mul<K, Output = N>>(&self, p1: N, p2: N) -> N {
         let laminar = (p1 - p2) * self.laminar_slope;
         let beyond = (p2 - p1 * self.critical_ratio).max(N::zero()) * self.subsonic_scale;
         // Rounding may make the difference negative where the flow is laminar.

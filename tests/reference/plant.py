@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from scipy.interpolate import PchipInterpolator  # type: ignore[import-untyped]
+
 GAS_CONSTANT = 287.05
 GAMMA = 1.4
 CV = GAS_CONSTANT / (GAMMA - 1.0)
@@ -58,6 +60,25 @@ DEFAULTS: dict[str, Value] = {
     "valve.damping": 0.7071067811865476,
     "valve.hysteresis": 0.004,
     "valve.polarity": 1.0,
+    "valve.offset": 0.0,
+    "valve.PA.factor": 1.0,
+    "valve.PB.factor": 1.0,
+    "valve.AR.factor": 1.0,
+    "valve.BR.factor": 1.0,
+    "valve.PA.b": -1.0,
+    "valve.PB.b": -1.0,
+    "valve.AR.b": -1.0,
+    "valve.BR.b": -1.0,
+    "valve.characteristic": "Linear",
+    **{
+        f"valve.table{side}.{name}": value
+        for side in "AB"
+        for name, value in [
+            ("points", 11.0),
+            *((f"spool[{k + 1}]", k / 10.0) for k in range(11)),
+            *((f"opening[{k + 1}]", k / 10.0) for k in range(11)),
+        ]
+    },
     "regulator.pMin": 1e5,
     "regulator.pMax": 8.8e5,
     "regulator.tau": 0.02,
@@ -339,8 +360,13 @@ class ProportionalValve(Actuator):
     units = (1.0, 1e2)
 
     def __init__(self, parameters: Parameters) -> None:
-        self._conductance = _number(parameters, "valve.C")
-        self._critical_ratio = _number(parameters, "valve.b")
+        self._edges = {name: Edge.of(parameters, name) for name in ("PA", "PB", "AR", "BR")}
+        self._tables = (
+            {side: _table(parameters, side) for side in "AB"}
+            if parameters["valve.characteristic"] == "Table"
+            else None
+        )
+        self._offset = _number(parameters, "valve.offset")
         self._dead_zone = _number(parameters, "valve.deadZone")
         self._leakage = _number(parameters, "valve.leakage")
         self._frequency = 2.0 * math.pi * _number(parameters, "valve.bandwidth")
@@ -352,7 +378,7 @@ class ProportionalValve(Actuator):
         self._played: float = 0.0
 
     def command(self, voltage: float) -> float:
-        u = self._polarity * _clamp((voltage - 5.0) / 5.0, -1.0, 1.0)
+        u = self._polarity * _clamp((voltage + self._offset - 5.0) / 5.0, -1.0, 1.0)
         # The play narrows towards the ends, where it leaves nothing: there the command is the set point.
         below = min(self._half_play, 1.0 - u)
         above = min(self._half_play, 1.0 + u)
@@ -369,20 +395,58 @@ class ProportionalValve(Actuator):
 
     def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
         supply = Gas(supply_pressure, self._supply_temperature)
-        forward = self._conductance * self._opening(state[0])
-        backward = self._conductance * self._opening(-state[0])
-        ratio = self._critical_ratio
+        forward = self._opening("A", state[0])
+        backward = self._opening("B", -state[0])
         return (
-            [orifice(forward, ratio, supply, a), orifice(backward, ratio, self._exhaust, a)],
-            [orifice(backward, ratio, supply, b), orifice(forward, ratio, self._exhaust, b)],
+            [
+                self._edges["PA"].stream(forward, supply, a),
+                self._edges["AR"].stream(backward, self._exhaust, a),
+            ],
+            [
+                self._edges["PB"].stream(backward, supply, b),
+                self._edges["BR"].stream(forward, self._exhaust, b),
+            ],
         )
 
     def spool(self, state: list[float]) -> float:
         return state[0]
 
-    def _opening(self, spool: float) -> float:
-        travel = _clamp((spool - self._dead_zone) / (1.0 - self._dead_zone), 0.0, 1.0)
-        return self._leakage + (1.0 - self._leakage) * travel
+    def _opening(self, side: str, travel: float) -> float:
+        if self._tables is None:
+            opening = _clamp((travel - self._dead_zone) / (1.0 - self._dead_zone), 0.0, 1.0)
+        else:
+            curve = self._tables[side]
+            opening = float(curve(_clamp(travel, curve.x[0], curve.x[-1])))
+        return self._leakage + (1.0 - self._leakage) * opening
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A metering edge: conductance when fully open, and critical ratio."""
+
+    conductance: float
+    critical_ratio: float
+
+    @staticmethod
+    def of(parameters: Parameters, name: str) -> Edge:
+        ratio = _number(parameters, f"valve.{name}.b")
+        return Edge(
+            _number(parameters, "valve.C") * _number(parameters, f"valve.{name}.factor"),
+            _number(parameters, "valve.b") if ratio < 0.0 else ratio,
+        )
+
+    def stream(self, opening: float, outside: Gas, inside: Gas) -> Stream:
+        return orifice(self.conductance * opening, self.critical_ratio, outside, inside)
+
+
+def _table(parameters: Parameters, side: str) -> PchipInterpolator:
+    """The openings over the spool travel that feeds a chamber."""
+    places = range(1, int(_number(parameters, f"valve.table{side}.points")) + 1)
+    columns = [
+        [_number(parameters, f"valve.table{side}.{what}[{k}]") for k in places]
+        for what in ("spool", "opening")
+    ]
+    return PchipInterpolator(*columns)
 
 
 class PressureRegulator(Actuator):

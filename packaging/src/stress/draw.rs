@@ -71,6 +71,9 @@ pub fn setup(model: &'static Model, law: i32, spread: Spread, time: f64, random:
 /// A random value of a parameter, unless it keeps its default.
 fn value(variable: &Variable, spread: Spread, random: &mut Random) -> Option<f64> {
     let start = variable.start?;
+    if let Some(value) = point_of_table(variable, random) {
+        return Some(value);
+    }
     let (least, most) = (variable.min.unwrap_or(-1e6), variable.max.unwrap_or(1e6));
     match (variable.kind, spread) {
         (Kind::Enumeration(of), _) => Some(f64::from(of.items[random.choice(of.items.len())].0)),
@@ -85,6 +88,14 @@ fn value(variable: &Variable, spread: Spread, random: &mut Random) -> Option<f64
         }
         (Kind::Real(_), Spread::Legal) => Some(random.between(least, most)),
     }
+}
+
+/// A random coordinate of a point of a valve's table, which must rise from point to point.
+fn point_of_table(variable: &Variable, random: &mut Random) -> Option<f64> {
+    const POINTS: f64 = 11.0;
+    let (_, place) = variable.name.strip_prefix("valve.table")?.split_once('[')?;
+    let place: f64 = place.trim_end_matches(']').parse().ok()?;
+    Some((place - random.uniform()) / POINTS)
 }
 
 /// Inputs that swing about their start values by their nominal values.

@@ -1,58 +1,37 @@
 //! The 5/3-way proportional valve: command, hysteresis, spool dynamics and metering edges.
 
+mod edges;
+mod parameters;
+
 use std::f64::consts::TAU;
 
 use super::actuator::{Actuating, Ports, STATES, SUPPLY, VOLTAGE};
 use super::gas::GasState;
-use super::orifice::{Inflow, Orifice};
-use crate::numbers::{Number, Pair, Scalar};
+use super::orifice::Inflow;
+use crate::numbers::{Pair, Scalar};
+use crate::outputs;
 use crate::variables::{ParameterError, Variable, units};
-use crate::{outputs, parameters};
 
-/// A proportional valve, closed in the centre, commanded by 0 to 10 V.
+pub use self::edges::{Characteristic, Edges, Opening, Port};
+pub use self::parameters::Parameters;
+
+/// How a spool follows a voltage of 0 to 10 V about the centre.
 ///
 /// ```text
-/// u   = clamp((V - 5)/5, -1, 1)*polarity                        command
-/// u_p = play operator of half width w on u, none at u = +-1     hysteresis
-/// s'' = wn^2*(u_p - s) - 2*zeta*wn*s'                           spool
-/// opening(s) = leak + (1 - leak)*clamp((s - d)/(1 - d), 0, 1)   metering edge
+/// u   = clamp((V - V_c)/5, -1, 1)*polarity                   command, V_c = 5 V less the electrical offset
+/// u_p = play operator of half width w on u, none at u = +-1  hysteresis
+/// s'' = wn^2*(u_p - s) - 2*zeta*wn*s'                        spool
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Valve {
-    /// The metering edges.
-    pub edge: MeteringEdge,
+    /// Voltage in V at which the command is 0.
+    pub centre: f64,
     /// The spool.
     pub spool: Spool,
     /// Half width of the play.
     pub hysteresis: f64,
     /// +1: more than 5 V feeds chamber A; -1: chamber B.
     pub polarity: f64,
-}
-
-/// A metering edge, as a straight line of conductance over spool between both ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeteringEdge {
-    dead_zone: f64,
-    /// `1/(1 - d)`.
-    per_travel: f64,
-    /// Sonic conductances in m3/(s Pa): closed, and fully open beyond that.
-    closed: f64,
-    range: f64,
-}
-
-impl MeteringEdge {
-    /// An edge with a sonic conductance in m3/(s Pa) when fully open, a dead zone `d` as a fraction of the spool travel,
-    /// and the opening `leak` when closed.
-    pub const fn new(conductance: f64, dead_zone: f64, leakage: f64) -> Self {
-        let per_travel = 1.0 / (1.0 - dead_zone);
-        Self { dead_zone, per_travel, closed: conductance * leakage, range: conductance * (1.0 - leakage) }
-    }
-
-    /// Sonic conductance in m3/(s Pa); the edge opens with positive `spool`.
-    pub fn conductance<N: Number>(&self, spool: N) -> N {
-        let travel = ((spool - self.dead_zone) * self.per_travel).max(N::zero()).min(N::constant(1.0));
-        travel * self.range + self.closed
-    }
 }
 
 /// The spool as an oscillator of second order.
@@ -80,7 +59,7 @@ impl Spool {
 impl Valve {
     /// The command at a voltage.
     pub fn command<S: Scalar>(&self, voltage: S) -> S {
-        ((voltage - 5.0) / 5.0).clamp(S::constant(-1.0), S::constant(1.0)) * self.polarity
+        ((voltage - self.centre) / 5.0).clamp(S::constant(-1.0), S::constant(1.0)) * self.polarity
     }
 
     /// The play operator: where the command drags the spool's set point from where it was.
@@ -104,28 +83,6 @@ impl Valve {
     /// The set point a run starts with: the command, as far as the play around 0 reaches.
     pub fn initial_play(&self, command: f64) -> f64 {
         command.clamp(-self.hysteresis, self.hysteresis)
-    }
-}
-
-parameters! {
-    /// The parameters of [`ProportionalValve`].
-    Parameters {
-        conductance: f64 = Variable::parameter(1024, "valve.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)").tunable()
-            .text("Sonic conductance of a fully open metering edge");
-        critical_ratio: f64 = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99).tunable()
-            .text("Critical pressure ratio of the metering edges");
-        dead_zone: f64 = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
-            .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel");
-        leakage: f64 = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0).tunable()
-            .text("Opening of a closed metering edge as a fraction of the full opening");
-        bandwidth: f64 = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
-            .text("Natural frequency of the spool");
-        damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
-            .text("Damping ratio of the spool");
-        hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
-            .text("Half width of the play between command and spool set point; it closes towards full command");
-        polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
-            .text("1: more than 5 V feeds chamber A; -1: chamber B");
     }
 }
 
@@ -155,7 +112,9 @@ outputs! {
 #[derive(Clone, Debug)]
 pub struct ProportionalValve {
     valve: Valve,
-    orifice: Orifice,
+    opening: Opening,
+    supply: Edges,
+    exhaust: Edges,
     bandwidth: f64,
 }
 
@@ -177,12 +136,13 @@ impl Actuating for ProportionalValve {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
         let valve = Valve {
-            edge: MeteringEdge::new(p.conductance, p.dead_zone, p.leakage),
+            centre: 5.0 - p.offset,
             spool: Spool::new(p.bandwidth, p.damping),
             hysteresis: p.hysteresis,
             polarity: f64::from(p.polarity),
         };
-        Ok(Self { valve, orifice: Orifice::new(p.critical_ratio), bandwidth: p.bandwidth })
+        let [supply, exhaust] = p.ports().map(|ports| Edges::new(ports, p.leakage));
+        Ok(Self { valve, opening: p.opening()?, supply, exhaust, bandwidth: p.bandwidth })
     }
 
     fn computed() -> Vec<Variable> {
@@ -207,11 +167,11 @@ impl Actuating for ProportionalValve {
 
     #[inline(always)]
     fn feed<S: Scalar>(&self, spool: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let spool = Pair([spool, -spool]);
+        let opening = self.opening.at(spool);
         let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
         let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
-        Inflow::from(self.orifice.flow(self.valve.edge.conductance(spool), supply, gas))
-            + Inflow::from(self.orifice.flow(self.valve.edge.conductance(-spool), exhaust, gas))
+        Inflow::from(self.supply.flow(opening, supply, gas))
+            + Inflow::from(self.exhaust.flow(opening.swapped(), exhaust, gas))
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &f64, slots: &mut [S]) {
@@ -238,17 +198,14 @@ mod tests {
     use super::*;
     use crate::numbers::Dual;
 
-    const VALVE: Valve = Valve {
-        edge: MeteringEdge::new(4e-9, 0.1, 0.002),
-        spool: Spool::new(100.0, 0.7),
-        hysteresis: 0.01,
-        polarity: 1.0,
-    };
+    const VALVE: Valve = Valve { centre: 5.0, spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
 
     #[test]
     fn command_saturates_at_the_ends_of_the_voltage_range() {
         assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| VALVE.command(v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
         assert_eq!(Valve { polarity: -1.0, ..VALVE }.command(7.5), -0.5);
+        let low = Valve { centre: 5.25, ..VALVE };
+        assert_eq!([5.0, 5.25, 10.0].map(|v| low.command(v)), [-0.05, 0.0, 0.95]);
     }
 
     #[test]
@@ -283,12 +240,5 @@ mod tests {
         let direct = Valve { hysteresis: 0.0, ..VALVE };
         let command = Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(0.2, command), command);
-    }
-
-    #[test]
-    fn edge_leaks_when_closed_and_is_full_at_full_travel() {
-        let conductance = |spool: f64| VALVE.edge.conductance(spool);
-        assert_eq!([-1.0, 0.1].map(conductance), [0.002 * 4e-9; 2]);
-        assert!((conductance(1.0) - 4e-9).abs() < 1e-24);
     }
 }

@@ -1,0 +1,134 @@
+//! The metering edges: how far a spool opens them, and what they let through.
+
+use crate::enumeration;
+use crate::numbers::{MonotoneCurve, Number, Pair, Scalar};
+use crate::pneumatics::gas::GasState;
+use crate::pneumatics::orifice::{Flow, Orifice};
+
+enumeration! {
+    /// The choice of a valve characteristic; ids are never reused.
+    Characteristic "ValveCharacteristic": "Opening of the metering edges over the spool" {
+        1 Linear: "Straight line from the end of the dead zone to full travel";
+        2 Table: "Smooth monotone curve through the points of valve.tableA and valve.tableB";
+    }
+}
+
+/// How far the edges open with the spool, as fractions of their full opening.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Opening {
+    /// `clamp((s - d)/(1 - d), 0, 1)` with the dead zone `d` as a fraction of the spool travel, both ways.
+    Linear {
+        /// Dead zone `d`.
+        dead_zone: f64,
+        /// `1/(1 - d)`.
+        per_travel: f64,
+    },
+    /// A curve over the travel towards chamber A, and one over that towards chamber B.
+    Table(Box<[MonotoneCurve; 2]>),
+}
+
+impl Opening {
+    /// A straight line behind a dead zone.
+    pub fn linear(dead_zone: f64) -> Self {
+        Self::Linear { dead_zone, per_travel: 1.0 / (1.0 - dead_zone) }
+    }
+
+    /// Openings, without leakage, of the edges that feed the chambers A and B; those that vent them open the other way
+    /// round.
+    #[inline(always)]
+    pub fn at<S: Scalar>(&self, spool: S) -> Pair<S> {
+        let travel = Pair([spool, -spool]);
+        match self {
+            Self::Linear { dead_zone, per_travel } => {
+                ((travel - *dead_zone) * *per_travel).max(Pair::zero()).min(Pair::constant(1.0))
+            }
+            Self::Table(curves) => Pair(std::array::from_fn(|side| curves[side].at(travel.0[side]))),
+        }
+    }
+}
+
+/// A metering edge as a data sheet states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Port {
+    /// Sonic conductance in m3/(s Pa) when fully open.
+    pub conductance: f64,
+    /// Critical pressure ratio.
+    pub critical_ratio: f64,
+}
+
+/// The edges between both chambers and one port of the valve, side by side.
+///
+/// ```text
+/// C = C_full*(leak + (1 - leak)*opening)   [m3/(s Pa)]
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edges {
+    orifice: Orifice<[f64; 2]>,
+    /// Sonic conductances in m3/(s Pa): closed, and fully open beyond that.
+    closed: [f64; 2],
+    range: [f64; 2],
+}
+
+impl Edges {
+    /// The edges of the chambers A and B, with the opening `leak` when closed.
+    pub fn new(ports: [Port; 2], leakage: f64) -> Self {
+        let conductances = ports.map(|port| port.conductance);
+        Self {
+            orifice: Orifice::pair(ports.map(|port| port.critical_ratio)),
+            closed: conductances.map(|conductance| conductance * leakage),
+            range: conductances.map(|conductance| conductance * (1.0 - leakage)),
+        }
+    }
+
+    /// Sonic conductances in m3/(s Pa) at openings without leakage.
+    #[inline(always)]
+    pub fn conductance<S: Scalar>(&self, opening: Pair<S>) -> Pair<S> {
+        opening * self.range + self.closed
+    }
+
+    /// Flow from a gas at the port into the chambers.
+    #[inline(always)]
+    pub fn flow<S: Scalar>(&self, opening: Pair<S>, port: GasState<Pair<S>>, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
+        self.orifice.flow(self.conductance(opening), port, gas)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edge_leaks_when_closed_and_is_full_at_full_travel() {
+        let port = Port { conductance: 4e-9, critical_ratio: 0.3 };
+        let (opening, edges) = (Opening::linear(0.1), Edges::new([port; 2], 0.002));
+        let conductance = |spool: f64| edges.conductance(opening.at(spool));
+        assert_eq!([-1.0, 0.1].map(|spool| conductance(spool).0[0]), [0.002 * 4e-9; 2]);
+        assert!((conductance(1.0).0[0] - 4e-9).abs() < 1e-24);
+        assert_eq!(conductance(1.0), conductance(-1.0).swapped());
+    }
+
+    #[test]
+    fn every_edge_has_its_own_conductance_and_ratio() {
+        let ports = [Port { conductance: 4e-9, critical_ratio: 0.2 }, Port { conductance: 3e-9, critical_ratio: 0.4 }];
+        let gas = |pressure: f64| GasState::new(Pair([pressure; 2]), Pair([293.15; 2]));
+        let both = Edges::new(ports, 0.0).flow(Pair([1.0, 0.5]), gas(6e5), gas(4e5)).mass;
+        let alone = |port: Port, opening: f64| {
+            let gas = |pressure: f64| GasState::new(pressure, 293.15);
+            Orifice::new(port.critical_ratio).flow(port.conductance * opening, gas(6e5), gas(4e5)).mass
+        };
+        assert_eq!(both, Pair([alone(ports[0], 1.0), alone(ports[1], 0.5)]));
+    }
+
+    /// Of a table that is the line itself; the two travels have a curve each.
+    #[test]
+    fn table_of_a_line_is_the_line() {
+        let line = MonotoneCurve::through(&[(0.08, 0.0), (0.5, 0.42 / 0.92), (1.0, 1.0)]);
+        let steep = MonotoneCurve::through(&[(0.0, 0.0), (0.5, 1.0)]);
+        let table = Opening::Table(Box::new([line, steep]));
+        for spool in [-1.0, 0.0, 0.05, 0.1, 0.7, 1.0, 1.04] {
+            let (Pair([found, other]), Pair([expected, _])) = (table.at(spool), Opening::linear(0.08).at(spool));
+            assert!((found - expected).abs() < 1e-15, "{found} at {spool}, not {expected}");
+            assert_eq!(other, (-2.0 * spool).clamp(0.0, 1.0));
+        }
+    }
+}
