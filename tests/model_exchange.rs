@@ -116,6 +116,17 @@ fn both_ways_agree_with_a_regulator_with_polytropic_gas_and_with_a_table_of_open
 }
 
 #[test]
+fn both_ways_agree_with_options_of_the_cylinder() {
+    for law in ["Stribeck", "LuGre", "GMS"] {
+        let mut setup = setup(&pneumatic_servo_cylinder::MODEL, law).set("chamberB.open", true).expect("an option");
+        for (name, value) in [("load.stiffness", 100.0), ("load.rest", 0.2), ("friction.position.amplitude", 0.2)] {
+            setup.change(name, value).expect("an option");
+        }
+        agree(&setup, swing, 1e-3, 200);
+    }
+}
+
+#[test]
 fn both_ways_agree_in_every_model_under_every_law() {
     for law in laws() {
         // Stick-slip on a spring stiff enough to see some cycles.

@@ -25,6 +25,25 @@ fn rigs(model: &Model) -> Vec<Changes> {
                 leaking(("actuation", 2.0)),
                 vec![("thermal.model", 2.0), ("valve.characteristic", 2.0)],
                 vec![("thermal.model", 3.0), ("balance.enabled", 1.0)],
+                vec![
+                    ("chamberB.open", 1.0),
+                    ("load.stiffness", 100.0),
+                    ("friction.position.amplitude", 0.3),
+                    ("friction.kappaDifference", 1e-6),
+                ],
+                vec![("hoseA.length", 1.0), ("hoseB.length", 1.0), ("supply.volume", 1e-4), ("supply.C", 1e-9)],
+                // In the range where the cushions of both ends close, air flowing out of both chambers.
+                vec![
+                    ("hoseA.length", 1.0),
+                    ("hoseB.length", 1.0),
+                    ("throttleA.C", 2e-9),
+                    ("throttleB.C", 2e-9),
+                    ("cushion.length", 0.26),
+                    ("chamberA.pressure0", 6e5),
+                    ("chamberB.pressure0", 6e5),
+                ],
+                vec![("actuation", 2.0), ("hoseA.length", 1.0), ("supply.volume", 1e-4)],
+                vec![("supply.volume", 1e-4), ("chamberA.pressure0", 6e5), ("chamberB.pressure0", 6e5)],
                 // Pressed against an end stop.
                 vec![("position0", 0.0), ("wireForce", 1e3)],
             ]

@@ -75,6 +75,12 @@ pub trait Actuating: Sized {
     /// What flows into the chambers, for the state that sets the flow.
     fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
+    /// Mass flows in kg/s that it draws from the supply for the chambers: all that flows into them, unless it has an
+    /// exhaust.
+    fn drawn<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        self.feed(state, ports, gas).mass
+    }
+
     /// Writes its computed variables.
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory, slots: &mut [S]);
 
@@ -198,6 +204,11 @@ macro_rules! actuators {
             #[inline(always)]
             pub fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
                 match self { $(Self::$item(actuator) => actuator.feed(state, ports, gas)),* }
+            }
+
+            /// Mass flows in kg/s that it draws from the supply for the chambers.
+            pub fn drawn<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+                match self { $(Self::$item(actuator) => actuator.drawn(state, ports, gas)),* }
             }
 
             /// Writes the computed variables of every actuator, and returns the rest of the slots.

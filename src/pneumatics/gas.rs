@@ -1,6 +1,6 @@
 //! Dry air as an ideal gas.
 
-use crate::numbers::Number;
+use crate::numbers::{Number, Pair, Scalar};
 
 /// Specific gas constant in J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.05;
@@ -39,6 +39,13 @@ impl<N: Number> GasState<N> {
     pub fn map<M>(self, rule: impl Fn(N) -> M) -> GasState<M> {
         let Self { pressure, temperature, sonic_density } = self;
         GasState { pressure: rule(pressure), temperature: rule(temperature), sonic_density: rule(sonic_density) }
+    }
+}
+
+impl<S: Scalar> GasState<Pair<S>> {
+    /// One of two gases side by side.
+    pub fn side(self, side: usize) -> GasState<S> {
+        self.map(|Pair(both)| both[side])
     }
 }
 

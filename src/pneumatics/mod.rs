@@ -1,8 +1,9 @@
-//! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator and the chambers.
+//! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator, hoses and the chambers.
 
 pub mod actuator;
 pub mod chamber;
 pub mod gas;
+pub mod hose;
 pub mod orifice;
 pub mod regulator;
 pub mod valve;

@@ -89,6 +89,8 @@ pub mod units {
         KELVIN_PER_SECOND = "K/s" [0, 0, -1, 0, 1, 0, 0, 0];
         /// Mass flow; shown as the volume flow at the reference conditions of ISO 8778 (density 1.185 kg/m3).
         KILOGRAM_PER_SECOND = "kg/s" [1, 0, -1, 0, 0, 0, 0, 0], "g/s" 1e3, 0.0, "l/min(ANR)" 60_000.0 / 1.185, 0.0;
+        /// Rate of a mass flow.
+        KILOGRAM_PER_SECOND_SQUARED = "kg/s2" [1, 0, -2, 0, 0, 0, 0, 0];
         /// Sonic conductance of ISO 6358; shown in dm3/(s.bar).
         CUBIC_METRE_PER_SECOND_PASCAL = "m3/(s.Pa)" [-1, 4, 1, 0, 0, 0, 0, 0], "dm3/(s.bar)" 1e8, 0.0;
         /// Laminar leakage coefficient: mass flow per difference of squared pressures.

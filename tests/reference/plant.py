@@ -14,15 +14,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from gas import CP, CV, GAMMA, GAS_CONSTANT, Gas, Stream, orifice
+from lines import Hose, hose, vessel
 from scipy.interpolate import PchipInterpolator  # type: ignore[import-untyped]
 
-GAS_CONSTANT = 287.05
-GAMMA = 1.4
-CV = GAS_CONSTANT / (GAMMA - 1.0)
-CP = GAMMA * CV
-NORMAL_DENSITY = 1.185
-NORMAL_TEMPERATURE = 293.15
-LAMINAR_RATIO = 0.995
 GRAVITY = 9.80665
 
 Value = float | str
@@ -86,6 +81,27 @@ DEFAULTS: dict[str, Value] = {
     "regulator.b": 0.3,
     "friction.kappaA": 0.0,
     "friction.kappaB": 0.0,
+    "friction.kappaDifference": 0.0,
+    "friction.position.amplitude": 0.0,
+    "friction.position.period": 0.05,
+    "cylinder.rodA": 0.0,
+    "chamberB.open": 0.0,
+    "load.stiffness": 0.0,
+    "load.rest": 0.0,
+    "hoseA.length": 0.0,
+    "hoseA.diameter": 4e-3,
+    "hoseB.length": 0.0,
+    "hoseB.diameter": 4e-3,
+    "throttleA.C": 0.0,
+    "throttleB.C": 0.0,
+    "throttle.free": 1e-8,
+    "throttle.b": 0.3,
+    "throttle.direction": "MeterOut",
+    "cushion.length": 0.0,
+    "cushion.C": 2e-10,
+    "supply.volume": 0.0,
+    "supply.C": 1e-8,
+    "supply.b": 0.3,
 }
 
 
@@ -97,33 +113,21 @@ class Inputs(NamedTuple):
     supply_pressure: float
 
 
-class Gas(NamedTuple):
-    """A state of air."""
-
-    pressure: float
-    temperature: float
-
-
-class Stream(NamedTuple):
-    """A mass flow into a chamber and the temperature of the side it comes from."""
-
-    mass_flow: float
-    temperature: float
-
-
 class Plant:
     """Everything that accelerates the carriage except friction.
 
     State vector: position, velocity, mass and energy of chamber A, mass and energy of chamber B,
-    and the two states of the actuator.
+    the two states of the actuator, then those of the hoses A and B and of the vessel, where there are any.
     """
 
-    SIZE = 8
+    OWN = 8
 
     def __init__(self, parameters: Parameters) -> None:
         bore, rod = _number(parameters, "cylinder.bore"), _number(parameters, "cylinder.rod")
         piston_area = math.pi * bore**2 / 4.0
-        self.rod_area = math.pi * rod**2 / 4.0
+        rod_a = _number(parameters, "cylinder.rodA")
+        area_a = piston_area - math.pi * rod_a**2 / 4.0
+        area_b = piston_area - math.pi * rod**2 / 4.0
         self.stroke = _number(parameters, "cylinder.stroke")
         self.stop_stiffness = _number(parameters, "cylinder.stopStiffness")
         self.stop_damping = _number(parameters, "cylinder.stopDamping")
@@ -135,28 +139,43 @@ class Plant:
         self.constant_load = (
             _number(parameters, "wireForce")
             + self.mass * GRAVITY * math.sin(_number(parameters, "incline"))
-            + self.ambient_pressure * self.rod_area
+            + self.ambient_pressure * (area_a - area_b)
         )
-        self.chamber_a = _chamber(parameters, "chamberA", piston_area, 0.0)
+        self.hoses = {side: hose(parameters, side) for side in "AB"}
+        self.vessel = vessel(parameters)
+        lent = {side: line.lent_volume if line else 0.0 for side, line in self.hoses.items()}
+        self.chamber_a = _chamber(parameters, "chamberA", area_a, 0.0, lent["A"])
         self.chamber_b = _chamber(
             parameters,
             "chamberB",
-            piston_area - self.rod_area,
+            area_b,
             _number(parameters, "chamberB.tankVolume"),
+            lent["B"],
         )
+        self.is_open = bool(_number(parameters, "chamberB.open"))
+        self.kappa_difference = _number(parameters, "friction.kappaDifference")
+        self.waviness = _number(parameters, "friction.position.amplitude")
+        self.wave_length = _number(parameters, "friction.position.period")
+        self.spring_stiffness = _number(parameters, "load.stiffness")
+        self.spring_rest = _number(parameters, "load.rest")
         self.actuator = _actuator(parameters)
         self.start_position = _number(parameters, "position0")
         self.start_velocity = _number(parameters, "velocity0")
 
-    def start(self, command: float) -> list[float]:
+    def start(self, command: float, supply_pressure: float) -> list[float]:
         """The initial state, with ``command`` what the actuator is told at t = 0."""
         x = self.start_position
+        lines = []
+        for line, chamber in zip(self.hoses.values(), (self.chamber_a, self.chamber_b), strict=True):
+            lines += line.start(chamber.start_pressure) if line else []
+        lines += self.vessel.start(supply_pressure) if self.vessel else []
         return [
             x,
             self.start_velocity,
             *self.chamber_a.start(x),
             *self.chamber_b.start(self.stroke - x),
             *self.actuator.start(command),
+            *lines,
         ]
 
     def units(self) -> list[float]:
@@ -164,15 +183,17 @@ class Plant:
 
         The velocity unit is small because sliding starts from exactly zero velocity.
         """
-        start = self.start(0.0)
-        return [1e-2, 1e-3, *start[2:6], *self.actuator.units]
+        start = self.start(0.0, 1e5)
+        lines = [value if value > 0.0 else 1e-4 for value in start[self.OWN :]]
+        return [1e-2, 1e-3, *start[2:6], *self.actuator.units, *lines]
 
     def gases(self, state: list[float]) -> tuple[Gas, Gas]:
         """The air in chambers A and B."""
         x = state[0]
+        outside = Gas(self.ambient_pressure, self.chamber_b.ambient_temperature)
         return (
             self.chamber_a.gas(state[2], state[3], x),
-            self.chamber_b.gas(state[4], state[5], self.stroke - x),
+            outside if self.is_open else self.chamber_b.gas(state[4], state[5], self.stroke - x),
         )
 
     def applied_force(self, x: float, v: float, a: Gas, b: Gas, external_force: float) -> float:
@@ -181,18 +202,21 @@ class Plant:
             a.pressure * self.chamber_a.area
             - b.pressure * self.chamber_b.area
             - self.constant_load
+            - self.spring_stiffness * (x - self.spring_rest)
             + external_force
             + self._stop_force(x, v)
         )
 
-    def friction_level(self, a: Gas, b: Gas) -> float:
-        """The factor by which the chamber pressures scale the friction forces."""
+    def friction_level(self, x: float, a: Gas, b: Gas) -> float:
+        """The factor by which chamber pressures and place scale the friction forces."""
         level = (
             1.0
             + self.kappa_a * (a.pressure - self.ambient_pressure)
             + self.kappa_b * (b.pressure - self.ambient_pressure)
+            + self.kappa_difference * abs(a.pressure - b.pressure)
         )
-        return max(0.0, level)
+        wave = math.sin(2.0 * math.pi * x / self.wave_length)
+        return max(0.0, level) * (1.0 + self.waviness * wave)
 
     def rates(
         self,
@@ -207,7 +231,22 @@ class Plant:
         """The derivatives of the state, with ``v`` the velocity the carriage really has."""
         x = state[0]
         actuator = state[6:8]
-        streams_a, streams_b = self.actuator.streams(actuator, a, b, supply_pressure)
+        supplied = supply_pressure
+        own = self._split(state)
+        if self.vessel:
+            supply_pressure = self.vessel.gas(own["supply"][0]).pressure
+        port_a, port_b = (
+            line.gas(own[side], 0) if line else chamber
+            for (side, line), chamber in zip(self.hoses.items(), (a, b), strict=True)
+        )
+        streams_a, streams_b = self.actuator.streams(actuator, port_a, port_b, supply_pressure)
+        # The first stream of each chamber comes from the supply.
+        drawn = sum(stream.mass_flow for stream in [*streams_a[:1], *streams_b[:1]])
+        rates = []
+        streams_a = self._through(self.hoses["A"], own["A"], streams_a, a, x, rates)
+        streams_b = self._through(self.hoses["B"], own["B"], streams_b, b, self.stroke - x, rates)
+        if self.vessel:
+            rates.append(self.vessel.filling(own["supply"][0], supplied) - drawn)
         if self.leakage > 0.0:
             cross = self._cross_leakage(a, b)
             streams_a.append(Stream(-cross.mass_flow, cross.temperature))
@@ -218,7 +257,33 @@ class Plant:
             *self.chamber_a.rates(a, streams_a, x, v),
             *self.chamber_b.rates(b, streams_b, self.stroke - x, -v),
             *self.actuator.rates(actuator, command),
+            *rates,
         ]
+
+    def _split(self, state: list[float]) -> dict[str, list[float]]:
+        """The states of the hoses and of the vessel."""
+        parts, first = {}, self.OWN
+        for side, line in self.hoses.items():
+            count = len(line.start(1.0)) if line else 0
+            parts[side] = state[first : first + count]
+            first += count
+        return parts | {"supply": state[first : first + 1]}
+
+    @staticmethod
+    def _through(
+        line: Hose | None,
+        states: list[float],
+        streams: list[Stream],
+        chamber: Gas,
+        distance: float,
+        rates: list[float],
+    ) -> list[Stream]:
+        """What enters a chamber of what the valve gives; adds the rates of the hose to ``rates``."""
+        if line is None:
+            return streams
+        out = line.outflow(states, chamber, distance)
+        rates += line.rates(states, sum(stream.mass_flow for stream in streams), out, chamber)
+        return [out]
 
     def _stop_force(self, x: float, v: float) -> float:
         if x < 0.0:
@@ -362,9 +427,7 @@ class ProportionalValve(Actuator):
     def __init__(self, parameters: Parameters) -> None:
         self._edges = {name: Edge.of(parameters, name) for name in ("PA", "PB", "AR", "BR")}
         self._tables = (
-            {side: _table(parameters, side) for side in "AB"}
-            if parameters["valve.characteristic"] == "Table"
-            else None
+            {side: _table(parameters, side) for side in "AB"} if parameters["valve.characteristic"] == "Table" else None
         )
         self._offset = _number(parameters, "valve.offset")
         self._dead_zone = _number(parameters, "valve.deadZone")
@@ -442,10 +505,7 @@ class Edge:
 def _table(parameters: Parameters, side: str) -> PchipInterpolator:
     """The openings over the spool travel that feeds a chamber."""
     places = range(1, int(_number(parameters, f"valve.table{side}.points")) + 1)
-    columns = [
-        [_number(parameters, f"valve.table{side}.{what}[{k}]") for k in places]
-        for what in ("spool", "opening")
-    ]
+    columns = [[_number(parameters, f"valve.table{side}.{what}[{k}]") for k in places] for what in ("spool", "opening")]
     return PchipInterpolator(*columns)
 
 
@@ -482,32 +542,10 @@ class PressureRegulator(Actuator):
         return 0.0
 
 
-def orifice(conductance: float, critical_ratio: float, outside: Gas, inside: Gas) -> Stream:
-    """The flow from ``outside`` into ``inside`` through an ISO 6358 orifice."""
-    if outside.pressure >= inside.pressure:
-        return Stream(_orifice_flow(conductance, critical_ratio, outside, inside), outside.temperature)
-    return Stream(-_orifice_flow(conductance, critical_ratio, inside, outside), inside.temperature)
-
-
-def _orifice_flow(conductance: float, critical_ratio: float, upstream: Gas, downstream: Gas) -> float:
-    ratio = downstream.pressure / upstream.pressure
-    choked = conductance * upstream.pressure * NORMAL_DENSITY * math.sqrt(NORMAL_TEMPERATURE / upstream.temperature)
-    if ratio <= critical_ratio:
-        return choked
-    if ratio < LAMINAR_RATIO:
-        return choked * _subsonic(ratio, critical_ratio)
-    laminar_edge = _subsonic(LAMINAR_RATIO, critical_ratio)
-    return choked * laminar_edge * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
-
-
-def _subsonic(ratio: float, critical_ratio: float) -> float:
-    return math.sqrt(1.0 - ((ratio - critical_ratio) / (1.0 - critical_ratio)) ** 2)
-
-
-def _chamber(parameters: Parameters, name: str, area: float, tank_volume: float) -> Chamber:
+def _chamber(parameters: Parameters, name: str, area: float, tank_volume: float, lent_volume: float) -> Chamber:
     common = (
         area,
-        _number(parameters, f"{name}.deadVolume") + tank_volume,
+        _number(parameters, f"{name}.deadVolume") + tank_volume + lent_volume,
         tank_volume,
         _number(parameters, "cylinder.bore"),
         _number(parameters, f"{name}.pressure0"),

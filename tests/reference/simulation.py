@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from plant import DEFAULTS, Gas, Inputs, Plant, Value
+from gas import Gas
+from plant import DEFAULTS, Inputs, Plant, Value
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
 from friction import LAWS, Contact, Law, Regime
@@ -110,6 +111,7 @@ class Run:
         self._plant = plant
         self._law = law
         self._tolerance = tolerance
+        self._size = len(plant.units())
         self._absolute = tolerance * np.array([*plant.units(), *law.units])
         self._inputs: Inputs
         self._command: float
@@ -123,7 +125,7 @@ class Run:
 
     def start(self) -> None:
         """Sets the initial state and regime."""
-        self._state = self._plant.start(self._command) + [0.0] * len(self._law.units)
+        self._state = self._plant.start(self._command, self._inputs.supply_pressure) + [0.0] * len(self._law.units)
         self._regime = self._law.start(self._instant(self._state, held=False).contact)
 
     def advance(self, duration: float) -> None:
@@ -228,8 +230,8 @@ class Run:
         x, v = state[0], 0.0 if held else state[1]
         a, b = self._plant.gases(state)
         applied = self._plant.applied_force(x, v, a, b, self._inputs.external_force)
-        level = self._plant.friction_level(a, b)
-        contact = Contact(x, state[1], state[Plant.SIZE :], applied, level)
+        level = self._plant.friction_level(x, a, b)
+        contact = Contact(x, state[1], state[self._size :], applied, level)
         return Instant(v, a, b, contact)
 
 

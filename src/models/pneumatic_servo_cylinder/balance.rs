@@ -6,23 +6,26 @@
 //! ```
 //!
 //! The pressures' work goes from the gas to the carriage and stays inside. With an algebraic temperature the heat is
-//! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage.
+//! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage. The gas of a
+//! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::variables::{Inputs, State};
 use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use crate::hybrid::QUANTITIES;
+use crate::numbers::Pair;
 use crate::pneumatics::actuator::FLOW;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
-impl PneumaticServoCylinder {
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Mass in kg and energy in J.
     pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &Memory) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(N)]));
-        let mass = (pressure_volume / (gas.temperature * GAS_CONSTANT)).sum();
-        let inner_energy = pressure_volume.sum() / (HEAT_RATIO - 1.0);
+        let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
+        let mass = if self.has_lines() { mass + self.lines.mass(&Self::of_lines(x)) } else { mass };
+        let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
         let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
         [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }]
     }
@@ -37,11 +40,16 @@ impl PneumaticServoCylinder {
     ) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
-        // What leaks past the piston stays inside.
-        let inflow = self.feed(x[FLOW], u.supply_pressure, gas);
-        let mass_flow = inflow.mass.sum();
-        let enthalpy_flow = inflow.carried.sum() * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
-        let heat = self.chambers.heat(gas.temperature, self.lengths(x[State::Position.at(N)])).sum();
+        // What leaks past the piston stays inside, or leaves an open chamber B.
+        let (inflow, mass_flow) = if self.has_lines() {
+            let flows = self.through_lines(x, u.supply_pressure, gas);
+            (flows.into, flows.received)
+        } else {
+            let inflow = self.inflow(x[FLOW], u.supply_pressure, gas);
+            (inflow, self.closed(inflow.mass))
+        };
+        let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
+        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(x[State::Position.at(N)])));
         let work = self.outer_force(time, x, u, memory) * rate;
         [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }]
     }
@@ -51,8 +59,18 @@ impl PneumaticServoCylinder {
         let contact = self.contact(time, x, u, self.rate(x, memory));
         let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; N]);
         let [area_a, area_b] = self.chambers.areas;
-        let gas = x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b;
+        let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
         contact.applied - friction - if self.has_gas_energy() { gas } else { 0.0 }
+    }
+
+    /// Whether there are hoses or a vessel, whose mass counts, but not their energy: they exchange heat at will.
+    fn has_lines(&self) -> bool {
+        EXTENDED && self.lines.are_used()
+    }
+
+    /// The sum over the chambers that are not open to the surroundings.
+    fn closed(&self, Pair([a, b]): Pair<f64>) -> f64 {
+        if EXTENDED && self.options.opens_b { a } else { a + b }
     }
 
     /// Whether the temperatures come from the energy balance.

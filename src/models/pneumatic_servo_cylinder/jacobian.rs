@@ -12,7 +12,7 @@ use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
 use crate::pneumatics::actuator::{FLOW, STATES};
 
-impl PneumaticServoCylinder {
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
     pub(super) fn linearise<const N: usize>(
         &self,
@@ -22,8 +22,8 @@ impl PneumaticServoCylinder {
         memory: &Memory,
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
-        // The parts are independent only without leakage between the chambers.
-        if self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
+        // The parts are independent only without options and without leakage between the chambers.
+        if EXTENDED || self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
@@ -165,6 +165,7 @@ mod tests {
         let laws = LAWS.items.iter().map(|(id, ..)| vec![("friction.law", f64::from(*id)), ("friction.kappaA", 1e-6)]);
         let rigs = [
             vec![("actuation", 2.0)],
+            vec![("valve.characteristic", 2.0), ("valve.AR.factor", 1.3), ("valve.PB.b", 0.1)],
             vec![("thermal.model", 2.0)],
             vec![("thermal.model", 3.0)],
             vec![("piston.leakage", 1e-14)],

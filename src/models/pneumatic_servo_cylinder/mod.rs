@@ -6,12 +6,19 @@
 //! this file joins them:
 //!
 //! ```text
-//! F_app = p_A*A_A - p_B*A_B - p_atm*A_r + F_ext - F_wire - m*g*sin(incline) + F_stop
+//! F_app = p_A*A_A - p_B*A_B - p_atm*A_r + F_ext - F_wire - m*g*sin(incline) - k*(x - rest) + F_stop
 //! m*dv/dt = F_app - F_f,   dx/dt = v
 //! ```
+//!
+//! `A_r` is what the rods leave of the areas: that of the rod less that of a second one through chamber A.
 
+mod air;
 mod balance;
+mod carriage;
 mod jacobian;
+mod lines;
+mod options;
+mod outputs;
 mod variables;
 
 use std::f64::consts::PI;
@@ -19,23 +26,23 @@ use std::f64::consts::PI;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Inputs, Outputs, Parameters, State, TABLE};
-use super::equations::{Equations, state_name};
+use self::lines::Lines;
+use self::options::Options;
+use self::variables::{Inputs, Parameters, State, TABLE};
+use super::equations::state_name;
 use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
+use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
 use crate::hybrid::{Groups, HybridSystem, QUANTITIES, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Signal, Start};
-use crate::numbers::Pair;
-use crate::numbers::Scalar;
-use crate::pneumatics::actuator::{self, Actuator, FLOW, Ports, STATES};
-use crate::pneumatics::chamber::{ChamberRates, Chambers, Thermal, ThermalModel, tank_wall};
-use crate::pneumatics::gas::{GasState, Reservoir};
-use crate::pneumatics::orifice::{Flow, Inflow};
+use crate::numbers::{Pair, Scalar};
+use crate::pneumatics::actuator::{self, Actuator, FLOW, STATES};
+use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
+use crate::pneumatics::gas::Reservoir;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{Notice, Notices, ParameterError, ParameterSet, Table};
+use crate::variables::{ParameterError, ParameterSet};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -55,13 +62,16 @@ pub const MODEL: Model = Model {
     },
 };
 
-/// The equations of the cylinder for given parameters.
+/// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options.
 #[derive(Clone, Debug)]
-pub struct PneumaticServoCylinder {
+pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
     p: Parameters,
+    options: Options,
+    lines: Lines,
     actuator: Actuator,
     /// Chambers A and B.
     chambers: Chambers,
+    /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
     rod_area: f64,
     supply: Reservoir,
     exhaust: Reservoir,
@@ -102,7 +112,17 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start)?;
+    if Options::read(&start.parameters[Parameters::LEN..])?.are_used() {
+        let (equations, _) = build::<true>(start)?;
+        if equations.lines.are_used() {
+            return Ok(Box::new(equations.simulator::<{ State::OTHERS + lines::STATES + MAX_STATES }>(start)?));
+        }
+        return match equations.friction.count() {
+            0..=2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
+            _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
+        };
+    }
+    let (equations, _) = build::<false>(start)?;
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -116,29 +136,36 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
 ///
 /// # Errors
 /// [`ParameterError`] when values that are legal one by one do not fit together.
-pub fn build(start: &Start) -> Result<(PneumaticServoCylinder, Settings), ParameterError> {
+pub fn build<const EXTENDED: bool>(
+    start: &Start,
+) -> Result<(PneumaticServoCylinder<EXTENDED>, Settings), ParameterError> {
     let parameters = TABLE.chosen(start.parameters);
     let (own, rest) = parameters.split_at(Parameters::LEN);
+    let (options, rest) = rest.split_at(Options::LEN);
     let (actuator, rest) = rest.split_at(Actuator::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let parameters = Parameters::read(own)?;
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let settings = settings.keeping_balance(parameters.keeps_balance);
     parameters.check()?;
+    let options = Options::read(options)?;
+    options.check(parameters.bore)?;
     let friction = Friction::new(friction, "friction")?;
-    Ok((PneumaticServoCylinder::new(parameters, Actuator::new(actuator)?, friction), settings))
+    Ok((PneumaticServoCylinder::new(parameters, options, Actuator::new(actuator)?, friction), settings))
 }
 
-impl PneumaticServoCylinder {
-    fn new(p: Parameters, actuator: Actuator, friction: Friction) -> Self {
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    fn new(p: Parameters, options: Options, actuator: Actuator, friction: Friction) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
-        let areas = [area(p.bore), area(p.bore) - area(p.rod)];
+        let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
+        let [hose_a, hose_b] = lines.added_volumes();
+        let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
         let chambers = Chambers {
             areas,
             walls: [2.0 * areas[0], 2.0 * areas[1] + tank_wall(p.tank_volume)],
             bore: p.bore,
-            dead_volumes: [p.dead_volume_a, p.dead_volume_b + p.tank_volume],
+            dead_volumes: [p.dead_volume_a + hose_a, p.dead_volume_b + p.tank_volume + hose_b],
             ambient_temperature: p.ambient_temperature,
             thermal: match p.thermal_model {
                 ThermalModel::Isothermal => Thermal::Polytropic { exponent: 1.0, reference_pressures: pressures0 },
@@ -153,7 +180,7 @@ impl PneumaticServoCylinder {
         Self {
             actuator,
             chambers,
-            rod_area: area(p.rod),
+            rod_area: area(p.rod) - area(options.rod_a),
             supply: Reservoir::new(p.supply_temperature),
             exhaust: Reservoir::new(p.ambient_temperature),
             stops: EndStops {
@@ -166,12 +193,15 @@ impl PneumaticServoCylinder {
             dead_load: p.wire_force + p.moving_mass * slope,
             carriage_weight: p.carriage_mass * slope,
             p,
+            options,
+            lines,
         }
     }
 
     /// Number of states that are integrated.
     pub fn states(&self) -> usize {
-        State::OTHERS + self.friction.count()
+        let lines = if self.lines.are_used() { lines::STATES } else { 0 };
+        State::OTHERS + self.friction.count() + lines
     }
 
     fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
@@ -186,124 +216,27 @@ impl PneumaticServoCylinder {
         x[State::Position.at(N)] = self.p.position0;
         x[State::Velocity.at(N)] = self.p.velocity0;
         (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
+        if EXTENDED && self.options.opens_b {
+            x[PRESSURE_B] = self.p.ambient_pressure;
+        }
         (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
+        if EXTENDED && self.lines.are_used() {
+            let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
+            x[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&states);
+        }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
         let contact = self.contact(0.0, &x, &u, x[State::Velocity.at(N)]);
         let friction = self.friction.start(&contact);
         (x, Memory { actuator, friction })
     }
-
-    /// Force on the moving mass other than friction in N, and the stops' part of it.
-    #[inline(always)]
-    fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> (S, S) {
-        let stop = self.stops.force(x[State::Position.at(N)], rate);
-        (self.pressure_force(x) + u.external_force - self.dead_load + stop, stop)
-    }
-
-    fn pressure_force<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
-        let [area_a, area_b] = self.chambers.areas;
-        x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
-    }
-
-    /// The load level `lambda`.
-    fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
-        let excess = |pressure: S, kappa: f64| (pressure - self.p.ambient_pressure) * kappa;
-        let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
-        level.max(S::zero())
-    }
-
-    /// The contact as the friction law sees it, for a velocity of the carriage.
-    #[inline(always)]
-    fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, rate: S) -> Contact<S> {
-        Contact {
-            time,
-            position: x[State::Position.at(N)],
-            velocity: x[State::Velocity.at(N)],
-            applied: self.applied_force(x, u, rate).0,
-            level: self.load_level(x),
-            drive: self.friction.drive(),
-        }
-    }
-
-    /// Velocity of the carriage: the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
-    }
-
-    /// Rates of position and velocity; writes those of the bristles.
-    #[inline(always)]
-    fn motion_rates<S: Scalar, const N: usize>(
-        &self,
-        time: S,
-        x: &[S; N],
-        u: &Inputs<S>,
-        memory: &Memory,
-        bristles: &[S],
-        bristle_rates: &mut [S],
-    ) -> [S; 2] {
-        let rate = self.rate(x, memory);
-        let contact = self.contact(time, x, u, rate);
-        let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
-        [rate, (contact.applied - force) * self.per_mass]
-    }
-
-    /// Pressures and temperatures in both chambers.
-    #[inline(always)]
-    fn gas<S: Scalar, const N: usize>(&self, x: &[S; N]) -> GasState<Pair<S>> {
-        self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
-    }
-
-    /// Rates of the gas in both chambers at a position and velocity of the carriage.
-    #[inline(always)]
-    fn gas_rates<S: Scalar>(
-        &self,
-        gas: GasState<Pair<S>>,
-        position: S,
-        rate: S,
-        inflow: Inflow<Pair<S>>,
-    ) -> ChamberRates<Pair<S>> {
-        self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow)
-    }
-
-    /// Lengths in m of the chambers.
-    fn lengths<S: Scalar>(&self, position: S) -> Pair<S> {
-        Pair([position, -position + self.p.stroke])
-    }
-
-    /// What flows into the chambers from the supply, from the exhaust and from each other.
-    #[inline(always)]
-    fn inflow<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let fed = self.feed(actuator, supply, gas);
-        if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
-    }
-
-    /// What flows into the chambers from the supply and from the exhaust; a supply below ambient acts as ambient.
-    #[inline(always)]
-    fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-        let ports = Ports {
-            supply: &self.supply,
-            supply_pressure: supply.max(S::constant(self.p.ambient_pressure)),
-            exhaust: &self.exhaust,
-            exhaust_pressure: self.p.ambient_pressure,
-        };
-        self.actuator.feed(actuator, &ports, gas)
-    }
-
-    /// Laminar leakage past the piston seal into the chambers.
-    fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
-        let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
-        let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
-        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
-        Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
-    }
 }
 
-impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
+impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServoCylinder<EXTENDED> {
     type Memory = Memory;
     type Indicators = Indicators;
 
-    const GROUPS: Groups = [STATES, State::FRICTION];
+    const GROUPS: Groups = if EXTENDED { [0, 0] } else { [STATES, State::FRICTION] };
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let u = &Inputs::read(u);
@@ -312,7 +245,8 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
         let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
         let gas = self.gas(x);
-        let gas = self.gas_rates(gas, x[State::Position.at(N)], rate, self.inflow(x[FLOW], u.supply_pressure, gas));
+        let inflow = self.flows(x, u.supply_pressure, gas, &mut rates);
+        let gas = self.gas_rates(gas, x[State::Position.at(N)], rate, inflow);
         Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         rates[State::Position.at(N)] = rate;
@@ -401,12 +335,18 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
                 return Err(reason);
             }
         }
+        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&Self::of_lines(x)) {
+            return Err("the pressure in a hose or in the vessel falls to 0");
+        }
         Ok(())
     }
 
     fn scales(&self) -> [f64; N] {
         let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
         scales[..STATES].copy_from_slice(&self.actuator.scales());
+        if EXTENDED && self.lines.are_used() {
+            scales[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&Lines::scales());
+        }
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
@@ -422,65 +362,5 @@ impl<const N: usize> HybridSystem<N, 3> for PneumaticServoCylinder {
 
     fn fits(&self, memory: &Memory) -> bool {
         self.actuator.fits(&memory.actuator) && self.friction.fits(&memory.friction)
-    }
-}
-
-impl<const N: usize> Equations<N, 3> for PneumaticServoCylinder {
-    const RESIDUALS: usize = variables::RESIDUALS;
-
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
-        let u = &Inputs::read(u);
-        let rate = self.rate(x, memory);
-        let contact = self.contact(time, x, u, rate);
-        let friction = self.friction.observe(&contact, x, &memory.friction);
-        let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);
-        let gas = self.gas(x);
-        let Pair([temperature_a, temperature_b]) = gas.temperature;
-        let gas = self.gas_rates(gas, x[State::Position.at(N)], rate, self.inflow(x[FLOW], u.supply_pressure, gas));
-        let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
-        let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;
-        let Pair([temperature_rate_a, temperature_rate_b]) = gas.temperature;
-        let outputs = Outputs {
-            position: x[State::Position.at(N)],
-            velocity: rate,
-            acceleration,
-            rod_force: acceleration * self.p.carriage_mass - u.external_force
-                + (self.p.wire_force + self.carriage_weight),
-            pressure_force: self.pressure_force(x),
-            friction_force: friction.force,
-            pressure_a: x[PRESSURE_A],
-            pressure_b: x[PRESSURE_B],
-            temperature_a,
-            temperature_b,
-            mass_flow_a,
-            mass_flow_b,
-            sticking: friction.sticking,
-            pressure_rate_a,
-            temperature_rate_a,
-            pressure_rate_b,
-            temperature_rate_b,
-            stop_force: self.applied_force(x, u, rate).1,
-            load_level: contact.level,
-        };
-        let rest = outputs.write(computed);
-        let rest = self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, rest);
-        friction.write(rest);
-    }
-
-    fn state_at(&self, reference: u32) -> Option<usize> {
-        let own = State::of(reference).map(|state| state.at(N));
-        own.or_else(|| self.friction.state_at(reference)).or_else(|| self.actuator.state_at(reference))
-    }
-
-    fn notices(&self, u: &[f64; 3]) -> Notices {
-        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
-        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
-        let is_low = self.actuator.has_supply() && value < self.p.ambient_pressure;
-        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
-        [self.friction.law().notice(), low]
     }
 }

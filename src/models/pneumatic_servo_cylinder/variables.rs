@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use super::lines::{self, Lines};
+use super::options::Options;
 use crate::co_simulation::counters_table;
 use crate::friction::{Friction, Law, states};
 use crate::models::references;
@@ -21,10 +23,13 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
     table.extend(Actuator::computed());
-    table.extend(states::table("friction", references::CONTACT, &[depends::V, depends::P_A, depends::P_B]));
+    table.extend(states::table("friction", references::CONTACT, depends::SLIDING));
+    let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
+    table.extend(Lines::computed([&Actuator::feeds(0), &Actuator::feeds(1)], at_ports));
     table.extend(residuals_table());
     table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
+    table.extend(Options::table());
     table.extend(Actuator::parameters(1032));
     table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
     table.extend(Tuning::grouped(references::SOLVER));
@@ -61,7 +66,7 @@ states! {
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
-    use super::{Actuator, State, references, states};
+    use super::{Actuator, State, lines, references, states};
     pub use crate::pneumatics::actuator::{SUPPLY, VOLTAGE};
 
     pub const FORCE: u32 = 2;
@@ -72,18 +77,23 @@ mod depends {
     pub const T_A: u32 = State::TemperatureA.reference();
     pub const T_B: u32 = State::TemperatureB.reference();
 
-    /// What the mass flow into a chamber depends on; the laminar leakage past the piston, on both pressures.
+    /// What the mass flow into a chamber depends on; the laminar leakage past the piston, on both pressures, a cushion on
+    /// the position.
     pub fn flow(chamber: usize) -> Vec<u32> {
-        [Actuator::feeds(chamber), vec![P_A, P_B, [T_A, T_B][chamber]]].concat()
+        let lines = lines::feeds(chamber).to_vec();
+        [Actuator::feeds(chamber), vec![P_A, P_B, [T_A, T_B][chamber], X], lines].concat()
     }
 
     /// What the rates of a chamber depend on; what leaks past the piston brings the temperature upstream along.
     pub fn gas(chamber: usize) -> Vec<u32> {
-        [flow(chamber), vec![[T_B, T_A][chamber], X, V]].concat()
+        [flow(chamber), vec![[T_B, T_A][chamber], V]].concat()
     }
 
     /// What decides whether a law without states of its own holds the mass.
     pub const LOAD: &[u32] = &[references::TIME, FORCE, X, V, P_A, P_B];
+
+    /// What velocity and load level depend on.
+    pub const SLIDING: &[u32] = &[X, V, P_A, P_B];
 
     /// What friction and acceleration depend on.
     pub fn motion() -> Vec<u32> {
@@ -128,8 +138,8 @@ outputs! {
             .depends_on(&depends::flow(0))
             .text("Net mass flow into chamber A, leakage included");
         mass_flow_b = Variable::output(112, "chamberB.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(&depends::flow(1))
-            .text("Net mass flow into chamber B, leakage included");
+            .depends_on(&[depends::flow(1), vec![depends::V]].concat())
+            .text("Net mass flow into chamber B, leakage included; what an open chamber breathes");
         sticking = Variable::flag(114, "sticking")
             .depends_on(depends::LOAD)
             .text("True while a set-valued law, Karnopp's band or the stick mode of a stick-slip law holds the carriage");
@@ -149,7 +159,7 @@ outputs! {
             .depends_on(&[depends::X, depends::V])
             .text("Force of the end stops on the carriage towards +x");
         load_level = Variable::output(212, "friction.level", units::ONE).local().nominal(1.0)
-            .depends_on(&[depends::P_A, depends::P_B])
+            .depends_on(&[depends::X, depends::P_A, depends::P_B])
             .text("Load level lambda that multiplies the force levels of the friction law");
     }
 }

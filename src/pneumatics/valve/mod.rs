@@ -174,6 +174,11 @@ impl Actuating for ProportionalValve {
             + Inflow::from(self.exhaust.flow(opening.swapped(), exhaust, gas))
     }
 
+    fn drawn<S: Scalar>(&self, spool: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
+        self.supply.flow(self.opening.at(spool), supply, gas).mass
+    }
+
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &f64, slots: &mut [S]) {
         let [spool_velocity, spool] = states;
         let [spool_acceleration, _] = self.rates(states, voltage, set_point);

@@ -1,0 +1,100 @@
+//! The air in the chambers: what flows in, and how pressures and temperatures follow.
+
+use super::{FLOW, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, lines};
+use crate::numbers::{Pair, Scalar};
+use crate::pneumatics::actuator::Ports;
+use crate::pneumatics::chamber::ChamberRates;
+use crate::pneumatics::gas::{GAS_CONSTANT, GasState};
+use crate::pneumatics::orifice::{Flow, Inflow};
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Pressures and temperatures in both chambers.
+    #[inline(always)]
+    pub(super) fn gas<S: Scalar, const N: usize>(&self, x: &[S; N]) -> GasState<Pair<S>> {
+        self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
+    }
+
+    /// Rates of the gas in both chambers at a position and velocity of the carriage.
+    #[inline(always)]
+    pub(super) fn gas_rates<S: Scalar>(
+        &self,
+        gas: GasState<Pair<S>>,
+        position: S,
+        rate: S,
+        inflow: Inflow<Pair<S>>,
+    ) -> ChamberRates<Pair<S>> {
+        let mut rates = self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow);
+        if EXTENDED && self.options.opens_b {
+            // It breathes as much as the piston displaces.
+            let (Pair([_, pressure]), Pair([_, temperature])) = (gas.pressure, gas.temperature);
+            let growth = -rate * self.chambers.areas[1];
+            rates.mass_flow.0[1] = pressure * growth / (temperature * GAS_CONSTANT);
+            (rates.pressure.0[1], rates.temperature.0[1]) = (S::zero(), S::zero());
+        }
+        rates
+    }
+
+    /// Lengths in m of the chambers.
+    pub(super) fn lengths<S: Scalar>(&self, position: S) -> Pair<S> {
+        Pair([position, -position + self.p.stroke])
+    }
+
+    /// What flows into the chambers; writes the rates of the lines, where there are any.
+    #[inline(always)]
+    pub(super) fn flows<S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        supply: S,
+        gas: GasState<Pair<S>>,
+        rates: &mut [S; N],
+    ) -> Inflow<Pair<S>> {
+        if !(EXTENDED && self.lines.are_used()) {
+            return self.inflow(x[FLOW], supply, gas);
+        }
+        let flows = self.through_lines(x, supply, gas);
+        rates[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&flows.rates);
+        flows.into
+    }
+
+    /// What flows into the chambers from the supply, from the exhaust and from each other, without lines between.
+    #[inline(always)]
+    pub(super) fn inflow<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let fed = self.feed(actuator, supply, gas);
+        if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
+    }
+
+    /// What flows into the chambers from the supply and from the exhaust; a supply below ambient acts as ambient.
+    #[inline(always)]
+    pub(super) fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        self.actuator.feed(actuator, &self.ports(supply), gas)
+    }
+
+    /// Mass flow in kg/s that the actuator draws from the supply.
+    pub(super) fn drawn<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> S {
+        let Pair([for_a, for_b]) = self.actuator.drawn(actuator, &self.ports(supply), gas);
+        if self.options.opens_b { for_a } else { for_a + for_b }
+    }
+
+    #[inline(always)]
+    fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
+        Ports {
+            supply: &self.supply,
+            supply_pressure: self.at_least_ambient(supply),
+            exhaust: &self.exhaust,
+            exhaust_pressure: self.p.ambient_pressure,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn at_least_ambient<S: Scalar>(&self, pressure: S) -> S {
+        pressure.max(S::constant(self.p.ambient_pressure))
+    }
+
+    /// Laminar leakage past the piston seal into the chambers.
+    pub(super) fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
+        let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
+        let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
+        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
+        Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
+    }
+}

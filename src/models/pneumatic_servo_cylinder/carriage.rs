@@ -1,0 +1,74 @@
+//! The carriage: what pushes it, what friction sees of it, how it moves.
+
+use super::variables::{Inputs, State};
+use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use crate::friction::Contact;
+use crate::numbers::{Pair, Scalar};
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Force on the moving mass other than friction in N, and the stops' part of it.
+    #[inline(always)]
+    pub(super) fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> (S, S) {
+        let position = x[State::Position.at(N)];
+        let stop = self.stops.force(position, rate);
+        let force = self.pressure_force(x) + u.external_force - self.dead_load + stop;
+        (if EXTENDED { force + self.options.spring_force(position) } else { force }, stop)
+    }
+
+    pub(super) fn pressure_force<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+        let [area_a, area_b] = self.chambers.areas;
+        x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
+    }
+
+    /// The load level `lambda`.
+    pub(super) fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+        let excess = |pressure: S, kappa: f64| (pressure - self.p.ambient_pressure) * kappa;
+        let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
+        if !EXTENDED {
+            return level.max(S::zero());
+        }
+        let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
+        (level + added).max(S::zero()) * self.options.relative_level(x[State::Position.at(N)])
+    }
+
+    /// The contact as the friction law sees it, for a velocity of the carriage.
+    #[inline(always)]
+    pub(super) fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, rate: S) -> Contact<S> {
+        Contact {
+            time,
+            position: x[State::Position.at(N)],
+            velocity: x[State::Velocity.at(N)],
+            applied: self.applied_force(x, u, rate).0,
+            level: self.load_level(x),
+            drive: self.friction.drive(),
+        }
+    }
+
+    /// Velocity of the carriage: the state, unless the friction law holds the position.
+    pub(super) fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
+    }
+
+    /// Rates of position and velocity; writes those of the bristles.
+    #[inline(always)]
+    pub(super) fn motion_rates<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &Inputs<S>,
+        memory: &Memory,
+        bristles: &[S],
+        bristle_rates: &mut [S],
+    ) -> [S; 2] {
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate);
+        let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
+        [rate, (contact.applied - force) * self.per_mass]
+    }
+
+    /// Force of the rod on the carriage in N at an acceleration of it: what a load cell between them reads.
+    pub(super) fn rod_force<S: Scalar>(&self, acceleration: S, position: S, external_force: S) -> S {
+        let force = acceleration * self.p.carriage_mass - external_force + (self.p.wire_force + self.carriage_weight);
+        if EXTENDED { force - self.options.spring_force(position) } else { force }
+    }
+}

@@ -1,0 +1,405 @@
+//! What lies between supply, valve and chambers: a vessel, hoses, and restrictions where a hose meets its chamber.
+//!
+//! Hoses and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
+
+use super::options::Options;
+use super::variables::State;
+use super::{FLOW, PneumaticServoCylinder};
+use crate::enumeration;
+use crate::numbers::{Pair, Scalar};
+use crate::pneumatics::actuator::SUPPLY;
+use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
+use crate::pneumatics::hose::{COLUMNS, Hose};
+use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
+use crate::variables::{Variable, units};
+
+enumeration! {
+    /// The choice of the flow that a one-way flow control throttles; ids are never reused.
+    ThrottledFlow "ThrottledFlow": "Flow that the one-way flow controls throttle" {
+        1 MeterOut: "Out of the chamber";
+        2 MeterIn: "Into the chamber";
+    }
+}
+
+/// Volumes of a hose, each with a pressure.
+pub const VOLUMES: usize = COLUMNS + 1;
+/// States of a hose: pressures, and mass flows of the columns between them.
+pub const HOSE: usize = VOLUMES + COLUMNS;
+/// States of both hoses and of the vessel.
+pub const STATES: usize = 2 * HOSE + 1;
+/// Place of the pressure in the vessel among these.
+const VESSEL: usize = 2 * HOSE;
+
+/// The lines of a cylinder.
+#[derive(Clone, Debug)]
+pub struct Lines {
+    hoses: [Option<Line>; 2],
+    vessel: Option<Vessel>,
+    /// Temperature in K of the air in hoses.
+    temperature: f64,
+}
+
+/// A hose and what is at its end.
+#[derive(Clone, Debug)]
+struct Line {
+    hose: Hose,
+    restriction: Option<Restriction>,
+}
+
+/// A one-way flow control and an end cushion in one: the conductance depends on the way of the flow, and in the last part
+/// of the stroke the cushion takes the place of the open port.
+///
+/// ```text
+/// C_out = C + (min(C, C_cushion) - C)*clamp(10*(1 - s/s_cushion), 0, 1)   s the distance to the end of the stroke
+/// ```
+///
+/// The cushion closes on a tenth of its length, and lets air in freely.
+#[derive(Clone, Debug)]
+struct Restriction {
+    orifice: Orifice,
+    into: f64,
+    out: f64,
+    /// Length in m and sonic conductance in m3/(s Pa), if there is a cushion.
+    cushion: Option<[f64; 2]>,
+}
+
+/// A vessel between the supply and the valve, at the temperature of the supply.
+///
+/// ```text
+/// dp/dt = R*T/V*(mdot_supply - mdot_valve)
+/// ```
+#[derive(Clone, Debug)]
+struct Vessel {
+    volume: f64,
+    conductance: f64,
+    orifice: Orifice,
+    air: Reservoir,
+    /// `R*T` in J/kg.
+    gas: f64,
+}
+
+/// What flows in the lines.
+#[derive(Clone, Debug)]
+pub struct LineFlows<S> {
+    /// What flows into the chambers through their ports.
+    pub into: Inflow<Pair<S>>,
+    /// Mass flow in kg/s from supply and exhaust into all of it.
+    pub received: S,
+    /// Rates of the states.
+    pub rates: [S; STATES],
+}
+
+impl Lines {
+    /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
+    pub fn new(options: &Options, temperature: f64, supply_temperature: f64) -> Self {
+        let line = |side: usize| {
+            let [length, diameter] = options.hoses()[side];
+            let hose = || Hose::new(length, diameter, temperature);
+            let is_plugged = side == 1 && options.opens_b;
+            (length > 0.0 && !is_plugged).then(|| Line { hose: hose(), restriction: Restriction::new(options, side) })
+        };
+        let vessel = (options.vessel_volume > 0.0).then(|| Vessel {
+            volume: options.vessel_volume,
+            conductance: options.vessel_conductance,
+            orifice: Orifice::new(options.vessel_ratio),
+            air: Reservoir::new(supply_temperature),
+            gas: GAS_CONSTANT * supply_temperature,
+        });
+        Self { hoses: [line(0), line(1)], vessel, temperature }
+    }
+
+    /// Whether any of their states is integrated.
+    pub fn are_used(&self) -> bool {
+        self.vessel.is_some() || self.hoses.iter().any(Option::is_some)
+    }
+
+    /// Whether a state, by its place, is integrated.
+    pub fn has(&self, place: usize) -> bool {
+        if place == VESSEL {
+            return self.vessel.is_some();
+        }
+        let ends_in_itself = |line: &Line| line.restriction.is_some() || place % HOSE != VOLUMES - 1;
+        self.hoses[place / HOSE].as_ref().is_some_and(ends_in_itself)
+    }
+
+    /// Volumes in m3 that the ends of hoses add to the chambers.
+    pub fn added_volumes(&self) -> [f64; 2] {
+        let added = |line: &Line| if line.restriction.is_some() { 0.0 } else { line.hose.end_volume() };
+        self.hoses.each_ref().map(|line| line.as_ref().map_or(0.0, added))
+    }
+
+    /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest.
+    pub fn start(&self, pressures: [f64; 2], supply: f64) -> [f64; STATES] {
+        let start = |place: usize| match place {
+            VESSEL => supply,
+            _ if place % HOSE < VOLUMES => pressures[place / HOSE],
+            _ => 0.0,
+        };
+        std::array::from_fn(|place| if self.has(place) { start(place) } else { 0.0 })
+    }
+
+    /// Mass in kg of the air in them.
+    pub fn mass(&self, states: &[f64; STATES]) -> f64 {
+        let hose = |(side, line): (usize, &Option<Line>)| {
+            let pressures = std::array::from_fn(|i| states[side * HOSE + i]);
+            line.as_ref().map_or(0.0, |line| line.hose.mass(pressures, line.restriction.is_some()))
+        };
+        let vessel = self.vessel.as_ref().map_or(0.0, |vessel| states[VESSEL] * vessel.volume / vessel.gas);
+        self.hoses.iter().enumerate().map(hose).sum::<f64>() + vessel
+    }
+
+    /// Whether all pressures in use are positive.
+    pub fn are_filled(&self, states: &[f64; STATES]) -> bool {
+        let is_pressure = |place: usize| place == VESSEL || place % HOSE < VOLUMES;
+        (0..STATES).all(|place| !(self.has(place) && is_pressure(place)) || states[place] > 0.0)
+    }
+
+    /// Magnitudes of the states: 1 bar, and 1 g/s.
+    pub fn scales() -> [f64; STATES] {
+        std::array::from_fn(|place| if place == VESSEL || place % HOSE < VOLUMES { 1e5 } else { 1e-3 })
+    }
+}
+
+impl Restriction {
+    /// What is at the port of a chamber, if anything.
+    fn new(options: &Options, side: usize) -> Option<Self> {
+        let (throttle, free) = (options.throttles()[side], options.throttle_free);
+        let throttled = if throttle > 0.0 { throttle } else { free };
+        let (into, out) = match options.throttled_flow {
+            ThrottledFlow::MeterOut => (free, throttled),
+            ThrottledFlow::MeterIn => (throttled, free),
+        };
+        let cushion = (options.cushion_length > 0.0).then_some([options.cushion_length, options.cushion_conductance]);
+        let is_there = throttle > 0.0 || cushion.is_some();
+        is_there.then(|| Self { orifice: Orifice::new(options.throttle_ratio), into, out, cushion })
+    }
+
+    /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke.
+    fn flow<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
+        let conductance =
+            if from.pressure.value() >= to.pressure.value() { S::constant(self.into) } else { self.outward(distance) };
+        self.orifice.flow(conductance, from, to)
+    }
+
+    fn outward<S: Scalar>(&self, distance: S) -> S {
+        let Some([length, conductance]) = self.cushion else { return S::constant(self.out) };
+        let closed = ((-distance / length + 1.0) * 10.0).clamp(S::zero(), S::constant(1.0));
+        closed * (self.out.min(conductance) - self.out) + self.out
+    }
+}
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Index of the first state of the lines among `n` states.
+    pub(super) const fn first_of_lines(n: usize) -> usize {
+        State::Position.at(n) - STATES
+    }
+
+    /// The states of the lines, which must be among the states.
+    pub(super) fn of_lines<S: Scalar, const N: usize>(x: &[S; N]) -> [S; STATES] {
+        std::array::from_fn(|place| x[Self::first_of_lines(N) + place])
+    }
+
+    /// What flows in lines that are there.
+    pub(super) fn through_lines<S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        supply: S,
+        gas: GasState<Pair<S>>,
+    ) -> LineFlows<S> {
+        let (states, mut rates) = (Self::of_lines(x), [S::zero(); STATES]);
+        let lines = &self.lines;
+        let mut at_valve = gas;
+        for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
+            at_valve.pressure.0[side] = states[side * HOSE];
+            at_valve.temperature.0[side] = S::constant(lines.temperature);
+        }
+        let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
+        let supplied = if lines.vessel.is_some() { states[VESSEL] } else { supply };
+        let fed = self.feed(x[FLOW], supplied, at_valve);
+        let (mut into, Pair([to_a, to_b])) = (fed, fed.mass);
+        let mut received = if self.options.opens_b { to_a } else { to_a + to_b };
+        let Pair(distances) = self.lengths(x[State::Position.at(N)]);
+        for (side, line) in lines.hoses.iter().enumerate() {
+            let Some(line) = line else { continue };
+            let own = &states[side * HOSE..][..HOSE];
+            let chamber = gas.side(side);
+            let (of_hose, out) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
+            rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
+            (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
+        }
+        if let Some(vessel) = &lines.vessel {
+            let drawn = self.drawn(x[FLOW], supplied, at_valve);
+            let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(supplied));
+            let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
+            rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
+            received += filled - drawn;
+        }
+        if self.p.piston_leakage != 0.0 {
+            into = into + Inflow::from(self.piston_leak(gas));
+        }
+        LineFlows { into, received, rates }
+    }
+}
+
+impl Line {
+    /// Rates of the states of the hose, and what flows out of it into a chamber.
+    fn flows<S: Scalar>(
+        &self,
+        states: &[S],
+        temperature: f64,
+        inflow: S,
+        chamber: GasState<S>,
+        distance: S,
+    ) -> ([S; HOSE], Flow<S>) {
+        let mut pressures: [S; VOLUMES] = std::array::from_fn(|i| states[i]);
+        let columns: [S; COLUMNS] = std::array::from_fn(|i| states[VOLUMES + i]);
+        let air = S::constant(temperature);
+        let out = match &self.restriction {
+            Some(restriction) => restriction.flow(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
+            None => {
+                // The last volume is part of the chamber.
+                pressures[VOLUMES - 1] = chamber.pressure;
+                let mass = columns[COLUMNS - 1];
+                Flow { mass, temperature: if mass.value() >= 0.0 { air } else { chamber.temperature } }
+            }
+        };
+        let mut rates = [S::zero(); HOSE];
+        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, columns, out.mass));
+        if self.restriction.is_none() {
+            rates[VOLUMES - 1] = S::zero();
+        }
+        rates[VOLUMES..].copy_from_slice(&self.hose.flow_rates(pressures, columns));
+        (rates, out)
+    }
+}
+
+/// Value references of the states of the hoses, and of the vessel; their rates are `RATES` further.
+const REFERENCES: [u32; 3] = [300, 320, 340];
+const RATES: u32 = 10;
+
+/// Value reference of a state by its place.
+const fn reference(place: usize) -> u32 {
+    REFERENCES[place / HOSE] + (place % HOSE) as u32
+}
+
+/// Value references of the states that set the flow into a chamber, and of the pressure of the vessel.
+pub fn feeds(chamber: usize) -> [u32; 3] {
+    let first = chamber * HOSE;
+    [reference(first + VOLUMES - 1), reference(first + HOSE - 1), reference(VESSEL)]
+}
+
+impl Lines {
+    /// Place of the state that a variable stands for, if it is integrated.
+    pub fn state_at(&self, of: u32) -> Option<usize> {
+        (0..STATES).find(|place| reference(*place) == of && self.has(*place))
+    }
+
+    /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
+    /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
+    pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
+        let mut table: Vec<Variable> = (0..STATES).map(state).collect();
+        // At the port of the valve is the first volume of a hose, or the chamber, which only the vessel sees.
+        let of_valve = |side: usize| [direct[side], &[reference(side * HOSE), reference(VESSEL)]].concat();
+        let of_vessel = || {
+            let mut all = [of_valve(0), of_valve(1), gas[0][..2].to_vec(), gas[1][..2].to_vec()].concat();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        table.extend((0..STATES).map(|place| {
+            let depends = match place {
+                VESSEL => of_vessel(),
+                _ => depends_of_hose(place, &of_valve(place / HOSE), &gas[place / HOSE]),
+            };
+            let rate = state(place);
+            let unit = if is_pressure(place) { units::PASCAL_PER_SECOND } else { units::KILOGRAM_PER_SECOND_SQUARED };
+            Variable::output(reference(place) + RATES, &format!("der({})", rate.name), unit)
+                .local()
+                .derivative_of(reference(place))
+                .depends_on(&depends)
+                .text(&format!("Rate: {}", rate.description))
+        }));
+        table
+    }
+}
+
+fn is_pressure(place: usize) -> bool {
+    place == VESSEL || place % HOSE < VOLUMES
+}
+
+fn state(place: usize) -> Variable {
+    let (own, hose) = (reference(place), ["hoseA", "hoseB"].get(place / HOSE).copied().unwrap_or_default());
+    let (name, text, nominal) = match place {
+        VESSEL => ("supply.vesselPressure".to_owned(), "Absolute pressure in the vessel of the supply".to_owned(), 1e5),
+        _ if is_pressure(place) => {
+            let number = place % HOSE + 1;
+            let text = format!(
+                "Absolute pressure in volume {number} of the hose, counted from the valve; the last one is part of the chamber unless a restriction is between them"
+            );
+            (format!("{hose}.pressure[{number}]"), text, 1e5)
+        }
+        _ => {
+            let number = place % HOSE + 1 - VOLUMES;
+            (
+                format!("{hose}.massFlow[{number}]"),
+                format!("Mass flow in column {number} of the hose, towards the chamber"),
+                1e-3,
+            )
+        }
+    };
+    let unit = if is_pressure(place) { units::PASCAL } else { units::KILOGRAM_PER_SECOND };
+    let display = if is_pressure(place) { "bar" } else { "l/min(ANR)" };
+    let variable = Variable::output(own, &name, unit).local().nominal(nominal).shown_in(display).depends_on(&[own]);
+    let variable = if place == VESSEL { variable.starts_from(&[SUPPLY]) } else { variable };
+    variable.text(&format!("{text}; 0 if there is none"))
+}
+
+/// What the rate of a state of a hose depends on.
+fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
+    let (first, number) = (place / HOSE * HOSE, place % HOSE);
+    let pressure = |number: usize| reference(first + number);
+    let column = |number: usize| reference(first + VOLUMES + number);
+    match number {
+        0 => [of_valve, &[column(0)]].concat(),
+        _ if number == VOLUMES - 1 => [&[pressure(number), column(COLUMNS - 1)], &gas[..]].concat(),
+        _ if number < VOLUMES => vec![column(number - 1), column(number)],
+        _ => {
+            let of_column = number - VOLUMES;
+            let mut depends = vec![pressure(of_column), pressure(of_column + 1), column(of_column)];
+            depends.extend((of_column == COLUMNS - 1).then_some(gas[0]));
+            depends
+        }
+    }
+}
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Writes the states of the lines and their rates.
+    #[inline(always)]
+    pub(super) fn write_lines<S: Scalar, const N: usize>(&self, x: &[S; N], rates: &[S; N], slots: &mut [S]) {
+        if !(EXTENDED && self.lines.are_used()) {
+            slots.fill(S::zero());
+            return;
+        }
+        let (states, derivatives) = slots.split_at_mut(STATES);
+        states.copy_from_slice(&Self::of_lines(x));
+        derivatives.copy_from_slice(&Self::of_lines(rates));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Open, half closed a twentieth of the length before the seal is tight, and tight.
+    #[test]
+    fn cushion_closes_on_a_tenth_of_its_length() {
+        let restriction =
+            Restriction { orifice: Orifice::new(0.3), into: 9e-9, out: 8e-9, cushion: Some([0.02, 2e-9]) };
+        for (distance, expected) in [(0.1, 8e-9), (0.02, 8e-9), (0.019, 5e-9), (0.018, 2e-9), (0.0, 2e-9)] {
+            assert!((restriction.outward(distance) - expected).abs() < 1e-21, "at {distance} m");
+        }
+        let gas = |pressure: f64| GasState::new(pressure, 293.15);
+        let [into, out] = [(6e5, 1e5), (1e5, 6e5)].map(|(from, to)| restriction.flow(gas(from), gas(to), 0.0).mass);
+        assert!((into / out + 9e-9 / 2e-9).abs() < 1e-12, "{into} {out}");
+    }
+}

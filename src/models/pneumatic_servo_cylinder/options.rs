@@ -1,0 +1,130 @@
+//! What a cylinder may have beyond the rig: everything here is off by default.
+//!
+//! Equations of a cylinder that uses some of it are compiled apart (`PneumaticServoCylinder<true>`), so that nothing of it
+//! costs the others an instruction. The diameter of a second rod is a number like others, and costs nobody anything.
+
+use std::f64::consts::TAU;
+
+use super::lines::ThrottledFlow;
+use crate::numbers::{Pair, Scalar};
+use crate::parameters;
+use crate::variables::{ParameterError, Variable, units};
+
+parameters! {
+    /// The parameters of what is off by default.
+    Options {
+        rod_a: f64 = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).shown_in("mm")
+            .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");
+        opens_b: bool = Variable::option(1202, "chamberB.open", false)
+            .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, whatever its initial pressure and the valve, whose port B is plugged");
+        spring_stiffness: f64 = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8)
+            .text("Stiffness of a spring between carriage and frame: a load, or the return spring of a single-acting cylinder");
+        spring_rest: f64 = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).shown_in("mm")
+            .text("Position of the carriage at which the spring is relaxed; outside the stroke for a spring under preload");
+        kappa_difference: f64 = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
+            .text("Growth of the friction levels with the magnitude of the pressure difference between the chambers");
+        waviness: f64 = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0)
+            .text("Variation of the friction levels along the stroke, as a sine: largest deviation as a fraction of the mean");
+        wave_length: f64 = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
+            .text("Period of the variation along the stroke; the level at position 0 is the mean, and rises from there");
+        hose_length_a: f64 = hose_length(1210, "A");
+        hose_diameter_a: f64 = hose_diameter(1211, "A");
+        hose_length_b: f64 = hose_length(1212, "B");
+        hose_diameter_b: f64 = hose_diameter(1213, "B");
+        throttle_a: f64 = throttle(1214, "A");
+        throttle_b: f64 = throttle(1215, "B");
+        throttle_free: f64 = Variable::parameter(1216, "throttle.free", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+            .text("Sonic conductance of flow controls and cushions the other way, and of a port with a cushion that is open");
+        throttle_ratio: f64 = Variable::parameter(1217, "throttle.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio of flow controls and cushions");
+        throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
+            .text("Which flow the one-way flow controls throttle");
+        cushion_length: f64 = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).shown_in("mm")
+            .text("Length of the end cushions at both ends of the stroke; 0: none. They need hoses at both chambers");
+        cushion_conductance: f64 = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
+            .text("Sonic conductance by which air leaves a chamber through its cushion");
+        vessel_volume: f64 = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).shown_in("cm3")
+            .text("Volume of a vessel between the supply and the valve, at the temperature of the supply; 0: none");
+        vessel_conductance: f64 = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+            .text("Sonic conductance between the supply and the vessel");
+        vessel_ratio: f64 = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio between the supply and the vessel");
+    }
+}
+
+fn hose_length(reference: u32, chamber: &str) -> Variable {
+    Variable::parameter(reference, &format!("hose{chamber}.length"), units::METRE, 0.0).range(0.0, 100.0).text(
+        &format!(
+            "Length of the hose between the valve and chamber {chamber}, beyond chamber{chamber}.deadVolume; 0: none"
+        ),
+    )
+}
+
+fn hose_diameter(reference: u32, chamber: &str) -> Variable {
+    Variable::parameter(reference, &format!("hose{chamber}.diameter"), units::METRE, 4e-3)
+        .range(5e-4, 0.1)
+        .shown_in("mm")
+        .text(&format!("Inner diameter of the hose to chamber {chamber}"))
+}
+
+fn throttle(reference: u32, chamber: &str) -> Variable {
+    Variable::parameter(reference, &format!("throttle{chamber}.C"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0)
+        .range(0.0, 1e-5)
+        .shown_in("dm3/(s.bar)")
+        .text(&format!("Sonic conductance of a one-way flow control between hose and chamber {chamber}; 0: none. It needs hose{chamber}.length"))
+}
+
+impl Options {
+    /// Whether any equation differs from those of a cylinder without options.
+    pub fn are_used(&self) -> bool {
+        let Self { opens_b, spring_stiffness, kappa_difference, waviness, .. } = *self;
+        let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
+        opens_b || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
+    }
+
+    /// Lengths and inner diameters in m of the hoses.
+    pub fn hoses(&self) -> [[f64; 2]; 2] {
+        [[self.hose_length_a, self.hose_diameter_a], [self.hose_length_b, self.hose_diameter_b]]
+    }
+
+    /// Sonic conductances in m3/(s Pa) of the flow controls.
+    pub fn throttles(&self) -> [f64; 2] {
+        [self.throttle_a, self.throttle_b]
+    }
+
+    /// Refuses a rod that fills the bore, in m, and restrictions without the hose that they end.
+    pub fn check(&self, bore: f64) -> Result<(), ParameterError> {
+        if self.rod_a >= bore {
+            let reason = format!("it must be smaller than cylinder.bore = {bore}");
+            return Err(ParameterError::new("cylinder.rodA", self.rod_a, &reason));
+        }
+        for (side, chamber) in ["A", "B"].into_iter().enumerate() {
+            if self.hoses()[side][0] > 0.0 {
+                continue;
+            }
+            let reason = format!("it needs a hose: set hose{chamber}.length, too");
+            if self.throttles()[side] > 0.0 {
+                return Err(ParameterError::new(&format!("throttle{chamber}.C"), self.throttles()[side], &reason));
+            }
+            if self.cushion_length > 0.0 && !(side == 1 && self.opens_b) {
+                return Err(ParameterError::new("cushion.length", self.cushion_length, &reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// Force of the spring on the carriage towards +x, in N: `-k*(x - rest)`.
+    pub fn spring_force<S: Scalar>(&self, position: S) -> S {
+        -(position - self.spring_rest) * self.spring_stiffness
+    }
+
+    /// What the pressure difference adds to the friction level.
+    pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
+        (p_a - p_b).abs() * self.kappa_difference
+    }
+
+    /// Friction level at a position relative to the mean along the stroke: `1 + a*sin(2*pi*x/period)`.
+    pub fn relative_level<S: Scalar>(&self, position: S) -> S {
+        (position * (TAU / self.wave_length)).sin() * self.waviness + 1.0
+    }
+}

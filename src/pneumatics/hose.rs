@@ -1,0 +1,134 @@
+//! A hose between a valve and a chamber, as a chain of volumes and of columns of air that have inertia and friction.
+
+use std::f64::consts::PI;
+
+use super::gas::GAS_CONSTANT;
+use crate::numbers::Scalar;
+
+/// Columns of air in a hose.
+pub const COLUMNS: usize = 3;
+
+/// Dynamic viscosity of air at 20 degrees Celsius in Pa s: Bird, Stewart, Lightfoot, Transport Phenomena, table 1.1-2.
+pub const VISCOSITY: f64 = 1.813e-5;
+
+/// A hose at a constant temperature.
+///
+/// ```text
+/// dp_i/dt  = R*T/V_i*(mdot_i-1 - mdot_i)                                              volumes 1 to 4
+/// dmdot_i/dt = A/l*(p_i - p_i+1) - phi*mu*mdot_i/(2*rho*d^2)                          columns 1 to 3
+/// phi = max(64, 0.3164*Re^(3/4)),  Re = |mdot_i|*d/(A*mu),  rho = (p_i + p_i+1)/(2*R*T)
+/// ```
+///
+/// The columns have a third of the length each, `l = L/3`; the volumes at both ends have a sixth of that of the hose, those
+/// between them a third. `phi` is the friction factor times the Reynolds number: laminar below `Re` = 1187, where it meets
+/// the law of Blasius.
+///
+/// # Validity
+/// A hose much longer than wide, in exchange of heat with its surroundings: waves run at `c = sqrt(R*T)`, 290 m/s. The
+/// lowest frequency of a hose open at one end, `c/(4*L)`, comes out 1.1 % too low, higher ones worse. At constant flow
+/// `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`, exactly that of isothermal flow without the change of velocity along the
+/// hose. Losses at the ends and choking in the hose are not part of it.
+///
+/// # Source
+/// The law of Blasius (1913) for smooth pipes, in the form `0.3164*Re^(-1/4)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hose {
+    area: f64,
+    diameter: f64,
+    volume: f64,
+    /// `A/l` in m.
+    per_inertia: f64,
+    /// `R*T` in J/kg.
+    gas: f64,
+}
+
+impl Hose {
+    /// A hose of a length and an inner diameter in m, at a temperature in K.
+    pub fn new(length: f64, diameter: f64, temperature: f64) -> Self {
+        let area = PI * diameter * diameter / 4.0;
+        let per_inertia = area * COLUMNS as f64 / length;
+        Self { area, diameter, volume: area * length, per_inertia, gas: GAS_CONSTANT * temperature }
+    }
+
+    /// Volume in m3 at either end.
+    pub fn end_volume(&self) -> f64 {
+        self.volume / 6.0
+    }
+
+    /// Volume in m3 between both ends and what is at them: without the last sixth.
+    pub fn volume_before_end(&self) -> f64 {
+        self.volume - self.end_volume()
+    }
+
+    /// Mass in kg of the air in the volumes at pressures in Pa; the last one counts for a hose that ends in itself.
+    pub fn mass(&self, pressures: [f64; 4], ends_in_itself: bool) -> f64 {
+        let shares = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, if ends_in_itself { 1.0 / 6.0 } else { 0.0 }];
+        let sum: f64 = pressures.iter().zip(shares).map(|(pressure, share)| pressure * share).sum();
+        sum * self.volume / self.gas
+    }
+
+    /// Rates in Pa/s of the four pressures for mass flows in kg/s into the hose, in the columns, and out of it.
+    pub fn pressure_rates<S: Scalar>(&self, inflow: S, columns: [S; COLUMNS], outflow: S) -> [S; 4] {
+        let [first, second, third] = columns;
+        let (end, inner) = (6.0 * self.gas / self.volume, 3.0 * self.gas / self.volume);
+        [(inflow - first) * end, (first - second) * inner, (second - third) * inner, (third - outflow) * end]
+    }
+
+    /// Rates in kg/s2 of the mass flows in the columns for the pressures at their ends.
+    pub fn flow_rates<S: Scalar>(&self, pressures: [S; 4], columns: [S; COLUMNS]) -> [S; COLUMNS] {
+        std::array::from_fn(|i| {
+            let (p, next) = (pressures[i], pressures[i + 1]);
+            (p - next) * self.per_inertia - self.drag(columns[i]) / (p + next)
+        })
+    }
+
+    /// Friction in a column times the sum of the pressures at its ends.
+    fn drag<S: Scalar>(&self, flow: S) -> S {
+        let reynolds = flow.abs() * (self.diameter / (self.area * VISCOSITY));
+        // Apart from the laminar part, whose power has no slope at 0.
+        let factor = if reynolds.value() <= TRANSITION { S::constant(LAMINAR) } else { reynolds.powf(0.75) * BLASIUS };
+        factor * flow * (VISCOSITY * self.gas / (self.diameter * self.diameter))
+    }
+}
+
+/// Friction factor times Reynolds number of laminar flow.
+const LAMINAR: f64 = 64.0;
+/// Of turbulent flow, divided by the power 3/4 of the Reynolds number.
+const BLASIUS: f64 = 0.3164;
+/// Reynolds number `(64/0.3164)^(4/3)` at which both are equal.
+const TRANSITION: f64 = 1_187.384_381_946_929;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOSE: Hose = Hose { area: 1e-5, diameter: 4e-3, volume: 2e-5, per_inertia: 1.5e-5, gas: 287.05 * 293.15 };
+
+    #[test]
+    fn friction_is_continuous_where_flow_becomes_turbulent() {
+        assert!((LAMINAR - BLASIUS * TRANSITION.powf(0.75)).abs() < 1e-11);
+        let flow = TRANSITION * HOSE.area * VISCOSITY / HOSE.diameter;
+        let [below, above] = [1.0 - 1e-12, 1.0 + 1e-12].map(|factor| HOSE.drag(flow * factor));
+        assert!((above / below - 1.0).abs() < 1e-11, "{below} {above}");
+        assert_eq!(HOSE.drag(-flow), -HOSE.drag(flow));
+    }
+
+    /// Hagen and Poiseuille: `32*mu*u*l/d^2` with the velocity `u = mdot/(rho*A)`.
+    #[test]
+    fn slow_flow_loses_the_pressure_of_hagen_and_poiseuille() {
+        let (pressure, flow) = (5e5, 1e-6);
+        let velocity = flow / (pressure / HOSE.gas * HOSE.area);
+        let loss = 32.0 * VISCOSITY * velocity * (HOSE.area / HOSE.per_inertia) / HOSE.diameter.powi(2);
+        let [rate, ..] = HOSE.flow_rates([pressure; 4], [flow; 3]);
+        assert!((rate / (-loss * HOSE.per_inertia) - 1.0).abs() < 1e-12, "{rate}");
+    }
+
+    /// What flows in and not out is in the volumes.
+    #[test]
+    fn mass_is_conserved() {
+        let rates = HOSE.pressure_rates(5e-4, [3e-4, -1e-4, 2e-4], 1e-4);
+        assert!((HOSE.mass(rates, true) - (5e-4 - 1e-4)).abs() < 1e-15);
+        let rates = HOSE.pressure_rates(5e-4, [3e-4, -1e-4, 2e-4], 2e-4);
+        assert!((HOSE.mass(rates, false) - (5e-4 - 2e-4)).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,279 @@
+//! Hoses, flow controls, cushions and the vessel of the supply, against closed forms.
+
+mod rig;
+
+use std::f64::consts::{PI, TAU};
+
+use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use rig::Rig;
+
+/// `R*T` in J/kg.
+const GAS: f64 = 287.05 * 293.15;
+const AMBIENT: f64 = 101_325.0;
+/// Of air in Pa s.
+const VISCOSITY: f64 = 1.813e-5;
+
+fn area(diameter: f64) -> f64 {
+    PI * diameter * diameter / 4.0
+}
+
+/// The piston held by more friction than any pressure overcomes, gas at constant temperature, a tight valve without dead
+/// zone.
+fn held(values: &[(&str, f64)]) -> Plant {
+    let setup = Setup::of(&MODEL).set("friction.law", "CoulombStiction").unwrap();
+    let mut setup = setup.set("thermal.model", "Isothermal").unwrap().tolerance(1e-9);
+    let common = [
+        ("friction.coulombStiction.Fs", 1e6),
+        ("valve.leakage", 0.0),
+        ("valve.deadZone", 0.0),
+        ("valve.hysteresis", 0.0),
+    ];
+    for (name, value) in common.iter().chain(values) {
+        setup.change(name, *value).unwrap();
+    }
+    setup.start(0.0).unwrap()
+}
+
+fn get(plant: &mut Plant, name: &str) -> f64 {
+    plant.get(name).unwrap()
+}
+
+/// A hose that is closed by the valve and open to a chamber as large as a room swings at `c/(4*L)`, `c = sqrt(R*T)`, if
+/// it starts from the shape of that wave.
+#[test]
+fn closed_hose_swings_at_its_quarter_wave_frequency() {
+    for (length, diameter) in [(0.3, 0.006), (2.0, 0.01), (10.0, 0.02)] {
+        let mut plant = held(&[("hoseA.length", length), ("hoseA.diameter", diameter), ("chamberA.deadVolume", 1.0)]);
+        for (k, name) in ["hoseA.pressure[1]", "hoseA.pressure[2]", "hoseA.pressure[3]"].into_iter().enumerate() {
+            plant.move_state(name, AMBIENT + 100.0 * (PI / 6.0 * k as f64).cos()).unwrap();
+        }
+        let expected = GAS.sqrt() / (4.0 * length);
+        let (mut times, mut before, interval) = (Vec::new(), 100.0, 0.01 / expected);
+        while times.len() < 6 {
+            plant.step(interval).unwrap();
+            let now = get(&mut plant, "hoseA.pressure[1]") - AMBIENT;
+            if before < 0.0 && now >= 0.0 {
+                times.push(plant.time() - interval * now / (now - before));
+            }
+            before = now;
+        }
+        let found = 5.0 / (times[5] - times[0]);
+        assert!((found / expected - 1.0).abs() < 0.02, "{found} Hz, not {expected} Hz, of {length} m");
+    }
+}
+
+/// Choked flow of the valve through a hose into a chamber as large as a room: `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`
+/// with `phi` = 64 in laminar flow, by the law of Blasius beyond.
+#[test]
+fn steady_flow_loses_the_pressure_of_hagen_and_poiseuille_or_of_blasius() {
+    let (length, diameter) = (2.0, 0.004);
+    for (conductance, is_turbulent) in [(1e-12, false), (5e-12, false), (1e-10, true), (1e-9, true)] {
+        let mut plant = held(&[
+            ("hoseA.length", length),
+            ("hoseA.diameter", diameter),
+            ("chamberA.deadVolume", 1.0),
+            ("valve.C", conductance),
+            ("supplyPressure", 20e5),
+            ("valveVoltage", 10.0),
+        ]);
+        plant.advance_to(1.0).unwrap();
+        let flow = conductance * 20e5 * 1.185;
+        let found_flow = get(&mut plant, "chamberA.massFlow");
+        assert!((found_flow / flow - 1.0).abs() < 1e-3, "{found_flow} kg/s, not {flow}");
+        let reynolds = flow * diameter / (area(diameter) * VISCOSITY);
+        assert_eq!(reynolds > 1188.0, is_turbulent, "{reynolds}");
+        let factor = if is_turbulent { 0.3164 * reynolds.powf(0.75) } else { 64.0 };
+        let expected = GAS * factor * VISCOSITY * length * flow / (area(diameter) * diameter.powi(2));
+        let [first, last] = ["hoseA.pressure[1]", "chamberA.pressure"].map(|name| get(&mut plant, name));
+        let found = first * first - last * last;
+        // The room fills, and the hose with it.
+        assert!((found / expected - 1.0).abs() < 2e-3, "{found} Pa2, not {expected}, at Re = {reynolds}");
+    }
+}
+
+/// What has flowed in is found in chamber and hose at one pressure.
+#[test]
+fn hose_has_its_volume() {
+    let mut plant = held(&[("hoseA.length", 3.0), ("hoseA.diameter", 0.008), ("supplyPressure", 8e5)]);
+    let volume = 5e-6 + area(0.016) * 0.25 + area(0.008) * 3.0;
+    let mass = |plant: &mut Plant| get(plant, "balance.massResidual");
+    assert_eq!(mass(&mut plant), 0.0);
+    plant.set("valveVoltage", 10.0).unwrap();
+    // Choked until the hose has 2.4 bar at the valve: the flow is that of the spool's opening alone.
+    let mut received = 0.0;
+    for _ in 0..400 {
+        let before = get(&mut plant, "valve.spool");
+        plant.step(5e-5).unwrap();
+        received += 0.5 * (before + get(&mut plant, "valve.spool")) * 5e-5 * 3.93e-9 * 8e5 * 1.185;
+    }
+    assert!(get(&mut plant, "hoseA.pressure[1]") < 2.4e5);
+    plant.set("valveVoltage", 5.0).unwrap();
+    for _ in 0..400 {
+        let before = get(&mut plant, "valve.spool").max(0.0);
+        plant.step(5e-5).unwrap();
+        received += 0.5 * (before + get(&mut plant, "valve.spool").max(0.0)) * 5e-5 * 3.93e-9 * 8e5 * 1.185;
+    }
+    plant.step(3.0).unwrap();
+    let expected = AMBIENT + received * GAS / volume;
+    for name in ["hoseA.pressure[1]", "hoseA.pressure[2]", "hoseA.pressure[3]", "chamberA.pressure"] {
+        let found = get(&mut plant, name);
+        // The spool swings back through the centre and vents a little.
+        assert!((found - AMBIENT) / (expected - AMBIENT) > 0.99 && found < expected, "{name}: {found}, not {expected}");
+    }
+}
+
+/// A tenth of a millimetre of hose is no hose.
+#[test]
+fn shortest_hose_is_none() {
+    let run = |length: f64| {
+        let rig = Rig::cylinder("Stribeck").set("hoseA.length", length).set("hoseB.length", length);
+        let mut running = rig.set("hoseA.diameter", 0.003).set("hoseB.diameter", 0.003).start().unwrap();
+        let mut positions = Vec::new();
+        for step in 0..500 {
+            let time = f64::from(step) * 1e-3;
+            running.set("valveVoltage", 5.0 + 2.0 * (TAU * time).sin());
+            running.advance(time + 1e-3).unwrap();
+            positions.push(running.get("position"));
+        }
+        positions
+    };
+    let (with, without) = (run(1e-4), run(0.0));
+    let farthest = without.iter().fold(0.0f64, |far, position| far.max((position - 0.25).abs()));
+    assert!(farthest > 0.01, "the carriage has moved");
+    for (with, without) in with.iter().zip(&without) {
+        assert!((with - without).abs() < 1e-6, "{with} m with, {without} m without");
+    }
+}
+
+/// A gas leaves chamber A through its flow control at `C*p*rho0`, and enters it by the free conductance; metered in, the
+/// other way round.
+#[test]
+fn flow_control_throttles_one_way() {
+    for (direction, out, into) in [(1.0, 1e-10, 3e-10), (2.0, 3e-10, 1e-10)] {
+        let flow = |voltage: f64, pressure: f64| {
+            let mut plant = held(&[
+                ("hoseA.length", 0.2),
+                ("hoseA.diameter", 0.01),
+                ("throttleA.C", 1e-10),
+                ("throttle.free", 3e-10),
+                ("throttle.direction", direction),
+                ("chamberA.deadVolume", 1.0),
+                ("chamberA.pressure0", pressure),
+                ("supplyPressure", 20e5),
+                ("valveVoltage", voltage),
+            ]);
+            plant.advance_to(1.0).unwrap();
+            let [chamber, hose] = ["chamberA.pressure", "hoseA.pressure[4]"].map(|name| get(&mut plant, name));
+            get(&mut plant, "chamberA.massFlow") / (chamber.max(hose) * 1.185)
+        };
+        let (found_out, found_in) = (-flow(0.0, 10e5), flow(10.0, 1e5));
+        assert!((found_out / out - 1.0).abs() < 1e-9, "{found_out}, not {out}");
+        assert!((found_in / into - 1.0).abs() < 1e-9, "{found_in}, not {into}");
+    }
+}
+
+/// Speed of the piston as it meets the stop.
+#[test]
+fn cushion_takes_the_speed_before_the_stop() {
+    let impact = |cushion: f64| {
+        // Little dead volume, so that there is something to compress.
+        let rig = Rig::cylinder("Stribeck").set("chamberB.deadVolume", 5e-7).set("hoseA.length", 0.2);
+        let mut running =
+            rig.set("hoseB.length", 0.2).set("cushion.length", cushion).set("valveVoltage", 10.0).start().unwrap();
+        let mut speed = 0.0;
+        for step in 1..2000 {
+            running.advance(f64::from(step) * 1e-3).unwrap();
+            if running.get("position") >= 0.5 {
+                return speed;
+            }
+            speed = running.get("velocity");
+        }
+        panic!("the piston does not arrive")
+    };
+    let (hard, soft) = (impact(0.0), impact(0.02));
+    assert!(soft < hard * 2.0 / 3.0, "{soft} m/s with, {hard} m/s without");
+}
+
+#[test]
+fn restriction_without_its_hose_is_refused_by_name() {
+    for (name, missing) in [("throttleA.C", "hoseA"), ("throttleB.C", "hoseB"), ("cushion.length", "hoseA")] {
+        let error = Rig::cylinder("Stribeck").set(name, 1e-6).set("load.stiffness", 1.0).start().err().unwrap();
+        let expected = format!("{name} = 0.000001 is refused: it needs a hose: set {missing}.length, too");
+        assert_eq!(error.to_string(), expected);
+        let plain = Rig::cylinder("Stribeck").set(name, 1e-6).start().err().unwrap();
+        assert_eq!(plain.to_string(), expected);
+    }
+}
+
+/// Choked filling through `supply.C` is linear in time, and the valve sees the vessel.
+#[test]
+fn vessel_fills_and_droops() {
+    let mut plant = held(&[("supply.volume", 2e-3), ("supply.C", 1e-9), ("supplyPressure", 1e5)]);
+    plant.set("supplyPressure", 20e5).unwrap();
+    plant.advance_to(0.1).unwrap();
+    let found = get(&mut plant, "supply.vesselPressure");
+    let expected = 1e5 + GAS / 2e-3 * 1e-9 * 20e5 * 1.185 * 0.1;
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} Pa, not {expected}");
+
+    // Cut off, the vessel gives the chamber what it has: one pressure in both at the end.
+    let mut plant =
+        held(&[("supply.volume", 1e-4), ("supply.C", 1e-13), ("supplyPressure", 6e5), ("valveVoltage", 10.0)]);
+    plant.advance_to(1.0).unwrap();
+    let chamber = 5e-6 + area(0.016) * 0.25;
+    let expected = (6e5 * 1e-4 + AMBIENT * chamber) / (1e-4 + chamber);
+    for name in ["supply.vesselPressure", "chamberA.pressure"] {
+        let found = get(&mut plant, name);
+        // The supply adds some 40 Pa through the smallest conductance there is.
+        assert!((found / expected - 1.0).abs() < 1e-4, "{name}: {found}, not {expected}");
+    }
+}
+
+/// Everything at once, under the regulator, too; bounds as in the balances of the plain cylinder.
+#[test]
+fn mass_and_energy_balance_with_all_lines() {
+    for actuation in ["ProportionalValve", "PressureRegulator"] {
+        let mut rig = Rig::cylinder("Stribeck").choose("actuation", actuation).set("balance.enabled", 1.0);
+        for (name, value) in ALL_LINES {
+            rig = rig.set(name, value);
+        }
+        let mut running = rig.set("position0", 0.45).start().unwrap();
+        for step in 0..1000 {
+            let time = f64::from(step) * 1e-3;
+            running.set("valveVoltage", 5.0 + 2.0 * (TAU * time).sin());
+            running.advance(time + 1e-3).unwrap();
+            let [mass, energy] = ["mass", "energy"].map(|name| running.get(&format!("balance.{name}Residual")).abs());
+            assert!(mass < 1e-7 && energy < 1e-2, "{actuation}: {mass} kg, {energy} J at {time} s");
+        }
+    }
+}
+
+const ALL_LINES: [(&str, f64); 9] = [
+    ("hoseA.length", 1.5),
+    ("hoseB.length", 0.8),
+    ("hoseB.diameter", 0.003),
+    ("throttleA.C", 2e-9),
+    ("throttleB.C", 1e-9),
+    ("cushion.length", 0.02),
+    ("supply.volume", 4e-4),
+    ("supply.C", 3e-9),
+    ("piston.leakage", 1e-16),
+];
+
+#[test]
+fn saved_state_of_a_cylinder_with_lines_goes_on_bit_for_bit() {
+    let mut rig = Rig::cylinder("LuGre");
+    for (name, value) in ALL_LINES {
+        rig = rig.set(name, value);
+    }
+    let mut running = rig.set("valveVoltage", 7.0).start().unwrap();
+    running.advance(0.1).unwrap();
+    let saved = running.simulation().save();
+    let names = ["position", "hoseA.massFlow[3]", "hoseB.pressure[4]", "supply.vesselPressure", "frictionForce"];
+    running.advance(0.2).unwrap();
+    let first = names.map(|name| running.get(name).to_bits());
+    running.simulation().restore(&saved).unwrap();
+    running.advance(0.2).unwrap();
+    assert_eq!(names.map(|name| running.get(name).to_bits()), first);
+}
