@@ -9,10 +9,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from pneumatic_servo.cli import compare, fmu, linearise, simulate, variables
+from pneumatic_servo.cli import compare, configure, fmu, linearise, simulate, variables
 from pneumatic_servo.errors import MissingPackage, SimulationError
 
-COMMANDS = [simulate, compare, linearise, variables, fmu]
+COMMANDS = [simulate, compare, linearise, configure, variables, fmu]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
 
 EPILOG = """\
@@ -21,6 +21,7 @@ examples:
   pneumatic-servo simulate my.csv --law LuGre --set valve.C=5e-9 --out run.csv --plot run.png
   pneumatic-servo compare my.csv --laws Stribeck,LuGre,GMS --out laws.csv --plot laws.png
   pneumatic-servo linearise --at velocity=0.05,valve.hysteresis=0
+  pneumatic-servo configure --bore 32 --rod 12 --stroke 200 --mass 5 --qn 700 --hose 4x1500 --out my.ssv
   pneumatic-servo fmu --out .
 
 my.csv has a column `time` in s and one per input, named as the input and in its SI unit:

@@ -1,0 +1,67 @@
+"""Turn the numbers of data sheets into parameters, with formula, standard and assumptions.
+
+Lengths are in mm, masses in kg, pressures in bar above ambient. The set is printed, checked by starting a run with it,
+and written as SSV, which tools that know SSP read.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pneumatic_servo.cli.common import check_folders
+from pneumatic_servo.data_sheet import DataSheet, ssv, table
+from pneumatic_servo.files import write
+from pneumatic_servo.model import Model
+
+NAME = "configure"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.add_argument("--bore", type=float, required=True, metavar="MM")
+    parser.add_argument("--rod", type=float, default=0.0, metavar="MM", help="default: 0, rodless")
+    parser.add_argument("--rod-a", type=float, default=0.0, metavar="MM", help="a second rod through chamber A")
+    parser.add_argument("--stroke", type=float, required=True, metavar="MM")
+    parser.add_argument("--mass", type=float, required=True, metavar="KG", help="all that moves")
+    flow = parser.add_mutually_exclusive_group(required=True)
+    flow.add_argument("--qn", type=float, metavar="L/MIN", help="nominal flow (ANR) from 6 to 5 bar above ambient")
+    flow.add_argument("--kv", type=float, metavar="M3/H", help="flow of water at 1 bar")
+    flow.add_argument("--cv", type=float, metavar="GAL/MIN", help="flow of water in US gallons at 1 psi")
+    flow.add_argument("-C", type=float, dest="conductance", metavar="DM3/(S.BAR)", help="sonic conductance")
+    parser.add_argument(
+        "-b", type=float, dest="critical_ratio", default=0.3, metavar="B", help="critical pressure ratio (default: 0.3)"
+    )
+    parser.add_argument("--hose", type=_hose, metavar="DxL", help="inner diameter and length, for example 4x1500")
+    parser.add_argument(
+        "--clearance", type=float, default=5.0, metavar="MM", help="of bore, as dead volume (default: 5)"
+    )
+    parser.add_argument("--min-pressure", type=float, metavar="BAR", help="at which the unloaded piston starts to move")
+    parser.add_argument("--supply", type=float, metavar="BAR")
+    parser.add_argument("--out", type=Path, metavar="SSV", help="file to write")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the parameters, and write them."""
+    check_folders(options.out)
+    known = DataSheet.__dataclass_fields__
+    sheet = DataSheet(**{name: value for name, value in vars(options).items() if name in known})
+    entries = list(sheet.entries())
+    model = Model()
+    # Whether they fit together is for the model to say.
+    model.start({entry.name: entry.value for entry in entries})
+    print(table(entries, lambda name: model.variables[name].unit))
+    if options.out is not None:
+        name = options.out.stem
+        write(options.out, lambda file: file.write_text(ssv(name, entries), encoding="utf-8"))
+
+
+def _hose(text: str) -> tuple[float, float]:
+    diameter, cross, length = text.partition("x")
+    try:
+        numbers = float(diameter), float(length)
+    except ValueError:
+        numbers = (0.0, 0.0)
+    if not cross or min(numbers) <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text}: it must be two positive numbers in mm, for example 4x1500")
+    return numbers

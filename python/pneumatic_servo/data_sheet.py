@@ -1,0 +1,220 @@
+"""From the numbers of data sheets to the parameters of the cylinder.
+
+Every parameter comes with the formula it follows from, the standard that defines the number, and what is assumed
+where a data sheet says nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+AMBIENT = 101_325.0
+"""Ambient pressure in Pa, by which pressures above ambient become absolute."""
+NOMINAL = (6e5 + AMBIENT, 5e5 + AMBIENT)
+"""Absolute pressures in Pa before and behind a valve at which its nominal flow is stated."""
+REFERENCE_DENSITY = 1.185
+"""Density in kg/m3 of air in the standard reference atmosphere (ANR)."""
+GAS_CONSTANT = 287.05
+TEMPERATURE = 293.15
+WATER_DENSITY = 1000.0
+KV_OF_CV = 3.785411784e-3 * 60.0 / math.sqrt(6894.757 / 1e5)
+"""Kv in m3/h of a Cv of 1 US gallon per minute at 1 psi."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A parameter with its value in SI units, and where it comes from."""
+
+    name: str
+    value: float
+    formula: str
+    standard: str = ""
+    assumption: str = ""
+
+
+@dataclass(frozen=True)
+class DataSheet:
+    """What data sheets say of a cylinder, its valve, its hoses and its load; in the units they use.
+
+    Attributes
+    ----------
+    bore, rod, rod_a, stroke : float
+        Diameters and stroke in mm; ``rod_a`` is a second rod through chamber A.
+    mass : float
+        Moving mass in kg.
+    qn : float, optional
+        Nominal flow of the valve in l/min (ANR), from 6 to 5 bar above ambient.
+    kv, cv : float, optional
+        Flow of water in m3/h at 1 bar, or in US gallons per minute at 1 psi.
+    conductance : float, optional
+        Sonic conductance in dm3/(s bar).
+    critical_ratio : float
+        Critical pressure ratio of the valve.
+    hose : tuple of float, optional
+        Inner diameter and length in mm of the hoses to both chambers.
+    clearance : float
+        Length in mm of bore that stands for the dead volume at each end.
+    min_pressure : float, optional
+        Pressure in bar above ambient at which the maker says that the unloaded piston starts to move.
+    supply : float, optional
+        Supply pressure in bar above ambient.
+    """
+
+    bore: float
+    stroke: float
+    mass: float
+    rod: float = 0.0
+    rod_a: float = 0.0
+    qn: float | None = None
+    kv: float | None = None
+    cv: float | None = None
+    conductance: float | None = None
+    critical_ratio: float = 0.3
+    hose: tuple[float, float] | None = None
+    clearance: float = 5.0
+    min_pressure: float | None = None
+    supply: float | None = None
+
+    def __post_init__(self) -> None:
+        given = [name for name in FLOWS if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"the flow of the valve is given by exactly one of {', '.join(FLOWS)}, not by {given}")
+        numbers = [
+            ("bore", self.bore),
+            ("stroke", self.stroke),
+            ("mass", self.mass),
+            (given[0], getattr(self, given[0])),
+        ]
+        numbers += [
+            (name, getattr(self, name)) for name in ("min_pressure", "supply") if getattr(self, name) is not None
+        ]
+        for name, value in numbers:
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} = {value}: it must be positive")
+        for name in ("rod", "rod_a"):
+            if not 0.0 <= getattr(self, name) < self.bore:
+                raise ValueError(f"{name} = {getattr(self, name)}: it must be smaller than the bore, {self.bore}")
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield the parameters, and the supply pressure if it is given."""
+        yield Entry("cylinder.bore", self.bore * 1e-3, "bore")
+        yield Entry("cylinder.rod", self.rod * 1e-3, "rod")
+        if self.rod_a > 0.0:
+            yield Entry("cylinder.rodA", self.rod_a * 1e-3, "second rod")
+        yield Entry("cylinder.stroke", self.stroke * 1e-3, "stroke")
+        yield Entry("position0", self.stroke * 0.5e-3, "stroke/2", assumption="the run starts in the middle")
+        yield Entry("mass.moving", self.mass, "mass")
+        yield Entry("mass.carriage", self.mass, "mass", assumption="the mass of piston and rod is small beside it")
+        yield self._flow()
+        yield Entry(
+            "valve.b", self.critical_ratio, "b", "ISO 6358", "" if self.conductance else "the usual value of valves"
+        )
+        yield from self._dead_volumes()
+        if self.hose is not None:
+            diameter, length = self.hose
+            for side in "AB":
+                yield Entry(f"hose{side}.diameter", diameter * 1e-3, "inner diameter of the hose")
+                yield Entry(
+                    f"hose{side}.length", length * 1e-3, "length of the hose", assumption="both hoses are alike"
+                )
+        if self.min_pressure is not None:
+            yield from self._friction(self.min_pressure)
+        if self.supply is not None:
+            formula = "supply + p_atm"
+            yield Entry("supplyPressure", self.supply * 1e5 + AMBIENT, formula, assumption="p_atm = 1.01325 bar")
+
+    def _flow(self) -> Entry:
+        given = next(name for name in FLOWS if getattr(self, name) is not None)
+        formula, standard, assumption, conductance = FLOWS[given]
+        return Entry("valve.C", conductance(getattr(self, given), self.critical_ratio), formula, standard, assumption)
+
+    def _dead_volumes(self) -> Iterator[Entry]:
+        for side, rod in (("A", self.rod_a), ("B", self.rod)):
+            volume = math.pi / 4.0 * (self.bore**2 - rod**2) * self.clearance * 1e-9
+            yield Entry(
+                f"chamber{side}.deadVolume",
+                volume,
+                "piston area times clearance",
+                assumption=f"{self.clearance:g} mm of the bore stand for cover and port",
+            )
+
+    def _friction(self, pressure: float) -> Iterator[Entry]:
+        force = pressure * 1e5 * math.pi / 4.0 * (self.bore**2 - self.rod_a**2) * 1e-6
+        assumption = "chamber B is vented, the piston unloaded"
+        yield Entry("friction.stribeck.Fs", force, "minimum pressure times piston area", assumption=assumption)
+        yield Entry(
+            "friction.stribeck.Fc", 0.75 * force, "3/4 Fs", assumption="the ratio of the default set, 8.3 N to 11 N"
+        )
+
+
+def nominal_flow(conductance: float, critical_ratio: float) -> float:
+    """Return the flow in m3/s (ANR) from 6 to 5 bar above ambient through a sonic conductance in m3/(s Pa)."""
+    before, behind = NOMINAL
+    beyond = max(behind / before - critical_ratio, 0.0) / (1.0 - critical_ratio)
+    return conductance * before * math.sqrt(1.0 - beyond * beyond)
+
+
+def _of_nominal_flow(qn: float, critical_ratio: float) -> float:
+    return qn / 60_000.0 / nominal_flow(1.0, critical_ratio)
+
+
+def _of_kv(kv: float, critical_ratio: float) -> float:
+    before, behind = NOMINAL
+    density = behind / (GAS_CONSTANT * TEMPERATURE)
+    # Water loses 1 bar at Kv; what is not water, its density more or less.
+    mass_flow = kv / 3600.0 * math.sqrt((before - behind) / 1e5 * WATER_DENSITY * density)
+    return _of_nominal_flow(mass_flow / REFERENCE_DENSITY * 60_000.0, critical_ratio)
+
+
+def _of_cv(cv: float, critical_ratio: float) -> float:
+    return _of_kv(cv * KV_OF_CV, critical_ratio)
+
+
+def _of_conductance(conductance: float, critical_ratio: float) -> float:
+    return conductance * 1e-8
+
+
+_WATER = "flow of air from 6 to 5 bar above ambient as of water, with the density of the air behind the valve"
+
+FLOWS: dict[str, tuple[str, str, str, Callable[[float, float], float]]] = {
+    "qn": (
+        "C = qn/(p1*sqrt(1 - ((p2/p1 - b)/(1 - b))^2))",
+        "ISO 6358, ISO 8778 (ANR)",
+        "p1, p2 = 6 and 5 bar above 1.01325 bar, 20 degC",
+        _of_nominal_flow,
+    ),
+    "kv": ("qn = Kv*sqrt(1000 kg/m3*rho2*dp/1 bar)/rho0, C from qn", "ISO 6358, ISO 8778 (ANR)", _WATER, _of_kv),
+    "cv": ("Kv = 0.865*Cv, C from Kv", "ISO 6358, ISO 8778 (ANR)", _WATER, _of_cv),
+    "conductance": ("C, 1 dm3/(s.bar) = 1e-8 m3/(s.Pa)", "ISO 6358", "", _of_conductance),
+}
+"""Ways in which data sheets state the flow of a valve: formula, standard, assumption, and the conductance."""
+
+
+def table(entries: list[Entry], unit: Callable[[str], str]) -> str:
+    """Return the entries as a text, with the units of the variables."""
+    lines = []
+    for entry in entries:
+        lines.append(f"{entry.name} = {entry.value:.6g} {unit(entry.name)}".rstrip())
+        lines.append(f"    {entry.formula}" + (f"   [{entry.standard}]" if entry.standard else ""))
+        if entry.assumption:
+            lines.append(f"    assumed: {entry.assumption}")
+    return "\n".join(lines)
+
+
+def ssv(name: str, entries: list[Entry]) -> str:
+    """Return the entries as the parameter values of SSP 1.0, in the units of the variables."""
+    values = "\n".join(
+        f"    <ssv:Parameter name={quoteattr(one.name)}><ssv:Real value={quoteattr(repr(one.value))}/></ssv:Parameter>"
+        for one in entries
+    )
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<ssv:ParameterSet version="1.0" name={quoteattr(name)}
+    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+  <ssv:Parameters>
+{values}
+  </ssv:Parameters>
+</ssv:ParameterSet>
+"""

@@ -1,0 +1,101 @@
+"""From the numbers of data sheets to parameters."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.data_sheet import DataSheet, nominal_flow
+
+COMMAND = [sys.executable, "-c", "import sys; from pneumatic_servo.cli import main; sys.exit(main())"]
+NAMESPACE = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+CYLINDER = {"bore": 32.0, "rod": 12.0, "stroke": 200.0, "mass": 5.0}
+
+
+def conductance(**flow: float) -> float:
+    entries = DataSheet(**CYLINDER, **flow).entries()  # type: ignore[arg-type]
+    return next(entry.value for entry in entries if entry.name == "valve.C")
+
+
+def test_default_valve_has_a_nominal_flow_of_100_litres_per_minute() -> None:
+    defaults = ps.Model().parameters
+    flow = nominal_flow(defaults["valve.C"].start, defaults["valve.b"].start)
+    assert flow * 60_000.0 == pytest.approx(100.0, rel=1e-3)
+
+
+def test_nominal_flow_is_what_the_model_lets_through() -> None:
+    """The valve fully open between 6 and 5 bar above ambient, into a chamber too large to fill."""
+    run = ps.Model().simulate(
+        {
+            "valve.C": conductance(qn=700.0),
+            "thermal.model": "Isothermal",
+            "friction.law": "CoulombStiction",
+            "friction.coulombStiction.Fs": 1e6,
+            "chamberA.deadVolume": 1.0,
+            "chamberA.pressure0": 5e5 + 101_325.0,
+            "supplyPressure": 6e5 + 101_325.0,
+            "valveVoltage": 10.0,
+        },
+        stop=0.05,
+        outputs=["chamberA.massFlow"],
+    )
+    # The chamber of a cubic metre gains some 100 Pa meanwhile.
+    assert run["chamberA.massFlow"][-1] / 1.185 * 60_000.0 == pytest.approx(700.0, rel=1e-3)
+
+
+def test_flows_are_stated_in_different_ways() -> None:
+    assert conductance(conductance=1.5) == pytest.approx(1.5e-8)
+    # 1 US gallon per minute at 1 psi is 0.865 m3/h at 1 bar.
+    assert conductance(cv=1.0) == pytest.approx(conductance(kv=0.865), rel=1e-4)
+    # Water and air through the same hole: 1/3600 m3/s*sqrt(1000 kg/m3*7.146 kg/m3), in kg/s.
+    flow = nominal_flow(conductance(kv=1.0), 0.3)
+    assert flow * 1.185 == pytest.approx((1000.0 * 6.01325e5 / (287.05 * 293.15)) ** 0.5 / 3600.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "exactly one of qn, kv, cv, conductance"),
+        ({"qn": 1.0, "kv": 1.0}, "exactly one of"),
+        ({"qn": -1.0}, "qn = -1.0: it must be positive"),
+        ({"qn": 1.0, "rod": 32.0}, "rod = 32.0: it must be smaller than the bore"),
+        ({"qn": 1.0, "min_pressure": 0.0}, "min_pressure = 0.0: it must be positive"),
+    ],
+)
+def test_sheet_that_makes_no_sense_is_refused(values: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        DataSheet(**CYLINDER | values)  # type: ignore[arg-type]
+
+
+def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*COMMAND, "configure", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_command_prints_formulas_and_writes_what_a_run_starts_with(tmp_path: Path) -> None:
+    given = "--bore 32 --rod 12 --stroke 200 --mass 5 --qn 700 --hose 4x1500 --min-pressure 0.3 --supply 6 --out my.ssv"
+    done = run(tmp_path, *given.split())
+    assert done.returncode == 0, done.stderr
+    for words in ["valve.C = 2.75009e-08 m3/(s.Pa)", "[ISO 6358, ISO 8778 (ANR)]", "assumed: both hoses are alike"]:
+        assert words in done.stdout
+    parameters = ElementTree.parse(tmp_path / "my.ssv").getroot().iter(f"{NAMESPACE}Parameter")
+    values = {one.attrib["name"]: float(one[0].attrib["value"]) for one in parameters}
+    assert values["hoseB.length"] == 1.5 and values["supplyPressure"] == 701_325.0
+    ps.Model().simulate(values, stop=0.01)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("--bore 32 --stroke 200 --mass 5 --qn 700 --hose 4", "4: it must be two positive numbers"),
+        ("--bore 32 --stroke 200 --mass 5 --qn 700 --kv 1", "not allowed with argument"),
+        ("--bore 32 --stroke 20000 --mass 5 --qn 700", "cylinder.stroke = 20 is refused"),
+    ],
+)
+def test_command_refuses_by_name(tmp_path: Path, given: str, words: str) -> None:
+    done = run(tmp_path, *given.split())
+    assert done.returncode == 2
+    assert words in done.stderr
