@@ -5,14 +5,15 @@ use std::hint::black_box;
 use benchmark::case::{self, Case, STEP, inputs, voltage};
 use benchmark::host::Host;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use nalgebra::SMatrix;
+use nalgebra::{Const, DimMin, SMatrix, SVector};
 use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::model::Start;
-use pneumatic_servo::models::pneumatic_servo_cylinder::build;
+use pneumatic_servo::models::pneumatic_servo_cylinder::{PneumaticServoCylinder, build};
+use pneumatic_servo::solver::Inverse;
 
 const TOLERANCE: f64 = 1e-6;
 
-/// A right-hand side and a Jacobian at the initial state, with the carriage sliding.
+/// A right-hand side, a Jacobian and its linear systems at the initial state, with the carriage sliding.
 fn equations(criterion: &mut Criterion) {
     for case in case::all() {
         let inputs = inputs();
@@ -28,7 +29,10 @@ fn equations(criterion: &mut Criterion) {
     }
 }
 
-fn time_equations<const N: usize>(criterion: &mut Criterion, case: &Case) {
+fn time_equations<const N: usize>(criterion: &mut Criterion, case: &Case)
+where
+    Const<N>: DimMin<Const<N>, Output = Const<N>>,
+{
     let moving = case.clone().with("velocity0", 0.05);
     let u = [6.0, 0.0, 5e5];
     let start = Start { time: 0.0, parameters: &moving.parameters, inputs: &u, tolerance: None };
@@ -44,6 +48,33 @@ fn time_equations<const N: usize>(criterion: &mut Criterion, case: &Case) {
             system.jacobian(black_box(0.0), x, u, memory, &mut jacobian)
         });
     });
+    let derivatives = system.jacobian(0.0, &x, &u, &memory, &mut jacobian);
+    criterion.bench_function(&format!("linear systems, solver/{}", case.name), |bencher| {
+        bencher.iter(|| by_inverse(black_box(&jacobian), black_box(derivatives)));
+    });
+    criterion.bench_function(&format!("linear systems, LU of nalgebra/{}", case.name), |bencher| {
+        bencher.iter(|| by_lu(black_box(&jacobian), black_box(derivatives).into()));
+    });
+}
+
+/// Solutions of linear systems in a step.
+const STAGES: usize = 6;
+/// What a step of about 1 ms adds to the diagonal, in 1/s.
+const SHIFT: f64 = 4000.0;
+
+fn by_inverse<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: [f64; N]) -> [f64; N] {
+    // Known when compiling, as in the solver.
+    let groups = const { <PneumaticServoCylinder as HybridSystem<N, 3>>::GROUPS };
+    let inverse = Inverse::new(jacobian, SHIFT, groups).expect("no pivot is zero");
+    (0..STAGES).fold(right, |solution, _| inverse.times(&solution, groups))
+}
+
+fn by_lu<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: SVector<f64, N>) -> SVector<f64, N>
+where
+    Const<N>: DimMin<Const<N>, Output = Const<N>>,
+{
+    let factors = (SMatrix::identity() * SHIFT - jacobian).lu();
+    (0..STAGES).fold(right, |solution, _| factors.solve(&solution).expect("no pivot is zero"))
 }
 
 /// A communication step of 1 ms with a fresh input.

@@ -12,6 +12,11 @@ use crate::hybrid::Groups;
 /// dependencies of a substitution. Gauss-Jordan elimination runs in the given order of the states without pivoting:
 /// as the step shrinks, `shift` grows and the matrix approaches a multiple of the identity, so a bad pivot shows as a
 /// rejected step, never as a wrong answer.
+///
+/// By hand, because the zeros of the [`Groups`] are skipped and all loops have bounds that the compiler knows: the
+/// inversion and the six solutions of a Rosenbrock step take 1535 instructions for 8 states in groups of 2, 4 and 2, 1868
+/// for 9 and 11834 for 18; the LU decomposition of nalgebra with six solutions takes 4147, 4953 and 24915 (callgrind,
+/// release, x86-64). The benchmark `calls` times both. The matrices are those of nalgebra.
 #[derive(Clone, Debug)]
 pub struct Inverse<const N: usize> {
     /// `J - shift*I`, with inverses in the places of `A`, `C` and `F` (of `F` as it is after elimination of the second
