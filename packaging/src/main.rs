@@ -21,6 +21,7 @@ mod platform_test;
 mod playground;
 mod process;
 mod release;
+mod sanitizer;
 mod ssc;
 mod ssp;
 mod stress;

@@ -12,6 +12,7 @@ use crate::package::Package;
 use crate::platform_test;
 use crate::playground;
 use crate::process::{self, heading};
+use crate::sanitizer;
 use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
@@ -77,6 +78,7 @@ fn run(workspace: &Workspace) -> Result<()> {
     } else {
         process::leave_out("Memory checks and instruction counts", "valgrind is missing (apt install valgrind)")?;
     }
+    sanitizer::check(workspace)?;
 
     Stress::SHORT.run()?;
 

@@ -1,0 +1,45 @@
+//! Checks under the address sanitizer of the nightly compiler: like valgrind, it finds what is read or written outside of
+//! its place; unlike valgrind, it sees places on the stack and between variables, and is quick enough for all tests.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::process::{self, heading};
+use crate::workspace::Workspace;
+
+/// Runs the tests of the C interface, with the plant and the library, under the sanitizer, where there is a nightly
+/// compiler. Where there is none this says so and is no error: valgrind looks for the same mistakes.
+///
+/// # Errors
+/// When it finds something or a test fails.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    heading("C interface under the address sanitizer");
+    let Some(host) = nightly_host() else {
+        println!("left out: it needs Linux and a nightly compiler (rustup toolchain install nightly)");
+        println!("valgrind, where it is installed, has run these tests; under CI it must be");
+        return Ok(());
+    };
+    let mut rustup = nightly("cargo");
+    rustup.args(["test", "--package", "pneumatic-servo-fmu", "--test", "c_interface", "--test", "fuzz"]);
+    // With a target named, programs that run while building are left alone.
+    rustup.args(["--target", &host]).current_dir(&workspace.root);
+    rustup.env("CARGO_TARGET_DIR", workspace.target.join("sanitizer"));
+    // The sanitizer's own functions are in the tests, and the library that they load looks for them there.
+    rustup.env("RUSTFLAGS", "-Zsanitizer=address -Clink-arg=-rdynamic");
+    process::run(&mut rustup)
+}
+
+/// The machine that a nightly compiler is for, if there is one and the sanitizer knows this system.
+fn nightly_host() -> Option<String> {
+    let answer = nightly("rustc").arg("-vV").output().ok().filter(|answer| answer.status.success())?;
+    let text = String::from_utf8(answer.stdout).ok()?;
+    let host = text.lines().find_map(|line| line.strip_prefix("host: "))?;
+    cfg!(target_os = "linux").then(|| host.to_owned())
+}
+
+fn nightly(program: &str) -> Command {
+    let mut rustup = Command::new("rustup");
+    rustup.args(["run", "nightly", program]);
+    rustup
+}
