@@ -156,7 +156,7 @@ macro_rules! registry {
 
 registry! {
     1 None "none" OfVelocity<none::NoFriction>, "No friction";
-    2 Coulomb "coulomb" StickSlip<coulomb::Coulomb>, "Constant kinetic friction, true stiction at the same level";
+    2 Coulomb "coulomb" StickSlip<coulomb::Coulomb>, "Constant kinetic friction, true stiction at the same force";
     3 CoulombStiction "coulombStiction" StickSlip<coulomb_stiction::CoulombStiction>, "Coulomb friction with a higher break-away force";
     4 SmoothCoulomb "smoothCoulomb" OfVelocity<smooth_coulomb::SmoothCoulomb>, "Coulomb friction smoothed by a hyperbolic tangent (creeps)";
     5 VelocityBased "velocityBased" OfVelocity<velocity_based::VelocityBased>, "Magic-formula curve through zero with Stribeck peak (creeps)";
@@ -175,8 +175,8 @@ registry! {
     18 DNLRX "dnlrx" dnlrx::Dnlrx, "Sampled Maxwell-slip springs through impulse responses";
     19 BlimanSorine "blimanSorine" bliman_sorine::BlimanSorine, "Difference of two Dahl elements: stiction peak as a function of the path";
     20 ElastoPlastic "elastoPlastic" OneBristle<elasto_plastic::ElastoPlastic>, "Bristle with a purely elastic range: presliding without drift, Stribeck effect";
-    21 StepRegularised "stepRegularised" OfVelocity<step_regularised::StepRegularised>, "Static peak and kinetic level as cubic steps of velocity (creeps)";
-    22 SineRegularised "sineRegularised" OfVelocity<sine_regularised::SineRegularised>, "Static peak and kinetic level as half sine waves of velocity (creeps)";
+    21 StepRegularised "stepRegularised" OfVelocity<step_regularised::StepRegularised>, "Static peak and kinetic friction as cubic steps of velocity (creeps)";
+    22 SineRegularised "sineRegularised" OfVelocity<sine_regularised::SineRegularised>, "Static peak and kinetic friction as half sine waves of velocity (creeps)";
     23 StickSlipSpring "stickSlipSpring" stick_slip_spring::StickSlipSpring, "Spring-damper while sticking, Coulomb friction while sliding";
     24 StickSlipCreep "stickSlipCreep" OneBristle<stick_slip_creep::StickSlipCreep>, "Bounded stiction displacement at low speed, Coulomb friction at high speed";
 }

@@ -198,7 +198,7 @@ parameters! {
         angle0: f64 = Variable::parameter(1014, "load.angle0", units::RADIAN, 0.0).range(-PI, PI).shown_in("deg")
             .text("Initial angle of the loads");
         level: [f64; MAX_TROLLEYS] = Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3).tunable()
-            .text("Factor on the friction levels of a trolley").array([1.0; MAX_TROLLEYS]);
+            .text("Load level of a trolley, which multiplies the forces of its friction law").array([1.0; MAX_TROLLEYS]);
     }
 }
 

@@ -22,9 +22,9 @@ parameters! {
         spring_rest: f64 = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).shown_in("mm")
             .text("Position of the carriage at which the spring is relaxed; outside the stroke for a spring under preload");
         kappa_difference: f64 = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
-            .text("Growth of the friction levels with the magnitude of the pressure difference between the chambers");
+            .text("Growth of the load level with the magnitude of the pressure difference between the chambers");
         waviness: f64 = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0)
-            .text("Variation of the friction levels along the stroke, as a sine: largest deviation as a fraction of the mean");
+            .text("Variation of the load level along the stroke, as a sine: largest deviation as a fraction of the mean");
         wave_length: f64 = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
             .text("Period of the variation along the stroke; the level at position 0 is the mean, and rises from there");
         hose_length_a: f64 = hose_length(1210, "A");
@@ -118,7 +118,7 @@ impl Options {
         -(position - self.spring_rest) * self.spring_stiffness
     }
 
-    /// What the pressure difference adds to the friction level.
+    /// What the pressure difference adds to the load level.
     pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
         (p_a - p_b).abs() * self.kappa_difference
     }

@@ -160,7 +160,7 @@ outputs! {
             .text("Force of the end stops on the carriage towards +x");
         load_level = Variable::output(212, "friction.level", units::ONE).local().nominal(1.0)
             .depends_on(&[depends::X, depends::P_A, depends::P_B])
-            .text("Load level lambda that multiplies the force levels of the friction law");
+            .text("Load level lambda that multiplies the forces of the friction law");
     }
 }
 
@@ -224,9 +224,9 @@ parameters! {
         piston_leakage: f64 = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
             .text("Laminar leakage coefficient between the chambers");
         kappa_a: f64 = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
-            .text("Growth of the friction levels with the pressure in chamber A above ambient");
+            .text("Growth of the load level with the pressure in chamber A above ambient");
         kappa_b: f64 = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
-            .text("Growth of the friction levels with the pressure in chamber B above ambient");
+            .text("Growth of the load level with the pressure in chamber B above ambient");
         keeps_balance: bool = Variable::option(1040, "balance.enabled", false)
             .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a fifth slower");
     }
