@@ -324,14 +324,13 @@ impl Pair {
         let simulation = self.simulation.as_mut().expect("a running simulation");
         simulation.set_inputs(&self.expected.inputs, &self.expected.slopes);
         let outcome = simulation.advance(end);
-        let reached = simulation.time();
+        let (reached, is_finite) = (simulation.time(), simulation.is_finite());
         for (input, slope) in self.expected.inputs.iter_mut().zip(&mut self.expected.slopes) {
             if *slope != 0.0 {
                 *input += *slope * (reached - start);
             }
             *slope = 0.0;
         }
-        let is_finite = self.computed().is_some_and(|values| values.iter().all(|value| value.is_finite()));
         self.expected.failed = outcome.is_err() || !is_finite;
         self.expected.successful_until = if outcome.is_ok() && !is_finite { start } else { reached };
         self.expected.state = if self.expected.failed { 'F' } else { 'C' };

@@ -40,6 +40,9 @@ pub trait Simulation: Send {
     /// [`StepError`] when the end cannot be reached; the state is then that of the last accepted solver step.
     fn advance(&mut self, end: f64) -> Result<(), StepError>;
 
+    /// Whether everything that is carried on from step to step is a finite number.
+    fn is_finite(&self) -> bool;
+
     /// Writes all computed variables, consistent with the current inputs.
     fn values(&self, computed: &mut [f64]);
 

@@ -86,6 +86,10 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         outcome.map_err(|error| error.later(self.start))
     }
 
+    fn is_finite(&self) -> bool {
+        self.run.state().0.iter().all(|value| value.is_finite())
+    }
+
     fn values(&self, computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
         let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);

@@ -184,6 +184,13 @@ struct Memory {
     effort: f64,
 }
 
+impl Memory {
+    fn is_finite(&self) -> bool {
+        let &Self { start, count: _, reference, error, wanted, command, integral, effort } = self;
+        [start, reference, error, wanted, command, integral, effort].iter().all(|value| value.is_finite())
+    }
+}
+
 impl PositionController {
     fn new(start: &Start) -> Result<Self, ParameterError> {
         let p = Parameters::checked(start.parameters)?;
@@ -259,6 +266,10 @@ impl Simulation for PositionController {
         Ok(())
     }
 
+    fn is_finite(&self) -> bool {
+        self.memory.is_finite()
+    }
+
     fn values(&self, computed: &mut [f64]) {
         let (p, memory) = (&self.p, &self.memory);
         let outputs = Outputs {
@@ -294,9 +305,7 @@ impl Simulation for PositionController {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let memory: Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
-        let Memory { start, reference, error, wanted, command, integral, effort, count: _ } = memory;
-        let plain = [snapshot.time, start, reference, error, wanted, command, integral, effort];
-        if !snapshot.states.is_empty() || plain.iter().any(|value| !value.is_finite()) {
+        if !snapshot.states.is_empty() || !snapshot.time.is_finite() || !memory.is_finite() {
             return Err(SnapshotError);
         }
         (self.time, self.memory) = (snapshot.time, memory);

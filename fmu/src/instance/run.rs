@@ -99,6 +99,15 @@ impl Run {
         Ok(self.inside(layout, record)?.advance(end))
     }
 
+    /// Whether everything the model carries on from step to step is a finite number.
+    pub fn is_finite(&self) -> bool {
+        match &self.way {
+            Some(Way::Inside(simulation)) => simulation.is_finite(),
+            // What a solver outside carries is its own affair.
+            Some(Way::Outside(_)) | None => true,
+        }
+    }
+
     /// Replaces tunable parameters.
     pub fn retune(&mut self, layout: &Layout, record: &Record, parameters: &[f64]) -> Result<(), Failure> {
         self.is_computed = false;

@@ -18,13 +18,19 @@ impl Instance {
         if let Err(error) = outcome {
             return Err(self.fail_step(self.time(), error.to_string()));
         }
-        match self.check_computed() {
-            Ok(()) => {
-                self.record.last_step = LastStep { failed: false, successful_until: end };
-                self.tell_notices()
-            }
-            Err(failure) => Err(self.fail_step(start, failure.message)),
+        self.check_states().map_err(|failure| self.fail_step(start, failure.message))?;
+        self.record.last_step = LastStep { failed: false, successful_until: end };
+        self.tell_notices()
+    }
+
+    /// Refuses states that are no numbers, by the name of a variable that shows it. Other computed values are worked
+    /// out, and checked, when they are asked for.
+    fn check_states(&mut self) -> Result<(), Failure> {
+        if self.run.is_finite() {
+            return Ok(());
         }
+        self.check_computed()?;
+        Err(Failure::error("a state is not a finite number"))
     }
 
     /// How the last step, or the initialization, ended.

@@ -163,6 +163,10 @@ impl Simulation for Lag {
         Ok(())
     }
 
+    fn is_finite(&self) -> bool {
+        self.state.is_finite()
+    }
+
     fn values(&self, computed: &mut [f64]) {
         let positive = f64::from(self.state > 0.0);
         computed.copy_from_slice(&[self.state, self.rate(), self.output(), positive, self.memory.steps as f64]);
