@@ -8,7 +8,9 @@ const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
 
 /// `x'' = -x`, with a motion around the unit circle.
-struct Oscillator;
+struct Oscillator {
+    is_gentle: bool,
+}
 
 impl HybridSystem<2, 1> for Oscillator {
     type Memory = ();
@@ -23,6 +25,9 @@ impl HybridSystem<2, 1> for Oscillator {
     fn scales(&self) -> [f64; 2] {
         [1.0; 2]
     }
+    fn is_gentle(&self, _: &[f64; 2]) -> bool {
+        self.is_gentle
+    }
     fn fits(&self, _memory: &()) -> bool {
         true
     }
@@ -31,6 +36,8 @@ impl HybridSystem<2, 1> for Oscillator {
 /// `x' = -rate*(x - cos(t)) - sin(t)`: the solution `cos(t)` hides the stiffness (Prothero, Robinson, 1974).
 struct Stiff {
     rate: f64,
+    /// What it says of itself, not what it is.
+    is_gentle: bool,
 }
 
 impl HybridSystem<1, 1> for Stiff {
@@ -48,6 +55,9 @@ impl HybridSystem<1, 1> for Stiff {
     }
     fn depends_on_time(&self) -> bool {
         true
+    }
+    fn is_gentle(&self, _: &[f64; 1]) -> bool {
+        self.is_gentle
     }
     fn fits(&self, _memory: &()) -> bool {
         true
@@ -102,7 +112,7 @@ impl HybridSystem<1, 1> for Trap {
 }
 
 fn oscillator_error(settings: Settings, end: f64) -> f64 {
-    let mut run = Run::new(Oscillator, settings, 0.0, [1.0, 0.0], (), [0.0]);
+    let mut run = Run::new(Oscillator { is_gentle: false }, settings, 0.0, [1.0, 0.0], (), [0.0]);
     run.advance(end).unwrap();
     let (x, ()) = run.state();
     (x[0] - end.cos()).hypot(x[1] + end.sin())
@@ -137,7 +147,8 @@ fn adaptive_scheme_keeps_the_tolerance() {
 #[test]
 fn work_grows_with_the_fourth_root_of_the_tolerance() {
     let steps = |tolerance: f64| {
-        let mut run = Run::new(Oscillator, Settings { tolerance, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
+        let mut run =
+            Run::new(Oscillator { is_gentle: false }, Settings { tolerance, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
         run.advance(100.0).unwrap();
         run.counters().steps as f64
     };
@@ -149,7 +160,7 @@ fn work_grows_with_the_fourth_root_of_the_tolerance() {
 #[test]
 fn stiffness_does_not_limit_the_step() {
     let run = |rate: f64| {
-        let mut run = Run::new(Stiff { rate }, ADAPTIVE, 0.0, [1.0], (), [0.0]);
+        let mut run = Run::new(Stiff { rate, is_gentle: false }, ADAPTIVE, 0.0, [1.0], (), [0.0]);
         run.advance(10.0).unwrap();
         let (x, ()) = run.state();
         ((x[0] - 10.0f64.cos()).abs(), run.counters().steps)
@@ -158,6 +169,36 @@ fn stiffness_does_not_limit_the_step() {
     let (stiff_error, stiff_steps) = run(1e8);
     assert!(mild_error < 1e-7 && stiff_error < 1e-7, "{mild_error}, {stiff_error}");
     assert!(stiff_steps < 2 * mild_steps, "{stiff_steps} steps, {mild_steps} for the mild problem");
+}
+
+/// Gentle equations are solved without Jacobians, and as accurately. At tighter tolerances the implicit method pays.
+#[test]
+fn gentle_equations_need_no_jacobian() {
+    for (tolerance, is_explicit) in [(1e-3, true), (1e-4, true), (1e-5, true), (1e-6, false)] {
+        let settings = Settings { tolerance, ..ADAPTIVE };
+        let mut run = Run::new(Oscillator { is_gentle: true }, settings, 0.0, [1.0, 0.0], (), [0.0]);
+        for point in 1..=100 {
+            run.advance(0.1 * f64::from(point)).unwrap();
+        }
+        let (x, ()) = run.state();
+        let error = (x[0] - 10.0f64.cos()).hypot(x[1] + 10.0f64.sin());
+        assert!(error < 100.0 * tolerance, "{error} at {tolerance}");
+        assert_eq!(run.counters().jacobians == 0, is_explicit, "{:?} at {tolerance}", run.counters());
+    }
+}
+
+/// An explicit method is stable up to steps of some 3 us here, which would take 350 000 of them: the implicit one takes
+/// over after a few. It sees only steps that it must shorten a million times, so that a hundred per call are many.
+#[test]
+fn stiffness_where_none_was_said_to_be_costs_some_steps_and_no_accuracy() {
+    let settings = Settings { tolerance: 1e-5, ..ADAPTIVE };
+    let mut run = Run::new(Stiff { rate: 1e6, is_gentle: true }, settings, 0.0, [1.0], (), [0.0]);
+    for point in 1..=10 {
+        run.advance(0.1 * f64::from(point)).unwrap();
+    }
+    let ((x, ()), counters) = (run.state(), run.counters());
+    assert!((x[0] - 1.0f64.cos()).abs() < 1e-4, "{}", x[0]);
+    assert!(counters.jacobians > 0 && counters.steps + counters.rejected < 1000, "{counters:?}");
 }
 
 /// Dropped from 1/2 m, the ball lands at 1 s and bounces for 2 e, 2 e^2, ... seconds.
@@ -209,7 +250,8 @@ fn events_without_end_are_an_error_and_the_time_is_named() {
 
 #[test]
 fn work_within_one_call_is_bounded() {
-    let mut run = Run::new(Oscillator, Settings { max_steps: 10, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
+    let mut run =
+        Run::new(Oscillator { is_gentle: false }, Settings { max_steps: 10, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
     let StepError::TooManySteps { time, limit: 10 } = run.advance(100.0).unwrap_err() else { panic!("another error") };
     assert!(time > 0.0 && time < 100.0 && time == run.time());
 }
@@ -217,7 +259,7 @@ fn work_within_one_call_is_bounded() {
 #[test]
 fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let settings = Settings { scheme: Scheme::ExplicitEuler, step: 0.1, ..ADAPTIVE };
-    let mut run = Run::new(Stiff { rate: 1e6 }, settings, 0.0, [2.0], (), [0.0]);
+    let mut run = Run::new(Stiff { rate: 1e6, is_gentle: false }, settings, 0.0, [2.0], (), [0.0]);
     let StepError::Diverged { step, .. } = run.advance(100.0).unwrap_err() else { panic!("another error") };
     assert!((step - 0.1).abs() < 1e-12);
 }

@@ -74,6 +74,10 @@ pub trait FrictionLaw: ParameterSet {
     /// The events that can end a mode of the law.
     const EVENTS: &'static [Event] = &[];
 
+    /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
+    /// settles within microseconds, or a line through zero velocity.
+    const IS_GENTLE: bool = false;
+
     /// The drives under which the memory [follows](Self::follow) the motion.
     const FOLLOWS: &'static [Drive] = &[];
 

@@ -109,6 +109,11 @@ macro_rules! registry {
                 match self { $(Friction::$law(_) => <$type as FrictionLaw>::STICTION),* }
             }
 
+            /// Whether the force changes gently within a mode.
+            pub fn is_gentle(&self) -> bool {
+                match self { $(Friction::$law(_) => <$type as FrictionLaw>::IS_GENTLE),* }
+            }
+
             /// Whether the memory follows the motion under a drive.
             pub fn follows(&self, drive: Drive) -> bool {
                 match self { $(Friction::$law(_) => <$type as FrictionLaw>::FOLLOWS.contains(&drive)),* }

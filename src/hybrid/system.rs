@@ -99,6 +99,25 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         ""
     }
 
+    /// Brings derivatives up to date after the memory has followed a step to these states, and the inputs have changed
+    /// from the first values to the second, with the bits that [`derivatives`](Self::derivatives) gives. `false`, and
+    /// nothing is changed, if that is no cheaper than to evaluate them again.
+    fn refresh(
+        &self,
+        _x: &[f64; N],
+        _inputs: [&[f64; U]; 2],
+        _memory: &Self::Memory,
+        _derivatives: &mut [f64; N],
+    ) -> bool {
+        false
+    }
+
+    /// Whether the equations change gently around these states within a mode, so that accuracy, not stability, bounds
+    /// the steps of an explicit method. It may be wrong for some parameters: then steps cost more, but are as accurate.
+    fn is_gentle(&self, _x: &[f64; N]) -> bool {
+        false
+    }
+
     /// Magnitudes of the states: the solver keeps the error per step of state `i` below
     /// `relative tolerance * max(scale, |x|)`.
     fn scales(&self) -> [f64; N];

@@ -1,4 +1,4 @@
-//! Explicit schemes with fixed step, as tables of Butcher.
+//! Explicit schemes, as tables of Butcher.
 
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem};
@@ -34,6 +34,23 @@ impl<const S: usize> Tableau<S> {
         derivatives: &[f64; N],
         h: f64,
     ) -> Trial<N> {
+        let (end, _) = self.stages(system, time, x, inputs, memory, derivatives, h);
+        Trial { end, error: [0.0; N] }
+    }
+
+    /// The end of a step, and the derivatives in its last stage.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
+    fn stages<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+        &self,
+        system: &H,
+        time: f64,
+        x: &[f64; N],
+        inputs: &Held<U>,
+        memory: &H::Memory,
+        derivatives: &[f64; N],
+        h: f64,
+    ) -> ([f64; N], [f64; N]) {
         let mut slope = *derivatives;
         let mut end = *x;
         for stage in 0..S {
@@ -46,6 +63,26 @@ impl<const S: usize> Tableau<S> {
                 end[i] += h * self.weights[stage] * slope[i];
             }
         }
-        Trial { end, error: [0.0; N] }
+        (end, slope)
     }
+}
+
+/// One step of size `h` of the classical method, with the error of one of order 3, and the derivatives at its end.
+///
+/// Up to order 2 the last stage agrees with the derivatives at the end, so that a tenth of their difference can be
+/// moved from the one to the other: the weights 1/6, 1/3, 1/3, 1/15, 1/10 are still of order 3.
+#[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
+pub fn classical_with_error<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+    system: &H,
+    time: f64,
+    x: &[f64; N],
+    inputs: &Held<U>,
+    memory: &H::Memory,
+    derivatives: &[f64; N],
+    h: f64,
+) -> (Trial<N>, [f64; N]) {
+    let (end, last) = RK4.stages(system, time, x, inputs, memory, derivatives, h);
+    let end_time = time + h;
+    let slope = system.derivatives(end_time, &end, &inputs.at(end_time), memory);
+    (Trial { end, error: std::array::from_fn(|i| 0.1 * h * (last[i] - slope[i])) }, slope)
 }

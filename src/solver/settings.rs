@@ -6,7 +6,7 @@ use crate::{enumeration, parameters};
 enumeration! {
     /// An integration scheme; ids are never reused.
     Scheme "SolverScheme": "Integration scheme" {
-        1 Adaptive: "Stiffly accurate Rosenbrock method of order 4 with error control (recommended)";
+        1 Adaptive: "Error control, by a Rosenbrock method of order 4 or, where nothing is stiff, the classical Runge-Kutta method (recommended)";
         2 ExplicitEuler: "Explicit Euler method with fixed step";
         3 ImplicitEuler: "Implicit Euler method with fixed step";
         4 RK3: "Explicit Runge-Kutta method of order 3 with fixed step";
@@ -91,6 +91,12 @@ impl Settings {
         // A fixed step may have to be repeated at events.
         let wanted = if self.is_adaptive() { PER_SECOND * length } else { FEWEST + 2.0 * fewest };
         Ok(wanted.clamp(FEWEST, MOST) as u64)
+    }
+
+    /// Whether the tolerance is so loose that a method whose steps are cheap is worth a try.
+    pub(super) fn favours_cheap_steps(&self) -> bool {
+        const LEAST: f64 = 1e-5;
+        self.is_adaptive() && self.tolerance >= LEAST
     }
 
     /// Whether the step size is chosen by error control.

@@ -68,6 +68,7 @@ impl FrictionLaw for Karnopp {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall];
+    const IS_GENTLE: bool = true;
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()

@@ -10,6 +10,8 @@ parameters! {
 }
 
 impl VelocityLaw for NoFriction {
+    const IS_GENTLE: bool = true;
+
     fn force<S: Scalar>(&self, _velocity: S, _level: S) -> S {
         S::zero()
     }

@@ -69,6 +69,7 @@ impl FrictionLaw for Polito {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
+    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
     fn check(&self) -> Result<(), ParameterError> {

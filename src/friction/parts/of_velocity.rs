@@ -6,6 +6,9 @@ use crate::variables::{ParameterError, ParameterSet};
 
 /// A law without states, modes and stiction.
 pub trait VelocityLaw: ParameterSet {
+    /// Whether the force changes gently with the velocity.
+    const IS_GENTLE: bool = false;
+
     /// Checks that parameters which are legal one by one fit together.
     ///
     /// # Errors
@@ -25,6 +28,8 @@ wrapper! {
 
 impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
     type Memory = ();
+
+    const IS_GENTLE: bool = L::IS_GENTLE;
 
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()

@@ -92,6 +92,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = Mode::EVENTS;
+    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
     fn check(&self) -> Result<(), ParameterError> {

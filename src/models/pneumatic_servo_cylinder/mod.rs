@@ -309,6 +309,23 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.max_step()
     }
 
+    /// The voltage, and the play that follows it, act on the actuator alone.
+    fn refresh(&self, x: &[f64; N], [from, to]: [&[f64; 3]; 2], memory: &Memory, derivatives: &mut [f64; N]) -> bool {
+        let [before, u] = [from, to].map(Inputs::read);
+        let others = |u: &Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits);
+        if others(&before) != others(&u) || self.friction.law().follows(Drive::Force) {
+            return false;
+        }
+        derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+        true
+    }
+
+    /// Away from the stops, which are stiff.
+    fn is_gentle(&self, x: &[f64; N]) -> bool {
+        let (position, margin) = (x[State::Position.at(N)], 0.02 * self.p.stroke);
+        margin < position && position < self.p.stroke - margin && self.friction.law().is_gentle()
+    }
+
     fn depends_on_time(&self) -> bool {
         self.friction.depends_on_time()
     }

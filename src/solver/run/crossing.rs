@@ -106,7 +106,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let u = self.inputs.at(self.time);
         self.system.switch(event, self.time, &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;
-        self.is_linearised = false;
+        (self.is_linearised, self.arrived_with) = (false, None);
         self.settle()
     }
 
@@ -114,8 +114,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     pub(super) fn settle(&mut self) -> Result<(), StepError> {
         let u = self.inputs.at(self.time);
         let before = self.counters.events;
-        self.indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters)?;
-        self.is_linearised &= self.counters.events == before;
+        let indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters);
+        if self.counters.events != before {
+            (self.is_linearised, self.arrived_with) = (false, None);
+        }
+        self.indicators = indicators?;
         self.is_settled = true;
         Ok(())
     }

@@ -1,11 +1,13 @@
 //! The hybrid driver: takes steps, watches the indicators, lets the system switch.
 
+mod choice;
 mod crossing;
 mod step;
 
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
+use self::choice::Choice;
 use super::balance::Balance;
 use super::counters::Counters;
 use super::error::StepError;
@@ -39,6 +41,7 @@ pub struct Progress {
     time: f64,
     /// Step size to try next, in s.
     step: f64,
+    choice: Choice,
     counters: Counters,
     balance: Balance,
 }
@@ -51,7 +54,11 @@ impl Progress {
 
     /// Whether a run can have come this far.
     pub fn is_sound(&self) -> bool {
-        self.time.is_finite() && self.step.is_finite() && self.step > 0.0 && self.balance.is_finite()
+        self.time.is_finite()
+            && self.step.is_finite()
+            && self.step > 0.0
+            && self.choice.is_sound()
+            && self.balance.is_finite()
     }
 }
 
@@ -68,11 +75,19 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     inputs: Held<U>,
     /// Step size to try next, carried across communication points.
     step: f64,
+    choice: Choice,
+    /// Whether the step tried last is one of the explicit method of the adaptive scheme.
+    is_explicit: bool,
     counters: Counters,
     balance: Balance,
     linearisation: Linearisation<N>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
+    /// Derivatives at the end of the explicit step tried last.
+    end_slope: [f64; N],
+    /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
+    /// are those of that point: the next step may start from them.
+    arrived_with: Option<[f64; U]>,
     /// Indicators at the present states, memory and inputs.
     indicators: H::Indicators,
     /// Whether states and memory have followed the present inputs.
@@ -100,9 +115,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             memory,
             inputs: Held::new(time, inputs, [0.0; U]),
             step: if settings.is_adaptive() { FIRST_STEP } else { settings.step },
+            choice: Choice::default(),
+            is_explicit: false,
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
+            end_slope: [0.0; N],
+            arrived_with: None,
             indicators,
             is_settled: false,
             leaving: None,
@@ -123,7 +142,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     pub fn replace_system(&mut self, system: H) {
         self.scales = system.scales();
         self.system = system;
-        (self.is_linearised, self.is_settled) = (false, false);
+        (self.is_linearised, self.arrived_with, self.is_settled) = (false, None, false);
     }
 
     /// What has been done so far.
@@ -133,8 +152,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// How far the run has come.
     pub fn progress(&self) -> Progress {
-        let &Self { time, step, counters, balance, .. } = self;
-        Progress { time, step, counters, balance }
+        let &Self { time, step, choice, counters, balance, .. } = self;
+        Progress { time, step, choice, counters, balance }
     }
 
     /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
@@ -153,8 +172,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Goes back to states, memory and progress of a run of the same system.
     pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
         (self.x, self.memory) = (x, memory);
-        Progress { time: self.time, step: self.step, counters: self.counters, balance: self.balance } = progress;
-        (self.is_linearised, self.is_settled, self.leaving) = (false, false, None);
+        let Progress { time, step, choice, counters, balance } = progress;
+        (self.time, self.step, self.choice, self.counters, self.balance) = (time, step, choice, counters, balance);
+        (self.is_linearised, self.arrived_with, self.is_settled, self.leaving) = (false, None, false, None);
     }
 
     /// Sets the inputs and their slopes from now on.
@@ -215,7 +235,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
         self.system.sample(time, &mut self.x, &self.inputs.at(self.time), &mut self.memory);
-        self.is_linearised = false;
+        (self.is_linearised, self.arrived_with) = (false, None);
         self.settle()
     }
 

@@ -28,8 +28,9 @@ pub(super) enum Nonsense {
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
     pub(super) fn attempt(&mut self, limit: f64) -> Result<(), StepError> {
-        self.linearise();
         let remaining = limit - self.time;
+        self.choose(remaining);
+        self.linearise();
         // A step slightly too short is stretched, and two equal steps are better than one long and one tiny.
         let h = if self.step * 1.1 >= remaining {
             remaining
@@ -65,16 +66,30 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.indicators = after;
         }
         self.accept(h, end_time, &trial, error);
+        if end_time == limit {
+            self.choice.arrive();
+        }
         Ok(())
+    }
+
+    /// Chooses the method of the next step of the adaptive scheme.
+    fn choose(&mut self, remaining: f64) {
+        let before = self.is_explicit;
+        self.is_explicit = self.settings.favours_cheap_steps() && self.system.is_gentle(&self.x);
+        if self.is_explicit {
+            self.step = self.choice.choose(self.step, remaining);
+            self.is_explicit = !self.choice.is_implicit();
+        }
+        self.is_linearised &= self.is_explicit == before;
     }
 
     fn linearise(&mut self) {
         if self.is_linearised {
             return;
         }
-        let u = self.inputs.at(self.time);
+        let (u, is_explicit) = (self.inputs.at(self.time), self.is_explicit);
         let here = &mut self.linearisation;
-        if self.settings.scheme == Scheme::Adaptive {
+        if self.settings.is_adaptive() && !is_explicit {
             here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian);
             self.counters.jacobians += 1;
             here.time_slopes = (self.inputs.vary() || self.system.depends_on_time()).then(|| {
@@ -84,9 +99,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                 rates.map(|rate| rate.slope[0])
             });
         } else {
-            here.derivatives = self.system.derivatives(self.time, &self.x, &u, &self.memory);
+            let (x, memory) = (&self.x, &self.memory);
+            let before = self.arrived_with.take();
+            if !before.is_some_and(|before| self.system.refresh(x, [&before, &u], memory, &mut here.derivatives)) {
+                here.derivatives = self.system.derivatives(self.time, x, &u, memory);
+            }
         }
-        self.is_linearised = true;
+        (self.is_linearised, self.arrived_with) = (true, None);
     }
 
     /// The step of size `h` from here, if it leads to states that have a meaning.
@@ -94,6 +113,12 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let (system, time, x, inputs, memory) = (&self.system, self.time, &self.x, &self.inputs, &self.memory);
         let here = &self.linearisation;
         let trial = match self.settings.scheme {
+            Scheme::Adaptive if self.is_explicit => {
+                let trial;
+                (trial, self.end_slope) =
+                    runge_kutta::classical_with_error(system, time, x, inputs, memory, &here.derivatives, h);
+                trial
+            }
             Scheme::Adaptive => {
                 rosenbrock::step(system, time, x, inputs, memory, here, h).ok_or(Nonsense::Unsolvable)?
             }
@@ -168,6 +193,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     fn accept(&mut self, h: f64, end_time: f64, trial: &Trial<N>, error: f64) {
         self.move_to(end_time, trial);
+        if self.is_explicit && !self.inputs.vary() {
+            self.linearisation.derivatives = self.end_slope;
+            self.arrived_with = Some(self.inputs.at(end_time));
+        }
         self.step = if self.settings.is_adaptive() {
             let growth = SAFETY / fourth_root(error.max(1e-8));
             if growth >= MAX_GROWTH { self.step.max(h * MAX_GROWTH) } else { h * growth }.min(MAX_STEP)
@@ -183,7 +212,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.time = time;
         self.x = trial.end;
         self.counters.steps += 1;
-        (self.is_linearised, self.leaving) = (false, None);
+        (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
         self.follow();
     }
 
