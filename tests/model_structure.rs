@@ -52,6 +52,7 @@ fn rigs(model: &Model) -> Vec<Changes> {
             vec![("bench.drive", 1.0), ("spring.damping", 3.0)],
             vec![("bench.drive", 2.0)],
             vec![("bench.drive", 3.0), ("appliedForce", 20.0)],
+            vec![("bench.drive", 4.0)],
         ],
         "VibroImpact" => vec![vec![], vec![("form", 2.0)], vec![("velocity0", 0.1)]],
         // Buffers pressed or ropes taut; each trolley once held by its friction while the others move.

@@ -63,6 +63,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
     fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
+    /// Takes notice of a communication step of a duration in s that begins here, with its inputs; returns whether the
+    /// memory may have changed.
+    fn begin(&self, _duration: f64, _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+        false
+    }
+
     /// The next sample of a sampled part.
     fn next_sample(&self, _memory: &Self::Memory) -> Sample {
         Sample::NEVER

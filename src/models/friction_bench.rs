@@ -5,7 +5,13 @@
 //! Free:              F_app = appliedForce
 //!                    m*dv/dt = F_app - F_f,   dx/dt = v
 //! PrescribedMotion:  v = driveVelocity,   dx/dt = v;   F_f is read
+//! PrescribedPosition:  v = (x_e - x_b)/(t_e - t_b),   dx/dt = v;   F_f is read
 //! ```
+//!
+//! Under a prescribed position the mass goes on a straight line from `x_b`, where it was to be at the begin `t_b` of a
+//! communication step, to `x_e = prescribedPosition` at its end `t_e`: given a measured position sample by sample, it
+//! passes through all samples, and its velocity is exactly 0 where they do not change. Equations that a host integrates
+//! know no such steps; there the mass moves with `driveVelocity`.
 
 use std::sync::LazyLock;
 
@@ -37,13 +43,26 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
-    table.extend(states::table("friction", references::CONTACT, &[depends::DRIVE, depends::V]));
+    let states = states::table("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
+    table.extend(states.into_iter().map(|state| if state.name == DEFLECTION { yielding(state) } else { state }));
     table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
     table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
     table.extend(Tuning::grouped(references::SOLVER));
     Table::new(table)
 });
+
+/// Name of the deflection among the states of the friction law.
+const DEFLECTION: &str = "friction.deflection";
+
+/// A deflection that yields at once where the load level falls below what it takes in the direction of motion.
+fn yielding(deflection: Variable) -> Variable {
+    let known = [deflection.depends_on.as_slice(), &[depends::DRIVE, depends::LEVEL]].concat();
+    deflection.depends_on(&known)
+}
+
+/// Number of inputs.
+const INPUTS: usize = Inputs::LEN;
 
 inputs! {
     /// The inputs.
@@ -52,6 +71,10 @@ inputs! {
             .text("Velocity of the free end of the spring, or of the mass itself if its motion is prescribed");
         applied_force = Variable::input(2, "appliedForce", units::NEWTON, 0.0).nominal(10.0)
             .text("Force on the mass towards +x; in a prescribed motion, what a law with true stiction answers at rest");
+        prescribed_position = Variable::input(3, "prescribedPosition", units::METRE, 0.0).nominal(0.1).shown_in("mm")
+            .text("Position of the mass at the end of the communication step, if its position is prescribed");
+        level = Variable::input(4, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
+            .text("Load level of the contact, the factor on its friction forces: measured load over rated load");
     }
 }
 
@@ -71,12 +94,13 @@ mod depends {
 
     pub const DRIVE: u32 = 1;
     pub const FORCE: u32 = 2;
+    pub const LEVEL: u32 = 4;
     pub const X: u32 = State::Position.reference();
     pub const V: u32 = State::Velocity.reference();
     pub const Y: u32 = State::DrivePosition.reference();
 
     /// What decides whether a law without states of its own holds the mass.
-    pub const LOAD: &[u32] = &[references::TIME, DRIVE, FORCE, X, V, Y];
+    pub const LOAD: &[u32] = &[references::TIME, DRIVE, FORCE, LEVEL, X, V, Y];
 
     /// What friction and acceleration depend on.
     pub fn motion() -> Vec<u32> {
@@ -95,7 +119,7 @@ outputs! {
             .text("Velocity of the mass; exactly 0 while it sticks");
         acceleration = Variable::output(103, "acceleration", units::METRE_PER_SECOND_SQUARED).nominal(1.0).derivative_of(depends::V)
             .depends_on(&depends::motion())
-            .text("Acceleration of the mass; 0 in a prescribed motion, whose velocity is an input");
+            .text("Acceleration of the mass; 0 in a prescribed motion, whose velocity is given");
         drive_position = Variable::output(depends::Y, "drivePosition", units::METRE).nominal(0.1).shown_in("mm")
             .depends_on(&[depends::Y])
             .text("Position of the free end of the spring: the integral of driveVelocity");
@@ -120,6 +144,14 @@ enumeration! {
         1 SpringPull: "A spring and damper, whose free end moves with driveVelocity, and appliedForce";
         2 PrescribedMotion: "The mass moves with driveVelocity; its friction force is read";
         3 Free: "appliedForce alone";
+        4 PrescribedPosition: "The mass is at prescribedPosition at the end of each communication step; its friction force is read";
+    }
+}
+
+impl Drive {
+    /// Whether the motion of the mass is given, so that friction is only read.
+    fn prescribes(self) -> bool {
+        matches!(self, Self::PrescribedMotion | Self::PrescribedPosition)
     }
 }
 
@@ -153,6 +185,16 @@ pub struct FrictionBench {
 pub struct Memory {
     friction: friction::Memory,
     trend: Trend,
+    course: Course,
+}
+
+/// Where a prescribed position leads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Course {
+    /// Position in m at the end of the present step.
+    end: f64,
+    /// Velocity in m/s of this step; before the first one, that of the input.
+    velocity: Option<f64>,
 }
 
 /// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
@@ -197,7 +239,7 @@ fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
     let p = Parameters::read(own)?;
     let drive = match p.drive {
-        Drive::PrescribedMotion => friction::Drive::Motion,
+        Drive::PrescribedMotion | Drive::PrescribedPosition => friction::Drive::Motion,
         Drive::SpringPull | Drive::Free => friction::Drive::Force,
     };
     let law = Friction::new(friction, "friction")?;
@@ -206,22 +248,24 @@ fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
 }
 
 impl FrictionBench {
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
+    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, INPUTS>, ParameterError> {
         let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
         let mut x = [0.0; N];
         (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
         x[State::Velocity.at(N)] = self.p.velocity0;
         let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
-        let rate = if self.p.drive == Drive::PrescribedMotion { u.drive_velocity } else { self.p.velocity0 };
+        let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
         let contact = self.contact(0.0, &x, &u, rate, trend);
         let friction = self.friction.start(&contact);
-        Simulator::new(build, start, x, Memory { friction, trend })
+        let course = Course { end: self.p.position0, velocity: None };
+        Simulator::new(build, start, x, Memory { friction, trend, course })
     }
 
-    /// Velocity of the mass: the input or the state, unless the friction law holds the position.
+    /// Velocity of the mass: as prescribed, or the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> S {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
+            Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::constant),
             Drive::SpringPull | Drive::Free => self.friction.rate(x[State::Velocity.at(N)], &memory.friction),
         }
     }
@@ -233,7 +277,7 @@ impl FrictionBench {
                 (x[State::DrivePosition.at(N)] - x[State::Position.at(N)]) * self.p.stiffness
                     + (u.drive_velocity - rate) * self.p.damping
             }
-            Drive::PrescribedMotion | Drive::Free => S::zero(),
+            Drive::PrescribedMotion | Drive::PrescribedPosition | Drive::Free => S::zero(),
         }
     }
 
@@ -241,10 +285,7 @@ impl FrictionBench {
     fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: Trend) -> S {
         let accelerates = trend.sign * sign(rate.value());
         // Polito's law knows from the applied force whether a sliding mass accelerates; the other laws do not ask.
-        if self.p.drive == Drive::PrescribedMotion
-            && accelerates != 0.0
-            && matches!(self.friction.law(), Friction::Polito(_))
-        {
+        if self.p.drive.prescribes() && accelerates != 0.0 && matches!(self.friction.law(), Friction::Polito(_)) {
             return S::constant(accelerates * OVERWHELMING);
         }
         self.spring_force(x, u, rate) + u.applied_force
@@ -265,7 +306,7 @@ impl FrictionBench {
             friction::Drive::Force => x[State::Velocity.at(N)],
         };
         let applied = self.applied_force(x, u, rate, trend);
-        Contact { time, position: x[State::Position.at(N)], velocity, applied, level: S::constant(1.0), drive }
+        Contact { time, position: x[State::Position.at(N)], velocity, applied, level: u.level, drive }
     }
 
     /// The contact in the present modes.
@@ -276,17 +317,17 @@ impl FrictionBench {
     /// Acceleration in m/s2 under a friction force.
     fn acceleration<S: Scalar>(&self, applied: S, friction_force: S) -> S {
         match self.p.drive {
-            Drive::PrescribedMotion => S::zero(),
+            Drive::PrescribedMotion | Drive::PrescribedPosition => S::zero(),
             Drive::SpringPull | Drive::Free => (applied - friction_force) / self.p.mass,
         }
     }
 }
 
-impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
+impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
     type Memory = Memory;
     type Indicators = Indicators;
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; INPUTS], memory: &Memory) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
@@ -297,7 +338,7 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Indicators {
+    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &Memory) -> Indicators {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         self.friction.indicators(&contact, x, &memory.friction)
@@ -307,15 +348,24 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         self.friction.has_events()
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn begin(&self, duration: f64, u: &[f64; INPUTS], memory: &mut Memory) -> bool {
+        if self.p.drive != Drive::PrescribedPosition {
+            return false;
+        }
+        let end = Inputs::read(u).prescribed_position;
+        memory.course = Course { end, velocity: Some((end - memory.course.end) / duration) };
+        true
+    }
+
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
         let u = &Inputs::read(u);
-        memory.trend.follow(u.drive_velocity);
+        memory.trend.follow(if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity });
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         let contact = || self.contact(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
@@ -326,7 +376,7 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 2>(self, state)
+        state_name::<Self, N, INPUTS>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -345,7 +395,7 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
         self.friction.depends_on_time()
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
         let u = &Inputs::read(u);
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         self.friction.sample(|| self.contact(time, x, u, rate, trend), time, x, &mut memory.friction);
@@ -358,16 +408,18 @@ impl<const N: usize> HybridSystem<N, 2> for FrictionBench {
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        memory.trend.velocity.is_finite() && self.friction.fits(&memory.friction)
+        let Course { end, velocity } = memory.course;
+        let is_plain = [memory.trend.velocity, end, velocity.unwrap_or(0.0)].iter().all(|value| value.is_finite());
+        is_plain && self.friction.fits(&memory.friction)
     }
 }
 
-impl<const N: usize> Equations<N, 2> for FrictionBench {
+impl<const N: usize> Equations<N, INPUTS> for FrictionBench {
     fn table() -> &'static Table {
         &TABLE
     }
 
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; INPUTS], memory: &Memory, computed: &mut [S]) {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction.observe(&contact, x, &memory.friction);
@@ -387,14 +439,14 @@ impl<const N: usize> Equations<N, 2> for FrictionBench {
 
     fn state_at(&self, reference: u32) -> Option<usize> {
         let own = match State::of(reference) {
-            // A prescribed motion has its velocity from the input.
-            Some(State::Velocity) if self.p.drive == Drive::PrescribedMotion => None,
+            // A prescribed motion is given its velocity.
+            Some(State::Velocity) if self.p.drive.prescribes() => None,
             other => other,
         };
         own.map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
     }
 
-    fn notices(&self, _u: &[f64; 2]) -> Notices {
+    fn notices(&self, _u: &[f64; INPUTS]) -> Notices {
         [self.friction.law().notice(), None]
     }
 }

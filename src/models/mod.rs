@@ -42,7 +42,7 @@ mod tests {
     fn every_place_of_an_indicator_has_a_name_of_its_own() {
         let counts = [
             (pneumatic_servo_cylinder::MODEL, count::<pneumatic_servo_cylinder::PneumaticServoCylinder, 8, 3>()),
-            (friction_bench::MODEL, count::<friction_bench::FrictionBench, 3, 2>()),
+            (friction_bench::MODEL, count::<friction_bench::FrictionBench, 3, 4>()),
             (driven_slider::MODEL, count::<driven_slider::DrivenSlider, 2, 1>()),
             (vibro_impact::MODEL, count::<vibro_impact::VibroImpact, 4, 1>()),
             (festoon::MODEL, count::<festoon::Festoon, 13, 2>()),

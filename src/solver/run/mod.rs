@@ -211,6 +211,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// # Errors
     /// [`StepError`] when `end` cannot be reached; the state is then that of the last accepted step.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        if end > self.time && self.system.begin(end - self.time, &self.inputs.at(self.time), &mut self.memory) {
+            self.is_linearised = false;
+        }
         self.follow();
         self.settle()?;
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
