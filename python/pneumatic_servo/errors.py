@@ -37,3 +37,7 @@ class MissingPackage(ImportError):
 
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(f"this needs {package}: pip install 'pneumatic-servo[{extra}]'")
+
+
+class NotConverged(RuntimeError):
+    """A fit whose solver did not come to an end."""

@@ -1,6 +1,6 @@
 """The command line `pneumatic-servo`.
 
-Exit codes: 0 done, 1 a run could not go on, 2 something given is wrong, 130 interrupted.
+Exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -9,19 +9,21 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from pneumatic_servo.cli import compare, configure, fmu, linearise, simulate, variables
-from pneumatic_servo.errors import MissingPackage, SimulationError
+from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, simulate, variables
+from pneumatic_servo.errors import MissingPackage, NotConverged, SimulationError
 
-COMMANDS = [simulate, compare, linearise, configure, variables, fmu]
+COMMANDS = [simulate, compare, linearise, configure, fit, plan, variables, fmu]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
 
-EPILOG = """\
-examples:
+EPILOG = r"""examples:
   pneumatic-servo variables valve                 what can be set, with units, ranges and defaults
   pneumatic-servo simulate my.csv --law LuGre --set valve.C=5e-9 --out run.csv --plot run.png
   pneumatic-servo compare my.csv --laws Stribeck,LuGre,GMS --out laws.csv --plot laws.png
   pneumatic-servo linearise --at velocity=0.05,valve.hysteresis=0
   pneumatic-servo configure --bore 32 --rod 12 --stroke 200 --mass 5 --qn 700 --hose 4x1500 --out my.ssv
+  pneumatic-servo fit rig.csv --experiment rig --law Stribeck --fit valve.deadZone,friction.stribeck.Fc \
+      --columns time=t,valveVoltage=u,position=x[mm] --out rig.ssv --report rig.html
+  pneumatic-servo plan --law Stribeck --fit valve.deadZone,friction.stribeck.Fc
   pneumatic-servo fmu --out .
 
 my.csv has a column `time` in s and one per input, named as the input and in its SI unit:
@@ -29,7 +31,7 @@ my.csv has a column `time` in s and one per input, named as the input and in its
   0,5
   0.5,6.5
 
-exit codes: 0 done, 1 a run could not go on, 2 something given is wrong, 130 interrupted"""
+exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -59,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     try:
         options.run(options)
-    except SimulationError as error:
+    except (SimulationError, NotConverged) as error:
         return _fail(error, 1)
     except (ValueError, OSError, MissingPackage) as error:
         return _fail(error, 2)

@@ -1,0 +1,132 @@
+r"""Fit parameters of a model to measured data.
+
+Experiments: motion (a seal or a tribometer: position given, force compared), mechanical (pressures given, position
+compared), pneumatic (position and voltage given, pressures compared), rig (voltage given, position and pressures
+compared). The exit code is 0 only if the fit has converged.
+
+example:
+  pneumatic-servo fit rig.csv --experiment rig --law Stribeck \
+      --fit friction.stribeck.Fs,friction.stribeck.Fc,valve.deadZone=0.05:0:0.2 \
+      --columns "time=t,valveVoltage=u,position=x[mm],chamberA.pressure=pa[bar],chamberB.pressure=pb[bar]" \
+      --hold-out 0.3 --out rig.ssv --json rig.json --report rig.html
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from pneumatic_servo.cli.common import check_folders, settings_of
+from pneumatic_servo.errors import MissingPackage, NotConverged
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+
+NAME = "fit"
+EXPERIMENTS = ("motion", "mechanical", "pneumatic", "rig")
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.add_argument("csv", nargs="+", type=Path, help="measured tables")
+    parser.add_argument("--experiment", required=True, choices=EXPERIMENTS, help="what was given, what is compared")
+    parser.add_argument("--law", required=True, help="friction law; several, with commas, are compared")
+    parser.add_argument(
+        "--fit", default="", metavar="NAME[=start][:low:high],...",
+        help="free parameters, offset.SIGNAL, delay.SIGNAL, area (default: the parameters of the law)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE,...", help="known parameters, in SI units"
+    )
+    parser.add_argument("--columns", required=True, metavar="SIGNAL=column[unit],...", help="what the columns are")
+    parser.add_argument("--hold-out", type=float, default=0.0, metavar="FRACTION", help="share at the end to predict")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
+    parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
+    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
+    parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
+    parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
+    parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
+    parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
+    parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
+    parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
+    parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
+    parser.add_argument("--report", type=Path, metavar="HTML", help="page with tables and figures")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Fit."""
+    fitting = identification()
+    check_folders(options.out, options.json, options.report)
+    line = _Line()
+    common = {
+        "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
+        "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
+        "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
+        "width": options.width, "loss": options.loss, "intervals": options.intervals, "progress": line,
+    }  # fmt: skip
+    laws = options.law.split(",")
+    if len(laws) > 1:
+        ranking = fitting.compare_fits(options.csv, laws, **common)
+        found = ranking.best
+        line.clear()
+        print(ranking)
+    else:
+        found = fitting.fit(options.csv, law=laws[0], **common)
+        line.clear()
+    if options.out is not None:
+        found.to_ssv(options.out)
+    if options.json is not None:
+        found.to_json(options.json)
+    if options.report is not None:
+        found.to_report(options.report)
+    for note in found.notes:
+        print(f"note: {note}", file=sys.stderr)
+    for name, reason in found.undetermined.items():
+        print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
+    print(found)
+    if not found.converged:
+        raise NotConverged(f"the fit has not converged: {found.message}")
+
+
+def known(experiment: str, given: list[str]) -> dict[str, Value]:
+    """Read known parameters, several to an option; for motion also the area."""
+    words = [word.strip() for option in given for word in option.split(",") if word.strip()]
+    special: dict[str, Value] = {}
+    others = []
+    for word in words:
+        name, equals, text = word.partition("=")
+        if experiment == "motion" and equals and name in ("area", "friction.kappaA"):
+            try:
+                special[name] = float(text)
+            except ValueError:
+                raise ValueError(f"--set {word}: {text} is no number") from None
+        else:
+            others.append(word)
+    model = Model("FrictionBench" if experiment == "motion" else "PneumaticServoCylinder")
+    return {**settings_of(model, others), **special}
+
+
+class _Line:
+    """A line on a terminal that says what is being done."""
+
+    def __init__(self) -> None:
+        self.is_shown = sys.stderr.isatty()
+
+    def __call__(self, text: str) -> None:
+        if self.is_shown:
+            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Leave nothing behind."""
+        if self.is_shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def identification() -> ModuleType:
+    """Return the part of the package that needs SciPy."""
+    try:
+        return import_module("pneumatic_servo.identification")
+    except ImportError as error:
+        raise MissingPackage("SciPy", "identification") from error

@@ -1,0 +1,15 @@
+"""Identification: from measured data to a model of the user's own machine.
+
+>>> import pneumatic_servo as ps
+>>> found = ps.fit("rig.csv", experiment="rig", law="Stribeck", fit="friction.stribeck.Fc,valve.deadZone",
+...                columns="time=t,valveVoltage=u,position=x[mm]")           # doctest: +SKIP
+>>> found.to_ssv("rig.ssv")                                                  # doctest: +SKIP
+"""
+
+from pneumatic_servo.identification.experiments import EXPERIMENTS
+from pneumatic_servo.identification.fitting import fit
+from pneumatic_servo.identification.laws import Ranking, compare_fits
+from pneumatic_servo.identification.planning import Plan, plan
+from pneumatic_servo.identification.result import Estimate, Fit
+
+__all__ = ["EXPERIMENTS", "Estimate", "Fit", "Plan", "Ranking", "compare_fits", "fit", "plan"]

@@ -1,0 +1,184 @@
+"""What an experiment is: which model is run with which signals, and what is compared."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+"""Values of the free parameters, in SI units."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a record that is simulated in one go.
+
+    Attributes
+    ----------
+    record : Record
+        The measured signals of the window.
+    driven : dict
+        What was made of them once, at the communication points.
+    held : ndarray of bool, shape (samples,)
+        Samples that are held out of the fit.
+    used : ndarray of bool, shape (samples,)
+        Samples that are compared at all.
+    """
+
+    record: Record
+    driven: Mapping[str, Array]
+    held: NDArray[np.bool_]
+    used: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What users may change about how data are used.
+
+    Attributes
+    ----------
+    rated : float
+        Normal force in N at which the load level is 1.
+    width : float
+        Width in s of the parabolas that give velocities.
+    play : float or None
+        Play in m that hides the jitter of a position at rest; by default three times its noise.
+    window : float or None
+        Length in s after which a simulation starts anew from what is measured; by default never.
+    """
+
+    rated: float = 1.0
+    width: float = 0.04
+    play: float | None = None
+    window: float | None = None
+
+
+class Experiment(ABC):
+    """An experiment under given settings.
+
+    Parameters
+    ----------
+    law : str
+        Friction law.
+    settings : mapping
+        Parameters that are known.
+    options : Options
+        How the data are used.
+    """
+
+    name: ClassVar[str]
+    required: ClassVar[Sequence[str]]
+    """Signals that have to be measured."""
+
+    def __init__(self, law: str, settings: Mapping[str, Value], options: Options) -> None:
+        self.law = law
+        self.settings = dict(settings)
+        self.options = options
+        self.table = self.make_table()
+        self.simulated = self.make_model()
+        self.notes: list[str] = []
+        self.signals: frozenset[str] = frozenset()
+        self.held: dict[str, float] = {}
+
+    def make_table(self) -> Model:
+        """Return the model whose parameters are known or fitted."""
+        return self.make_model()
+
+    @abstractmethod
+    def make_model(self) -> Model:
+        """Return the model that is simulated."""
+
+    def use(self, signals: Iterable[str]) -> None:
+        """Take notice of what is measured; refuse too little."""
+        self.signals = frozenset(signals)
+        missing = [signal for signal in self.required if signal not in self.signals]
+        if missing:
+            raise ValueError(f"--experiment {self.name} needs columns for {', '.join(self.required)}; "
+                             f"{', '.join(missing)} is missing")  # fmt: skip
+
+    @property
+    @abstractmethod
+    def compared(self) -> tuple[str, ...]:
+        """The signals that are compared."""
+
+    @property
+    @abstractmethod
+    def outputs(self) -> list[str]:
+        """The variables of the model that are recorded."""
+
+    @abstractmethod
+    def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
+        """Return what is made of a record once, and which samples are compared."""
+
+    @abstractmethod
+    def inputs(self, window: Window, values: Values) -> dict[str, Array]:
+        """Return the inputs at the communication points."""
+
+    @abstractmethod
+    def start(self, window: Window, values: Values) -> dict[str, Value]:
+        """Return the settings of a run."""
+
+    def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
+        """Return the compared signals at the communication points."""
+        return {signal: outputs[signal] for signal in self.compared}
+
+    def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
+        """Return velocity, friction and load level as far as the data alone tell them, for a start of the fit."""
+        return None
+
+    def with_value(self, name: str, value: float) -> Experiment:
+        """Return the same experiment with something that was free held at a value."""
+        other = copy(self)
+        other.held = {**self.held, name: value}
+        return other
+
+    def value(self, name: str, values: Values) -> float:
+        """Return a parameter: fitted, known, or by default."""
+        if name in values:
+            return values[name]
+        given = self.settings.get(name, self.table.variables[name].default)
+        assert isinstance(given, float | int)
+        return float(given)
+
+    def of_model(self, values: Values) -> dict[str, Value]:
+        """Return what of the settings and the free parameters the simulated model has."""
+        both: dict[str, Value] = {**self.settings, **values}
+        inputs = set(self.simulated.inputs) - self.signals
+        return {name: value for name, value in both.items() if name in self.simulated.parameters or name in inputs}
+
+    def windows(self, record: Record) -> list[Record]:
+        """Cut a record into the parts that are simulated in one go.
+
+        Every part begins where the carriage rests, if it does within half a part: there its velocity is known to be 0.
+        """
+        length = self.options.window
+        if length is None:
+            return [record]
+        end = float(record.time[-1])
+        number = max(1, round(end / length))
+        inner = [self._cut(record, end * part / number, 0.5 * length) for part in range(1, number)]
+        cuts = [0, *inner, len(record.time)]
+        return [record.part(first, last) for first, last in pairwise(cuts) if last - first >= 10]
+
+    def _cut(self, record: Record, time: float, within: float) -> int:
+        resting = self.resting(record)
+        near = np.flatnonzero(resting & (np.abs(record.time - time) <= within))
+        if len(near):
+            return int(near[np.argmin(np.abs(record.time[near] - time))])
+        return int(np.searchsorted(record.time, time))
+
+    def resting(self, record: Record) -> NDArray[np.bool_]:
+        """Tell where a position does not change by more than its noise."""
+        return np.zeros(len(record.time), dtype=bool)

@@ -1,0 +1,83 @@
+"""What the experiments with the whole cylinder share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.experiments import position
+from pneumatic_servo.identification.experiments.base import Experiment, Values, Window
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.smoothing import slope
+from pneumatic_servo.model import Model
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.80665
+
+
+class OfCylinder(Experiment):
+    """An experiment whose parameters are those of PneumaticServoCylinder."""
+
+    def make_table(self) -> Model:
+        """Return the cylinder."""
+        return Model("PneumaticServoCylinder")
+
+    def pressure_force(self, window: Window, values: Values) -> Array:
+        """Return the force of both chambers and of the atmosphere on the rod at the communication points."""
+        bore, rod = (0.25 * math.pi * self.value(f"cylinder.{name}", values) ** 2 for name in ("bore", "rod"))
+        ambient = self.value("ambientPressure", values)
+        a, b = (window.driven[f"chamber{chamber}.pressure"] for chamber in "AB")
+        return a * bore - b * (bore - rod) - ambient * rod
+
+    def dead_load(self, values: Values) -> float:
+        """Return the force towards -x that wire and weight exert."""
+        weight = self.value("mass.moving", values) * GRAVITY * math.sin(self.value("incline", values))
+        return self.value("wireForce", values) + weight
+
+    def grids(self, record: Record) -> dict[str, Array]:
+        """Return all signals at the communication points."""
+        return {signal: record.on_grid(signal) for signal in record.signals}
+
+    def resting(self, record: Record) -> NDArray[np.bool_]:
+        """Tell where the position stays within its noise."""
+        if "position" not in record.signals:
+            return super().resting(record)
+        return position.resting(record, self.options.width)
+
+    def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
+        """Return velocity, what acceleration leaves of the pressure force, and the load level, while moving."""
+        needed = {"position", "chamberA.pressure", "chamberB.pressure"}
+        if not needed <= set(window.record.signals):
+            return None
+        record = window.record
+        width = 2.0 * self.options.width
+        speed = position.velocity(record, width)
+        acceleration = slope(speed, record.step, width)
+        applied = self.pressure_force(window, values) - self.dead_load(values)
+        if "externalForce" in window.driven:
+            applied = applied + window.driven["externalForce"]
+        friction = applied - self.value("mass.moving", values) * acceleration
+        return speed, friction, self.level(window, values)
+
+    def level(self, window: Window, values: Values) -> Array:
+        """Return the load level: it grows with the pressures above ambient."""
+        ambient = self.value("ambientPressure", values)
+        level = np.ones(len(window.record.grid))
+        for chamber in "AB":
+            kappa = self.value(f"friction.kappa{chamber}", values)
+            level = level + kappa * (window.driven[f"chamber{chamber}.pressure"] - ambient)
+        return np.maximum(level, 0.0)
+
+
+def middle(values: Array) -> Array:
+    """Return what a signal is in the middle of the step that begins at each point."""
+    return np.append(0.5 * (values[1:] + values[:-1]), values[-1])
+
+
+def first(values: Mapping[str, Array], signal: str, number: int) -> float:
+    """Return what a signal begins with, from its first samples."""
+    return float(np.mean(values[signal][:number]))

@@ -1,0 +1,111 @@
+"""A seal or a tribometer: the motion is prescribed, the force is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.experiments.base import Experiment, Values, Window
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.smoothing import follow, noise
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+
+
+class Motion(Experiment):
+    """FrictionBench under a prescribed position; `force = pressure * area + friction` where a seal is under pressure.
+
+    The load level is `normalForce / rated`, and grows with the pressure by `friction.kappaA`.
+    """
+
+    name = "motion"
+    required = ("time",)
+
+    def make_model(self) -> Model:
+        """Return the bench."""
+        return Model("FrictionBench")
+
+    def use(self, signals: object) -> None:
+        """Take notice of what is measured; refuse too little."""
+        super().use(signals)  # type: ignore[arg-type]
+        if not self.signals & {"position", "velocity"}:
+            raise ValueError("--experiment motion needs a column for position or velocity")
+        if not self.signals & {"frictionForce", "force"}:
+            raise ValueError("--experiment motion needs a column for frictionForce, or for force")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """The force that is measured."""
+        return ("frictionForce",) if "frictionForce" in self.signals else ("force",)
+
+    @property
+    def outputs(self) -> list[str]:
+        """The friction force."""
+        return ["frictionForce"]
+
+    def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
+        """Hide the jitter of the position, and leave out samples at rest: friction at rest answers the drive."""
+        if "position" in record.signals:
+            measured = record.on_grid("position") - record.signals["position"][0]
+            play = 3.0 * noise(record.signals["position"]) if self.options.play is None else self.options.play
+            self.notes.append(f"{record.name}: the position is followed with a play of {1e6 * play:.3g} um")
+            position = follow(measured, play)
+        else:
+            speed = record.on_grid("velocity")
+            position = np.concatenate([[0.0], np.cumsum(0.5 * record.step * (speed[1:] + speed[:-1]))])
+        driven = {"position": position}
+        for signal in ("pressure", "normalForce"):
+            if signal in record.signals:
+                driven[signal] = record.on_grid(signal)
+        moves = np.concatenate([[False], np.diff(position) != 0.0])
+        at = np.clip(np.ceil(record.time / record.step - 1e-6).astype(int), 0, len(moves) - 1)
+        return driven, moves[at]
+
+    def level(self, window: Window, values: Values) -> Array:
+        """Return the load level at the communication points."""
+        level = np.ones_like(window.driven["position"])
+        if "normalForce" in window.driven:
+            level = window.driven["normalForce"] / self.options.rated
+        if "pressure" in window.driven:
+            kappa = values.get("friction.kappaA", float(self.settings.get("friction.kappaA", 0.0)))
+            level = level * (1.0 + kappa * window.driven["pressure"])
+        return np.maximum(level, 0.0)
+
+    def inputs(self, window: Window, values: Values) -> dict[str, Array]:
+        """Return the position at the end of each step, and the load level."""
+        position = window.driven["position"]
+        return {
+            "prescribedPosition": np.append(position[1:], position[-1]),
+            "friction.level": self.level(window, values),
+        }
+
+    def start(self, window: Window, values: Values) -> dict[str, Value]:
+        """Start at rest at the first sample."""
+        return {
+            **self.of_model(values), "friction.law": self.law, "bench.drive": "PrescribedPosition",
+            "driveVelocity": 0.0, "position0": 0.0,
+        }  # fmt: skip
+
+    def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
+        """Add the force of the pressure."""
+        friction = outputs["frictionForce"]
+        if self.compared == ("frictionForce",):
+            return {"frictionForce": friction}
+        area = values.get("area", float(self.settings.get("area", 0.0)))
+        return {"force": friction + area * window.driven.get("pressure", np.zeros_like(friction))}
+
+    def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
+        """Return velocity, friction and load level at the samples that are compared."""
+        record = window.record
+        position = window.driven["position"]
+        speed = np.interp(record.time, record.grid, np.gradient(position, record.step))
+        level = np.interp(record.time, record.grid, self.level(window, values))
+        force = record.signals[self.compared[0]] - values.get(f"offset.{self.compared[0]}", 0.0)
+        if self.compared == ("force",) and "pressure" in record.signals:
+            force = force - values.get("area", float(self.settings.get("area", 0.0))) * record.signals["pressure"]
+        use = window.used & ~window.held
+        return speed[use], force[use], level[use]

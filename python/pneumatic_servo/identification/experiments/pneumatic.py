@@ -1,0 +1,81 @@
+"""The gas half alone: motion and voltage are given, the pressures are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.experiments import position
+from pneumatic_servo.identification.experiments.base import Values, Window
+from pneumatic_servo.identification.experiments.cylinder import OfCylinder, first, middle
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+
+MASS = 1e4
+"""Mass in kg of a carriage that the pressures cannot push off the measured path.
+
+A force that accelerates it as measured carries it along; an error of the simulated pressures by 1 N moves it by 50 um
+in a second, which no chamber notices.
+"""
+
+
+class Pneumatic(OfCylinder):
+    """PneumaticServoCylinder without friction, with a carriage that goes where it was measured."""
+
+    name = "pneumatic"
+    required = ("time", "position", "valveVoltage", "chamberA.pressure", "chamberB.pressure")
+
+    def make_model(self) -> Model:
+        """Return the cylinder."""
+        return Model("PneumaticServoCylinder")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Both pressures."""
+        return ("chamberA.pressure", "chamberB.pressure")
+
+    @property
+    def outputs(self) -> list[str]:
+        """Both pressures."""
+        return list(self.compared)
+
+    def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
+        """Smooth the position; the slopes of what is left carry the carriage."""
+        width = self.options.width
+        driven = self.grids(record)
+        path = position.smoothed(record, width)
+        # Velocities at the points that lead from one position to the next: those at their middle, averaged.
+        between = np.diff(path) / record.step
+        speed = np.concatenate([between[:1], 0.5 * (between[1:] + between[:-1]), between[-1:]])
+        driven["start"] = np.array([path[0], speed[0]])
+        driven["acceleration"] = np.append(np.diff(speed) / record.step, 0.0)
+        self.notes.append(f"{record.name}: the position is smoothed over {1e3 * width:.3g} ms")
+        return driven, np.ones(len(record.time), dtype=bool)
+
+    def inputs(self, window: Window, values: Values) -> dict[str, Array]:
+        """Return voltage and supply, and the force that carries the carriage against the measured pressures."""
+        inputs = {"valveVoltage": window.driven["valveVoltage"]}
+        if "supplyPressure" in window.driven:
+            inputs["supplyPressure"] = window.driven["supplyPressure"]
+        carrying = MASS * window.driven["acceleration"] - middle(self.pressure_force(window, values))
+        inputs["externalForce"] = carrying + self.value("wireForce", values)
+        return inputs
+
+    def start(self, window: Window, values: Values) -> dict[str, Value]:
+        """Start from what is measured."""
+        place, speed = window.driven["start"]
+        begin = {
+            "position0": float(place), "velocity0": float(speed),
+            "chamberA.pressure0": first(window.driven, "chamberA.pressure", 5),
+            "chamberB.pressure0": first(window.driven, "chamberB.pressure", 5),
+        }  # fmt: skip
+        return {**begin, **self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}
+
+    def forces(self, window: Window, values: Values) -> None:
+        """Nothing of friction is asked here."""
+        return

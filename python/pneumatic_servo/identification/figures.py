@@ -1,0 +1,98 @@
+"""Figures of a fit."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.result import Fit
+
+Array = NDArray[np.float64]
+
+POINTS = 4000
+"""Points that a line of a figure has at most."""
+UNITS = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "Pa": ("bar", 1e-5), "N": ("N", 1.0)}
+"""What figures show."""
+
+
+def overlay(residuals: Residuals) -> Figure:
+    """Draw measured and simulated signals over each other, and what remains, one pair of panels per signal."""
+    signals = residuals.signals
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * 2 * len(signals)), layout="constrained")
+        axes = figure.subplots(2 * len(signals), 1, sharex=True, squeeze=False)[:, 0]
+        for place, signal in enumerate(signals):
+            unit, factor = UNITS[residuals.unit(signal)]
+            upper, lower = axes[2 * place], axes[2 * place + 1]
+            for course in residuals.courses(signal):
+                cut = slice(None, None, max(1, len(course.time) // POINTS))
+                upper.plot(course.time[cut], factor * course.measured[cut], color=GREY, lw=2.0)
+                upper.plot(course.time[cut], factor * (course.measured - course.difference)[cut], color=BLUE, lw=1.0)
+                lower.plot(course.time[cut], factor * course.difference[cut], color=VERMILION, lw=0.7)
+            upper.set_ylabel(f"{signal} ({unit})")
+            lower.set_ylabel(f"rest ({unit})")
+        axes[0].plot([], [], color=GREY, lw=2.0, label="measured")
+        axes[0].plot([], [], color=BLUE, label="fitted")
+        axes[0].legend(ncols=2, loc="upper right")
+        axes[-1].set_xlabel("time (s), records one after the other")
+    return figure
+
+
+def against(residuals: Residuals) -> Figure:
+    """Draw what remains against velocity and position, and its autocorrelation."""
+    signal = residuals.signals[0]
+    unit, factor = UNITS[residuals.unit(signal)]
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 2.8), layout="constrained")
+        first, second, third = figure.subplots(1, 3)
+        rest = residuals.all(signal)
+        cut = slice(None, None, max(1, len(rest) // POINTS))
+        first.plot(1e3 * residuals.velocity[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
+        first.set(xlabel="velocity (mm/s)", ylabel=f"rest of {signal} ({unit})")
+        second.plot(1e3 * residuals.position[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
+        second.set(xlabel="position (mm)")
+        white = residuals.correlation(signal)
+        third.plot(np.arange(len(white)), white, color=BLUE)
+        third.axhspan(-residuals.limit(signal), residuals.limit(signal), color=GREY, alpha=0.3)
+        third.set(xlabel="lag (samples)", ylabel="autocorrelation")
+    return figure
+
+
+def friction_map(fit: Fit) -> Figure | None:
+    """Draw friction against velocity, as the data alone and as the fitted law have it."""
+    experiment, values = fit.problem.experiment, fit.values
+    maps = [found for window in fit.problem.windows if (found := experiment.forces(window, values)) is not None]
+    if not maps:
+        return None
+    speed, force, level = (np.concatenate(parts) for parts in zip(*maps, strict=True))
+    loaded = level > 1e-3
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 3.2), layout="constrained")
+        axis = figure.subplots()
+        cut = slice(None, None, max(1, int(np.sum(loaded)) // (2 * POINTS)))
+        axis.plot(1e3 * speed[loaded][cut], (force[loaded] / level[loaded])[cut], ".", ms=1.5, color=GREY, label="data")
+        curve = _steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
+        if curve is not None:
+            axis.plot(1e3 * curve[0], curve[1], color=BLUE, label=f"{fit.law}, steady")
+        axis.set(xlabel="velocity (mm/s)", ylabel="friction at load level 1 (N)")
+        axis.legend()
+    return figure
+
+
+def _steady(fit: Fit, fastest: float) -> tuple[Array, Array] | None:
+    """Return speeds and friction after sliding at each for a while; nothing for laws that cannot be asked so."""
+    from pneumatic_servo.model import Model
+
+    bench = Model("FrictionBench")
+    half = np.geomspace(0.01 * fastest, fastest, 25)
+    speeds = np.concatenate([-half[::-1], half])
+    settings = {name: value for name, value in fit.settings.items() if name in bench.parameters}
+    runs = bench.simulate_many(
+        [{**settings, "bench.drive": "PrescribedMotion", "driveVelocity": float(speed)} for speed in speeds],
+        stop=2.0, step=0.1, outputs=["frictionForce"], keep_failures=True, progress=False,
+    )  # fmt: skip
+    return None if runs.failures else (speeds, runs["frictionForce"][:, -1])

@@ -1,0 +1,231 @@
+"""The call that fits a model to measured data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
+from pneumatic_servo.identification.guess import started
+from pneumatic_servo.identification.intervals import Certainty, certainty
+from pneumatic_servo.identification.parameters import Free, parse, split, usual
+from pneumatic_servo.identification.problem import FAILED, Problem
+from pneumatic_servo.identification.records import Record, load
+from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.solve import Tell, refine, solve
+from pneumatic_servo.identification.table import SIGNALS, Column, columns_of
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+Data = str | Path | Mapping[str, ArrayLike]
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+
+
+def fit(
+    data: Data | Sequence[Data],
+    *,
+    experiment: str,
+    law: str,
+    fit: str | Sequence[str] = (),
+    columns: str | Mapping[str, str] | None = None,
+    settings: Mapping[str, Value] | None = None,
+    hold_out: float = 0.0,
+    hold_out_data: Sequence[Data] = (),
+    seed: int = 0,
+    starts: int = 32,
+    rated: float = 1.0,
+    width: float = 0.04,
+    play: float | None = None,
+    window: float | None = None,
+    loss: str = "linear",
+    intervals: str = "jacobian",
+    workers: int | None = None,
+    cluster: Any = None,
+    progress: Tell | None = None,
+) -> Fit:
+    """Fit parameters of a model to measured data.
+
+    Parameters
+    ----------
+    data : path, mapping of arrays, or a sequence of them
+        Tables, or signals by name in SI units with ``time`` among them.
+    experiment : str
+        ``motion``: the motion is prescribed, a force is compared. ``mechanical``: pressures are given, the position
+        is compared. ``pneumatic``: position and voltage are given, the pressures are compared. ``rig``: the voltage is
+        given, position and pressures are compared.
+    law : str
+        Friction law.
+    fit : str or sequence of str
+        What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
+        those of the model, ``offset.SIGNAL``, ``delay.SIGNAL``, and for ``motion`` ``area`` and ``friction.kappaA``.
+    columns : str or mapping, optional
+        ``SIGNAL=column[unit],...``; needed for tables.
+    settings : mapping, optional
+        Parameters that are known.
+    hold_out : float
+        Share of each record, at its end, that is not fitted but predicted.
+    hold_out_data : sequence
+        Data that are predicted as a whole.
+    seed, starts : int
+        Seed of the random starts, and their number; a start from the data is always among them.
+    rated : float
+        Normal force in N at which the load level is 1.
+    width, play, window : float
+        See `Options`.
+    loss : str
+        Loss function of ``scipy.optimize.least_squares``.
+    intervals : str
+        ``jacobian``, ``profile`` or ``bootstrap``.
+    workers : int, optional
+        Threads; by default one per core.
+    cluster : dask.distributed.Client, optional
+        Where the starts are simulated and refined instead of here.
+    progress : callable, optional
+        Is told what is being done.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        For data and options that cannot be used; the message says which.
+    """
+    options = Options(rated=_positive("rated", rated), width=_positive("width", width), play=play, window=window)
+    if not 0.0 <= hold_out < 1.0:
+        raise ValueError(f"--hold-out {hold_out}: it must be at least 0 and below 1")
+    if loss not in LOSSES:
+        raise ValueError(f"loss = {loss}: it must be one of {', '.join(LOSSES)}")
+    if intervals not in ("jacobian", "profile", "bootstrap"):
+        raise ValueError(f"intervals = {intervals}: it must be jacobian, profile or bootstrap")
+    kind = make_experiment(experiment, law, settings or {}, options)
+    read = columns_of(columns) if columns is not None else {}
+    records, notes = _load(kind, _listed(data), read)
+    extra = _load(kind, list(hold_out_data), read)[0] if hold_out_data else []
+    free = free_parameters(kind, fit)
+    problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
+    _check_size(problem)
+    problem = started(problem)
+    fitted = problem.trained()
+    _check_start(fitted)
+    best, _ = solve(fitted, starts, seed, loss, cluster, progress)
+    noises = _balanced(fitted, best.x)
+    problem, fitted = problem.weighted(noises), fitted.weighted(noises)
+    if len(noises) > 1:
+        best = refine(fitted, best.x, loss, progress)
+    if progress is not None:
+        progress("intervals")
+    sure = certainty(fitted, best.x, intervals, seed)
+    return _result(problem, best.x, best.converged, best.message, sure, [*notes, *dict.fromkeys(kind.notes)])
+
+
+def make_experiment(name: str, law: str, settings: Mapping[str, Value], options: Options) -> Experiment:
+    """Return the experiment of a name."""
+    if name not in EXPERIMENTS:
+        raise ValueError(f"--experiment {name}: it must be one of {', '.join(EXPERIMENTS)}")
+    experiment = EXPERIMENTS[name](law, settings, options)
+    laws = experiment.table.parameters["friction.law"].items
+    if law not in laws:
+        raise ValueError(f"--law {law}: there is no such law; there are {', '.join(laws)}")
+    special = {"area", "friction.kappaA"} if name == "motion" else set()
+    for setting in settings:
+        if setting not in special and setting not in experiment.table.variables:
+            raise ValueError(f"--set {setting}: there is no such parameter of {experiment.table.name}")
+    return experiment
+
+
+def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
+    """Return what is free."""
+    words = split(given) if isinstance(given, str) else list(given)
+    if not words:
+        every = usual(experiment.law, experiment.table, experiment.settings)
+        words = [name for name in every if name not in experiment.settings]
+    free = [parse(word, experiment.table, experiment.compared) for word in words]
+    names = [parameter.name for parameter in free]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"--fit: {name} is given twice")
+        if name in experiment.settings:
+            raise ValueError(f"--fit {name}: it is also among the known values of --set")
+    if not free:
+        raise ValueError("--fit: nothing is free")
+    return free
+
+
+def _listed(data: Data | Sequence[Data]) -> list[Data]:
+    return [data] if isinstance(data, str | Path | Mapping) else list(data)
+
+
+def _load(
+    experiment: Experiment, data: Sequence[Data], columns: Mapping[str, Column]
+) -> tuple[list[Record], list[str]]:
+    if not data:
+        raise ValueError("there are no data")
+    if any(not isinstance(source, Mapping) for source in data) and not columns:
+        raise ValueError("--columns is missing: it says which column is which signal")
+    arrays: list[str | Path | Mapping[str, Array]] = []
+    for source in data:
+        if isinstance(source, Mapping):
+            unknown = next((name for name in source if name not in SIGNALS), None)
+            if unknown is not None:
+                raise ValueError(f"there is no signal {unknown}; there are {', '.join(SIGNALS)}")
+            arrays.append({name: np.asarray(values, dtype=float) for name, values in source.items()})
+        else:
+            arrays.append(source)
+    measured = [set(source) if isinstance(source, Mapping) else set(columns) for source in arrays]
+    experiment.use(set.intersection(*measured))
+    return load(arrays, columns)
+
+
+def _check_size(problem: Problem) -> None:
+    if not any(np.any(window.used & ~window.held) for window in problem.windows):
+        raise ValueError("all at rest: no sample moves beyond the noise of the position")
+    samples = sum(int(np.sum(window.used & ~window.held)) for window in problem.windows)
+    count = samples * len(problem.experiment.compared)
+    if count < 5 * len(problem.free):
+        raise ValueError(f"too short: {count} samples to compare for {len(problem.free)} free parameters")
+
+
+def _check_start(problem: Problem) -> None:
+    """Refuse a start that cannot be simulated at all, with the model's own words."""
+    problem.refusals.clear()
+    if np.all(np.abs(problem.residuals([problem.start])) == FAILED) and problem.refusals:
+        raise ValueError(f"the start values cannot be simulated: {problem.refusals[0]}")
+
+
+def _balanced(problem: Problem, x: Array) -> dict[str, float]:
+    """Weights from what remains: a signal that the model misses must not drown the others."""
+    rms = problem.rms(x)
+    return {signal: max(noise, rms.get(signal, 0.0)) for signal, noise in problem.noises.items()}
+
+
+def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:
+    values = problem.values(x)
+    parameters = {
+        free.name: Estimate(values[free.name], float(sure.low[place]), float(sure.high[place]), free.unit)
+        for place, free in enumerate(problem.free)
+    }
+    return Fit(
+        converged=converged, law=problem.experiment.law, parameters=parameters, rms=problem.rms(x),
+        hold_out_rms=problem.rms(x, held=True), undetermined=sure.reasons, aic=_aic(problem, x), notes=tuple(notes),
+        problem=problem, x=x, certainty=sure, message=message,
+    )  # fmt: skip
+
+
+def _aic(problem: Problem, x: Array) -> float:
+    """Akaike's criterion for normal residuals of each signal."""
+    number = sum(int(np.sum(window.used & ~window.held)) for window in problem.windows)
+    rms = problem.rms(x)
+    return float(sum(2.0 * number * np.log(max(value, 1e-300)) for value in rms.values()) + 2.0 * len(x))
+
+
+def _positive(name: str, value: float) -> float:
+    if not value > 0.0 or not np.isfinite(value):
+        raise ValueError(f"--{name} {value}: it must be positive")
+    return value

@@ -1,0 +1,113 @@
+"""Several laws held against the same data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.fitting import Data, fit
+from pneumatic_servo.identification.result import Fit
+
+COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Fits of several laws, the best first: by what is left of the data held out, or by AIC if none are.
+
+    Attributes
+    ----------
+    fits : tuple of Fit
+        A fit for each law.
+    """
+
+    fits: tuple[Fit, ...]
+
+    def __getitem__(self, law: str) -> Fit:
+        """Return the fit of a law."""
+        return next(found for found in self.fits if found.law == law)
+
+    @property
+    def best(self) -> Fit:
+        """The first."""
+        return self.fits[0]
+
+    def rows(self) -> list[tuple[str, bool, int, float, float | None, float]]:
+        """Return the table; its columns are `COLUMNS`. Residuals are in units of those of the first law."""
+        return [
+            (found.law, found.converged, len(found.parameters), _total(found, self.fits[0], held=False),
+             _total(found, self.fits[0], held=True) if found.hold_out_rms else None, found.aic)
+            for found in self.fits
+        ]  # fmt: skip
+
+    def to_csv(self, file: str | Path) -> None:
+        """Write the table."""
+        write_csv(Path(file), COLUMNS, self.rows())
+
+    def __repr__(self) -> str:
+        signals = list(self.fits[0].rms)
+        head = f"{'law':20}{'free':>5}" + "".join(f"{'rms ' + name:>24}{'hold-out':>14}" for name in signals)
+        lines = [head + f"{'AIC':>14}"]
+        for found in self.fits:
+            pairs = "".join(
+                f"{found.rms[name]:24.6g}{found.hold_out_rms.get(name, float('nan')):14.6g}" for name in signals
+            )
+            lines.append(f"{found.law:20}{len(found.parameters):5}{pairs}{found.aic:14.1f}")
+        return "\n".join(lines)
+
+
+def compare_fits(
+    data: Data | Sequence[Data],
+    laws: Sequence[str],
+    *,
+    fit_of: Mapping[str, str | Sequence[str]] | None = None,
+    settings_of: Mapping[str, Mapping[str, Any]] | None = None,
+    **options: Any,
+) -> Ranking:
+    """Fit several laws to the same data.
+
+    Parameters
+    ----------
+    data, **options
+        As for `fit`; what is given as ``fit`` is free besides the parameters of each law.
+    laws : sequence of str
+        Friction laws.
+    fit_of, settings_of : mapping, optional
+        What is free and what is known of single laws, by law; by default the usual parameters of each are free.
+    """
+    if not laws:
+        raise ValueError("--laws: name at least one law")
+    common = options.pop("fit", ())
+    shared = dict(options.pop("settings", None) or {})
+    fits = []
+    for law in laws:
+        own = {**shared, **(settings_of or {}).get(law, {})}
+        free = _free(law, own, (fit_of or {}).get(law, ()), common, options["experiment"])
+        fits.append(fit(data, law=law, fit=free, settings=own, **options))
+    first = fits[0]
+    by_error = bool(first.hold_out_rms)
+    fits.sort(key=lambda found: _total(found, first, held=True) if by_error else found.aic)
+    return Ranking(tuple(fits))
+
+
+def _free(
+    law: str, settings: Mapping[str, Any], own: str | Sequence[str], common: str | Sequence[str], experiment: str
+) -> list[str]:
+    """Return what is free under a law: its own parameters and those that all laws share."""
+    from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
+    from pneumatic_servo.identification.parameters import split, usual
+
+    table = EXPERIMENTS[experiment](law, settings, Options()).table
+    words = [split(given) if isinstance(given, str) else list(given) for given in (own, common)]
+    chosen = words[0] or usual(law, table, settings)
+    return [word for word in [*chosen, *words[1]] if word.partition("=")[0] not in settings]
+
+
+def _total(found: Fit, first: Fit, *, held: bool) -> float:
+    """Root mean square over the signals, each in units of what the first law leaves of it."""
+    rms, reference = (found.hold_out_rms, first.hold_out_rms) if held else (found.rms, first.rms)
+    squares = [(rms[name] / max(reference[name], 1e-300)) ** 2 for name in reference]
+    return float((sum(squares) / max(1, len(squares))) ** 0.5)

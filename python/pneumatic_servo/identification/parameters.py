@@ -1,0 +1,196 @@
+"""What is free in a fit: names, bounds, and how the solver sees them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.table import SIGNALS
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value, Variable
+
+Array = NDArray[np.float64]
+
+SPAN = 1e3
+"""Without bounds a positive parameter may be so many times smaller or larger than its start."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """A free parameter.
+
+    Attributes
+    ----------
+    name : str
+        A parameter of the model, `offset.SIGNAL`, `delay.SIGNAL`, or `area`.
+    unit : str
+        SI unit.
+    start, low, high : float
+        Start value and bounds; a start that only the data tell is NaN.
+    scale : float
+        Magnitude of its changes; 0 for a parameter whose logarithm is free.
+    is_given : bool
+        Whether the user gave the start.
+    legal : tuple of float
+        Smallest and largest value that the model accepts.
+    """
+
+    name: str
+    unit: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    is_given: bool = False
+    legal: tuple[float, float] = (-math.inf, math.inf)
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether the solver sees its logarithm."""
+        return self.scale == 0.0
+
+    def inner(self, value: float) -> float:
+        """Return a value as the solver sees it."""
+        return math.log(value) if self.is_logarithmic else value / self.scale
+
+    def outer(self, inner: float) -> float:
+        """Return the value that the solver sees as this."""
+        return math.exp(inner) if self.is_logarithmic else inner * self.scale
+
+    def at(self, start: float) -> Free:
+        """Return the same with another start, within the bounds; those of a logarithm that nobody gave move along."""
+        if self.is_given or not math.isfinite(start):
+            return self
+        low, high = self.low, self.high
+        if self.is_logarithmic:
+            if start <= 0.0:
+                return self
+            low, high = max(self.legal[0], min(low, start / SPAN)), min(self.legal[1], max(high, start * SPAN))
+        return replace(self, start=min(max(start, low), high), low=low, high=high)
+
+
+def split(text: str) -> list[str]:
+    """Split a list at its commas."""
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
+    """Read `NAME[=start][:low:high]`."""
+    head, *bounds = word.split(":")
+    name, equals, start = head.partition("=")
+    where = f"--fit {word}"
+    if len(bounds) not in (0, 2):
+        raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
+    free = free_of(name.strip(), model, compared, where)
+    if equals:
+        free = replace(free, start=_number(start, where), is_given=True)
+    if bounds:
+        low, high = (_number(bound, where) for bound in bounds)
+        if not low < high:
+            raise ValueError(f"{where}: the lower bound {low:g} is not below the upper bound {high:g}")
+        _check_range(free, low, high, where)
+        start_value = free.start if equals else min(max(free.start, low), high)
+        free = replace(free, low=low, high=high, start=start_value)
+        if low <= 0.0 and free.is_logarithmic:
+            free = replace(free, scale=max(abs(low), abs(high)))
+        free = replace(free, legal=(low, high))
+    elif free.is_logarithmic and equals:
+        free = replace(free, low=max(free.low, free.start / SPAN), high=min(free.high, free.start * SPAN))
+    if free.is_logarithmic and free.start <= 0.0:
+        free = replace(free, scale=max(abs(free.high), 1e-300), low=min(free.low, 0.0))
+    if free.start < free.low or free.start > free.high:
+        raise ValueError(f"{where}: the start {free.start:g} is not within {free.low:g} to {free.high:g} {free.unit}")
+    return free
+
+
+def free_of(name: str, model: Model, compared: Sequence[str], where: str) -> Free:
+    """Return a parameter with the start and the bounds that its model has for it."""
+    kind, dot, signal = name.partition(".")
+    if dot and kind in ("offset", "delay"):
+        if signal not in compared:
+            raise ValueError(f"{where}: {signal} is not compared here, only {', '.join(compared)}")
+        if kind == "delay":
+            return Free(name, "s", 0.0, -0.5, 0.5, 0.02)
+        return Free(name, SIGNALS[signal], 0.0, -math.inf, math.inf, _OFFSETS[SIGNALS[signal]])
+    if name == "area":
+        if "force" not in compared:
+            raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
+        return Free(name, "m2", math.nan, -math.inf, math.inf, 1e-4)
+    if name == "friction.kappaA" and name not in model.variables:
+        return _of(Model().variables[name], where)
+    try:
+        variable = model.variables[name]
+    except KeyError as error:
+        raise ValueError(f"{where}: {error.args[0]}") from None
+    return _of(variable, where)
+
+
+_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2}
+"""Magnitudes of the offsets of sensors."""
+
+
+def _of(variable: Variable, where: str) -> Free:
+    if variable.role not in ("fixed", "tunable") or variable.kind != "real":
+        raise ValueError(f"{where}: {variable.name} is no real parameter, so that it cannot be fitted")
+    assert isinstance(variable.default, float)
+    least = -math.inf if variable.minimum is None else variable.minimum
+    most = math.inf if variable.maximum is None else variable.maximum
+    start = variable.default
+    # Viscous friction, heat transfer and the like may well be 0, which has no logarithm.
+    if least >= 0.0 and start > 0.0 and variable.unit not in ("N.s/m", "W/(m2.K)") and most > 1.0:
+        return Free(variable.name, variable.unit, start, max(least, start / SPAN), min(most, start * SPAN), 0.0,
+                    legal=(least, most))  # fmt: skip
+    nominal = variable.nominal or 0.0
+    default = 1e-6 if variable.unit == "1/Pa" else 1.0
+    scale = abs(start) or nominal or default
+    return Free(variable.name, variable.unit, start, least, most, scale, legal=(least, most))
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"{where}: {text!r} is no number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{where}: {text} is not finite")
+    return value
+
+
+def _check_range(free: Free, low: float, high: float, where: str) -> None:
+    least, most = free.legal
+    if low < least or high > most:
+        raise ValueError(f"{where}: the bounds leave what is legal, {least:g} to {most:g} {free.unit}")
+
+
+def group_of(law: str, model: Model) -> str:
+    """Return the group of the parameters of a law, for example `friction.lugre`."""
+    laws = model.parameters["friction.law"].items
+    if law not in laws:
+        raise ValueError(f"--law {law}: there is no such law; there are {', '.join(laws)}")
+    groups = {name.split(".")[1] for name in model.parameters if name.startswith("friction.") and name.count(".") == 2}
+    return f"friction.{next((group for group in groups if group.lower() == law.lower()), '')}"
+
+
+def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
+    """Return the parameters of a law that a fit usually frees: its forces, stiffnesses, dampings and velocities.
+
+    Of the elements those that there are; of GMS their shares too, which make its levels.
+    """
+    group = group_of(law, model) + "."
+    elements = model.parameters.get(f"{group}N")
+    number = 0 if elements is None else int(settings.get(f"{group}N", elements.default or 0))
+    units = ("N", "N/m", "N.s/m", "m/s", "N/s", "1/m")
+    names = []
+    for variable in model.parameters.values():
+        is_share = variable.name.startswith(f"{group}alpha[")
+        if not variable.name.startswith(group) or not (variable.unit in units or is_share):
+            continue
+        if "[" in variable.name and int(variable.name.split("[")[1][:-1]) > number:
+            continue
+        names.append(variable.name)
+    # The shares multiply the level, so that one of both stays as it is.
+    return [name for name in names if not (f"{group}alpha[1]" in names and name == f"{group}Fc")]

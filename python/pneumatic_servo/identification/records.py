@@ -1,0 +1,120 @@
+"""Records: measured signals over time without gaps, ready to be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.table import Column, read
+
+Array = NDArray[np.float64]
+
+GAP = 5.0
+"""Intervals longer than so many usual ones split a record."""
+SHORTEST = 50
+"""Samples without which a record tells too little."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Measured signals in SI units, sampled without gaps.
+
+    Attributes
+    ----------
+    name : str
+        Where it comes from.
+    time : ndarray of shape (samples,)
+        Times in s, from 0.
+    begin : float
+        Time in s of the table that is 0 here.
+    signals : dict
+        Signals by name, of shape (samples,).
+    """
+
+    name: str
+    time: Array
+    begin: float
+    signals: Mapping[str, Array]
+
+    @property
+    def step(self) -> float:
+        """The usual interval between samples in s."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def grid(self) -> Array:
+        """Communication points of a simulation of this record, in s: its usual interval, up to its end."""
+        return np.arange(int(np.floor(self.time[-1] / self.step + 1e-6)) + 1, dtype=np.float64) * self.step
+
+    def on_grid(self, signal: str) -> Array:
+        """Return a signal at the communication points, on straight lines between its samples."""
+        return np.interp(self.grid, self.time, self.signals[signal])
+
+    def part(self, first: int, last: int) -> Record:
+        """Return the samples from one index up to another."""
+        cut = slice(first, last)
+        signals = {name: values[cut] for name, values in self.signals.items()}
+        start = float(self.time[first])
+        return Record(self.name, self.time[cut] - start, self.begin + start, signals)
+
+
+def load(
+    data: Iterable[str | Path | Mapping[str, Array]], columns: Mapping[str, Column]
+) -> tuple[list[Record], list[str]]:
+    """Read tables, split them at gaps; return the records, and notes on what was left out."""
+    records: list[Record] = []
+    notes: list[str] = []
+    for number, source in enumerate(data, start=1):
+        if isinstance(source, Mapping):
+            name, signals = f"record {number}", {key: np.asarray(value, dtype=float) for key, value in source.items()}
+            _check_arrays(name, signals)
+        else:
+            name, signals = Path(source).name, read(Path(source), columns)
+        pieces = _pieces(name, signals)
+        long = [piece for piece in pieces if len(piece.time) >= SHORTEST]
+        if not long:
+            most = max(len(piece.time) for piece in pieces)
+            raise ValueError(f"{name}: too short, {most} samples without a gap; at least {SHORTEST} are needed")
+        if len(pieces) > 1:
+            notes.append(f"{name}: split at {len(pieces) - 1} gaps, {len(pieces) - len(long)} pieces too short to use")
+        records += long
+    _check_motion(records)
+    return records, notes
+
+
+def _check_arrays(name: str, signals: Mapping[str, Array]) -> None:
+    if "time" not in signals:
+        raise ValueError(f"{name}: there is no time")
+    time = signals["time"]
+    for signal, values in signals.items():
+        if values.shape != time.shape or values.ndim != 1:
+            raise ValueError(f"{name}: {signal} has the shape {values.shape}, time {time.shape}")
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if len(wrong):
+            raise ValueError(f"{name}: {signal} is {values[wrong[0]]} at sample {wrong[0]}")
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(falls):
+        raise ValueError(f"{name}: time must rise, but {time[falls[0] + 1]} s follows {time[falls[0]]} s")
+
+
+def _pieces(name: str, signals: Mapping[str, Array]) -> list[Record]:
+    time = signals["time"]
+    intervals = np.diff(time)
+    if not len(intervals):
+        raise ValueError(f"{name}: too short, a single sample")
+    ends = [0, *(np.flatnonzero(intervals > GAP * np.median(intervals)) + 1), len(time)]
+    others = {signal: values for signal, values in signals.items() if signal != "time"}
+    whole = Record(name, time - time[0], float(time[0]), others)
+    return [whole.part(int(first), int(last)) for first, last in pairwise(ends)]
+
+
+def _check_motion(records: Iterable[Record]) -> None:
+    for signal in ("position", "velocity"):
+        moved = [np.ptp(record.signals[signal]) for record in records if signal in record.signals]
+        if moved and max(moved) == 0.0:
+            raise ValueError(f"{signal} never changes: all at rest, so that nothing can be learned of friction")

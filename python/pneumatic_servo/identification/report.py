@@ -1,0 +1,66 @@
+"""A fit as a page: tables, figures, and what was done to the data, in one file."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
+from html import escape
+from io import BytesIO
+
+from matplotlib.figure import Figure
+
+from pneumatic_servo.identification.figures import against, friction_map, overlay
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.result import Fit
+
+STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#1d2733}
+table{border-collapse:collapse;margin:.5em 0}td,th{padding:.2em .8em;border-bottom:1px solid #e3e7eb;text-align:right}
+td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:#a33b00}"""
+
+
+def page(fit: Fit) -> str:
+    """Return the page."""
+    residuals = Residuals(fit)
+    verdict = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
+    names = list(fit.parameters)
+    correlation = fit.certainty.correlation
+    friction = friction_map(fit)
+    parts = [
+        f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{verdict} {escape(fit.message)}</p>",
+        "<h2>Parameters, with 95 % intervals</h2>",
+        _table(
+            ["parameter", "value", "low", "high", "unit"],
+            ([n, f"{e.value:.6g}", f"{e.low:.6g}", f"{e.high:.6g}", e.unit] for n, e in fit.parameters.items()),
+        ),
+        *(f"<p class=warning>{escape(n)} is not determined: {escape(why)}.</p>" for n, why in fit.undetermined.items()),
+        "<h2>What remains</h2>",
+        _table(
+            ["signal", "rms", "rms of data held out", "unit", "white"],
+            (
+                [s, f"{rms:.6g}", f"{fit.hold_out_rms[s]:.6g}" if s in fit.hold_out_rms else "", residuals.unit(s),
+                 "yes" if residuals.is_white(s) else "no"]
+                for s, rms in fit.rms.items()
+            ),
+        ),
+        _image(overlay(residuals), "measured and fitted signals"),
+        _image(against(residuals), "what remains against velocity, position and lag"),
+        "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
+        "<h2>Correlations of the errors</h2>",
+        _table(["", *names], ([n, *(f"{c:.2f}" for c in row)] for n, row in zip(names, correlation, strict=True))),
+        "<h2>What was done to the data</h2>",
+        "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in fit.notes or ["Nothing."]) + "</ul>",
+    ]  # fmt: skip
+    head = f"<!doctype html><meta charset=utf-8><title>{escape(fit.law)}</title><style>{STYLE}</style>"
+    return head + "\n".join(parts) + "\n"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    others = ("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><tr>{first}</tr>{''.join(others)}</table>"
+
+
+def _image(figure: Figure, text: str) -> str:
+    stream = BytesIO()
+    figure.savefig(stream, format="png", metadata={"Software": None})
+    return f'<p><img alt="{escape(text)}" src="data:image/png;base64,{b64encode(stream.getvalue()).decode()}"></p>'

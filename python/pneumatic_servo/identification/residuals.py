@@ -1,0 +1,87 @@
+"""What a fit leaves of the data, and whether it looks like noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.table import SIGNALS
+
+Array = NDArray[np.float64]
+
+LAGS = 100
+
+
+@dataclass(frozen=True)
+class Course:
+    """A window of a signal: times after those of the windows before, measured values, and measured minus fitted."""
+
+    time: Array
+    measured: Array
+    difference: Array
+
+
+class Residuals:
+    """Measured minus fitted of all windows of a fit."""
+
+    def __init__(self, fit: Fit) -> None:
+        self._windows = fit.problem.windows
+        [self._differences] = fit.problem.differences([fit.x])
+        self.signals = fit.problem.experiment.compared
+
+    def unit(self, signal: str) -> str:
+        """Return the SI unit of a signal."""
+        return SIGNALS[signal]
+
+    def courses(self, signal: str) -> Iterator[Course]:
+        """Yield the windows of a signal one after the other; samples that are not compared are NaN."""
+        before = 0.0
+        for window, difference in zip(self._windows, self._differences, strict=True):
+            rest = np.where(window.used, difference[signal], np.nan)
+            yield Course(window.record.time + before, window.record.signals[signal], rest)
+            before += float(window.record.time[-1] + window.record.step)
+
+    def all(self, signal: str) -> Array:
+        """Return what remains of a signal in all windows."""
+        parts = [d[signal][w.used] for w, d in zip(self._windows, self._differences, strict=True)]
+        return np.concatenate(parts)
+
+    @property
+    def position(self) -> Array:
+        """The position of these samples; the number of the sample where none is measured."""
+        parts = [w.record.signals.get("position", w.record.time)[w.used] for w in self._windows]
+        return np.concatenate(parts)
+
+    @property
+    def velocity(self) -> Array:
+        """The velocity of these samples."""
+        parts = []
+        for window in self._windows:
+            record = window.record
+            course = record.signals.get("position", record.time)
+            speed = record.signals.get("velocity", np.gradient(course, record.time))
+            parts.append(speed[window.used])
+        return np.concatenate(parts)
+
+    def correlation(self, signal: str) -> Array:
+        """Return the autocorrelation of what remains, within the windows."""
+        lags = min(LAGS, min(int(np.sum(window.used)) for window in self._windows if np.any(window.used)) // 2)
+        total = np.zeros(lags + 1)
+        for window, difference in zip(self._windows, self._differences, strict=True):
+            rest = difference[signal][window.used]
+            rest = rest - rest.mean() if len(rest) else rest
+            total += [float(rest[lag:] @ rest[: max(0, len(rest) - lag)]) for lag in range(lags + 1)]
+        return np.asarray(total / total[0]) if total[0] > 0.0 else total
+
+    def limit(self, signal: str) -> float:
+        """Return what 95 % of the autocorrelations of white noise stay below."""
+        return float(1.96 / np.sqrt(max(1, len(self.all(signal)))))
+
+    def is_white(self, signal: str) -> bool:
+        """Tell whether at most a tenth of the autocorrelations leave the band of white noise."""
+        beyond = np.abs(self.correlation(signal)[1:]) > self.limit(signal)
+        return bool(np.mean(beyond) <= 0.1) if len(beyond) else True

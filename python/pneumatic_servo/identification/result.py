@@ -1,0 +1,125 @@
+"""What comes out of a fit."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.files import whole
+from pneumatic_servo.identification.intervals import Certainty
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.ssv import ssv
+from pneumatic_servo.variables import Value
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter in SI units: its value and the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.value:.6g} [{self.low:.6g}, {self.high:.6g}] {self.unit}"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    converged : bool
+        Whether the solver came to an end.
+    law : str
+        Friction law.
+    parameters : dict
+        Estimates by name.
+    rms, hold_out_rms : dict
+        Root mean square of measured minus simulated by signal, of the data used and of those held out.
+    undetermined : dict
+        Parameters that the data do not determine, and why.
+    notes : tuple of str
+        What was done to the data.
+    """
+
+    converged: bool
+    law: str
+    parameters: dict[str, Estimate]
+    rms: dict[str, float]
+    hold_out_rms: dict[str, float]
+    undetermined: dict[str, str]
+    aic: float
+    notes: tuple[str, ...]
+    problem: Problem = field(repr=False)
+    x: Array = field(repr=False)
+    certainty: Certainty = field(repr=False)
+    message: str = ""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The fitted values by name, in SI units."""
+        return {name: estimate.value for name, estimate in self.parameters.items()}
+
+    @property
+    def settings(self) -> dict[str, Value]:
+        """What a model is given to be the fitted one: known and fitted parameters of the model, and the law."""
+        known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
+        table = self.problem.experiment.table
+        return {name: value for name, value in known.items() if name in table.parameters}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what is written as JSON."""
+        return {
+            "converged": self.converged,
+            "parameters": {
+                name: {"value": _finite(e.value), "low": _finite(e.low), "high": _finite(e.high), "unit": e.unit}
+                for name, e in self.parameters.items()
+            },
+            "rms": self.rms,
+            "hold_out_rms": self.hold_out_rms,
+            "undetermined": list(self.undetermined),
+            "law": self.law,
+        }
+
+    def to_json(self, file: str | Path) -> None:
+        """Write values and intervals; the file appears as a whole or not at all. An interval without end is null."""
+        text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
+        with whole(Path(file)) as part:
+            part.write_text(text, encoding="utf-8")
+
+    def to_ssv(self, file: str | Path) -> None:
+        """Write the settings as a set of values that tools load into the FMU."""
+        text = ssv(Path(file).stem, self.problem.experiment.table, self.settings)
+        with whole(Path(file)) as part:
+            part.write_text(text, encoding="utf-8")
+
+    def to_report(self, file: str | Path) -> None:
+        """Write a page with tables and figures, in one file."""
+        from pneumatic_servo.identification.report import page
+
+        text = page(self)
+        with whole(Path(file)) as part:
+            part.write_text(text, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        width = max((len(name) for name in self.parameters), default=4)
+        lines = [f"{self.law}: {'converged' if self.converged else 'not converged'}"]
+        lines += [f"  {name:{width}}  {estimate}" for name, estimate in self.parameters.items()]
+        for title, rms in (("rms", self.rms), ("hold-out rms", self.hold_out_rms)):
+            lines += [f"  {title} of {signal}: {value:.6g}" for signal, value in rms.items()]
+        lines += [f"  not determined: {name}: {reason}" for name, reason in self.undetermined.items()]
+        return "\n".join(lines)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

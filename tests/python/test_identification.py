@@ -1,0 +1,131 @@
+"""Fits to data whose truth is known, and data that cannot be fitted."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from numpy.typing import NDArray
+from pneumatic_servo.cli import main
+
+Array = NDArray[np.float64]
+COLUMNS = "time=t,position=x[mm],frictionForce=f"
+
+
+def bench(seed: int = 0) -> dict[str, Array]:
+    """Friction by the equation of the Stribeck law, with a noise of 0.05 N, on a path that is known."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 10.0, 0.01)
+    position = 0.02 * np.sin(2.0 * np.pi * 0.3 * time) + 0.004 * np.sin(2.0 * np.pi * 1.1 * time)
+    speed = np.append(0.0, np.diff(position) / 0.01)
+    force = np.sign(speed) * (7.0 + 4.0 * np.exp(-((speed / 0.012) ** 2))) + 25.0 * speed
+    return {"time": time, "position": position, "frictionForce": force + 0.05 * rng.standard_normal(len(time))}
+
+
+def write(file: Path, data: dict[str, Array]) -> Path:
+    rows = zip(data["time"], 1e3 * data["position"], data["frictionForce"], strict=True)
+    lines = [f"{t:.3f},{x:.9f},{f:.5f}" for t, x, f in rows]
+    file.write_text("\n".join(["t,x,f", *lines, ""]), encoding="utf-8")
+    return file
+
+
+def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
+    file = write(tmp_path / "bench.csv", bench())
+    free = "friction.stribeck.Fs,friction.stribeck.Fc,friction.stribeck.vs,friction.stribeck.sigma2"
+    code = main([
+        "fit", str(file), "--experiment", "motion", "--law", "Stribeck", "--fit", free, "--columns", COLUMNS,
+        "--play", "0", "--hold-out", "0.3", "--starts", "16", "--out", str(tmp_path / "a.ssv"),
+        "--json", str(tmp_path / "a.json"), "--report", str(tmp_path / "a.html"),
+    ])  # fmt: skip
+    assert code == 0
+    found = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert found["converged"] is True and found["law"] == "Stribeck" and found["undetermined"] == []
+    truth = {"Fs": 11.0, "Fc": 7.0, "vs": 0.012, "sigma2": 25.0}
+    for name, value in truth.items():
+        estimate = found["parameters"][f"friction.stribeck.{name}"]
+        # Four intervals of 95 %: half as wide again holds all of them but for one time in 500.
+        half = 0.75 * (estimate["high"] - estimate["low"])
+        assert abs(estimate["value"] - value) < half < 0.2 * value, name
+    assert found["rms"]["frictionForce"] == pytest.approx(0.05, rel=0.1)
+    assert found["hold_out_rms"]["frictionForce"] == pytest.approx(0.05, rel=0.15)
+    values = ElementTree.parse(tmp_path / "a.ssv").getroot()
+    names = {element.get("name") for element in values.iter() if element.tag.endswith("}Parameter")}
+    assert names == {"friction.law", *(f"friction.stribeck.{name}" for name in truth)}
+    assert "<img" in (tmp_path / "a.html").read_text(encoding="utf-8")
+
+
+def test_wrong_law_is_known_by_what_it_predicts() -> None:
+    ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", hold_out=0.3, play=0.0, starts=8)
+    assert ranking.best.law == "Stribeck"
+    wrong = ranking["Coulomb"].hold_out_rms["frictionForce"]
+    assert wrong > 5.0 * ranking.best.hold_out_rms["frictionForce"]
+
+
+def test_offset_and_delay_of_the_force_are_found() -> None:
+    data = bench()
+    data["frictionForce"] = np.interp(data["time"] - 0.03, data["time"], data["frictionForce"]) + 0.8
+    words = [*(f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")), "offset.frictionForce",
+             "delay.frictionForce"]  # fmt: skip
+    found = ps.fit(data, experiment="motion", law="Stribeck", fit=words, play=0.0, starts=64)
+    assert found.values["offset.frictionForce"] == pytest.approx(0.8, abs=0.05)
+    assert found.values["delay.frictionForce"] == pytest.approx(0.03, abs=2e-3)
+
+
+def test_parameters_that_the_data_do_not_determine_are_named() -> None:
+    free = ["friction.lugre.Fs", "friction.lugre.Fc", "friction.lugre.sigma2", "friction.lugre.vd"]
+    found = ps.fit(bench(), experiment="motion", law="LuGre", fit=free, play=0.0, starts=0)
+    assert "friction.lugre.vd" in found.undetermined
+
+
+HEADER = "t,x,f"
+ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "options", "words"),
+    [
+        ([HEADER, *ROWS], {"--columns": "time=t,position=y,frictionForce=f"}, ["data.csv:1", "no column y"]),
+        ([HEADER, *ROWS], {"--columns": "time=t,position=x[inch],frictionForce=f"}, ["inch", "mm"]),
+        ([HEADER, *ROWS], {"--columns": "time=t,position=x"}, ["frictionForce"]),
+        ([HEADER, *ROWS], {"--columns": "position=x,frictionForce=f"}, ["time"]),
+        ([HEADER, *ROWS], {"--columns": "time=t,place=x"}, ["place", "position"]),
+        ([HEADER, *ROWS, "0.5,1,1"], {}, ["data.csv:102", "time must rise"]),
+        ([HEADER, *ROWS, "1.0,nan,1"], {}, ["data.csv:102", "column 2 (x)", "nan"]),
+        ([HEADER, *ROWS, "1.0,1m,1"], {}, ["data.csv:102", "column 2 (x)", "1m"]),
+        ([HEADER, *ROWS, "1.0,1"], {}, ["data.csv:102", "2 values"]),
+        ([HEADER, *ROWS[:20]], {}, ["too short", "20 samples"]),
+        ([HEADER], {}, ["no rows"]),
+        ([HEADER, *(f"{0.01 * k:.2f},5,1" for k in range(100))], {}, ["all at rest"]),
+        ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fx"}, ["friction.coulomb.Fx", "did you mean"]),
+        ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fc:3:1"}, ["lower bound 3"]),
+        ([HEADER, *ROWS], {"--fit": "offset.position"}, ["position is not compared"]),
+        ([HEADER, *ROWS], {"--law": "Magic"}, ["Magic", "Coulomb"]),
+        ([HEADER, *ROWS], {"--hold-out": "1.5"}, ["1.5"]),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: list[str], options: dict[str, str], words: list[str]
+) -> None:
+    file = tmp_path / "data.csv"
+    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    given = {"--experiment": "motion", "--law": "Coulomb", "--columns": "time=t,position=x[mm],frictionForce=f",
+             "--fit": "friction.coulomb.Fc", "--json": str(tmp_path / "a.json"), **options}  # fmt: skip
+    assert main(["fit", str(file), *(word for pair in given.items() for word in pair)]) == 2
+    told = capsys.readouterr().err
+    assert all(word in told for word in words), told
+    assert [left.name for left in tmp_path.iterdir()] == ["data.csv"]
+
+
+def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = main([
+        "plan", "--experiment", "motion", "--law", "Stribeck", "--duration", "4", "--step", "0.01",
+        "--fit", "friction.stribeck.Fc,friction.stribeck.sigma2", "--out", str(tmp_path / "plan.csv"),
+    ])  # fmt: skip
+    assert code == 0
+    printed = capsys.readouterr().out
+    assert "friction.stribeck.Fc = 8.3 +- " in printed and "not determined" not in printed
+    assert (tmp_path / "plan.csv").read_text(encoding="utf-8").startswith("time,prescribedPosition\n")
