@@ -129,3 +129,48 @@ def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.Capture
     printed = capsys.readouterr().out
     assert "friction.stribeck.Fc = 8.3 +- " in printed and "not determined" not in printed
     assert (tmp_path / "plan.csv").read_text(encoding="utf-8").startswith("time,prescribedPosition\n")
+
+
+RIG = Path(__file__).parents[2] / "examples" / "rig.csv"
+RIG_COLUMNS = "time=t,valveVoltage=u,position=x_mm[mm],chamberA.pressure=pa_bar[bar],chamberB.pressure=pb_bar[bar]"
+TRUE_FRICTION = {"Fs": 12.4, "Fc": 7.6, "vs": 0.018, "sigma2": 38.0}
+"""What studies/synthetic_rig.py has made the table from."""
+
+
+def test_whole_rig_gives_its_friction_and_its_valve() -> None:
+    free = [f"friction.stribeck.{name}" for name in TRUE_FRICTION]
+    begin = ["position0", "chamberA.pressure0", "chamberB.pressure0"]
+    found = ps.fit(
+        RIG, experiment="rig", law="Stribeck", fit=[*free, "valve.deadZone", "valve.C", *begin], columns=RIG_COLUMNS,
+        settings={"supplyPressure": 6e5}, starts=8,
+    )  # fmt: skip
+    truth = {f"friction.stribeck.{name}": value for name, value in TRUE_FRICTION.items()}
+    truth |= {"valve.deadZone": 0.065, "valve.C": 4.4e-9}
+    assert found.converged and not found.undetermined
+    for name, value in truth.items():
+        estimate = found.parameters[name]
+        # Twice the interval of 95 % holds all six but for one time in 2,000.
+        assert abs(estimate.value - value) < estimate.high - estimate.low < 0.5 * value, (name, estimate)
+    # What noise and converters leave.
+    assert found.rms["position"] < 5e-5 and found.rms["chamberA.pressure"] < 550.0
+
+
+def test_gas_half_alone_gives_the_valve() -> None:
+    found = ps.fit(
+        RIG, experiment="pneumatic", law="None", fit=["valve.deadZone", "valve.C"], columns=RIG_COLUMNS,
+        settings={"supplyPressure": 6e5}, starts=0,
+    )  # fmt: skip
+    assert found.values["valve.deadZone"] == pytest.approx(0.065, rel=2e-3)
+    assert found.values["valve.C"] == pytest.approx(4.4e-9, rel=2e-3)
+
+
+def test_mechanical_half_alone_gives_mass_and_friction() -> None:
+    free = [*(f"friction.stribeck.{name}" for name in ("Fs", "Fc", "sigma2")), "mass.moving"]
+    found = ps.fit(
+        RIG, experiment="mechanical", law="Stribeck", fit=free, columns=RIG_COLUMNS,
+        settings={"friction.stribeck.vs": 0.018}, starts=0,
+    )  # fmt: skip
+    # The noise of the pressures, 0.1 N, pushes the simulated carriage: percents remain.
+    assert found.values["mass.moving"] == pytest.approx(0.88, rel=0.03)
+    assert found.values["friction.stribeck.Fc"] == pytest.approx(7.6, rel=0.03)
+    assert found.values["friction.stribeck.Fs"] == pytest.approx(12.4, rel=0.05)
