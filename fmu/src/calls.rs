@@ -18,6 +18,8 @@ pub enum Mode {
     StepComplete,
     /// After a step that could not be completed.
     StepFailed,
+    /// At an event between communication steps, while the model is updated.
+    StepEvent,
     /// At an event, while the model is updated: the solver is outside.
     Event,
     /// Between two events, while the solver outside integrates.
@@ -35,6 +37,7 @@ impl Mode {
             Self::Initialization => "in initialization mode",
             Self::StepComplete => "between communication steps",
             Self::StepFailed => "after a step that could not be completed",
+            Self::StepEvent => "in event mode between communication steps",
             Self::Event => "in event mode",
             Self::ContinuousTime => "in continuous-time mode",
             Self::Terminated => "after termination",
@@ -68,12 +71,12 @@ macro_rules! calls {
 }
 
 // What may be set and read in a mode depends on the variable as well: see `instance::values`. Steps are taken by the
-// solver inside, events and continuous time belong to a solver outside: an instance sees the modes of one of the two.
+// solver inside, continuous time belongs to a solver outside: an instance sees the modes of one of the two.
 calls! {
     /// Choose what is logged.
-    ChooseLog             Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
+    ChooseLog             Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
     /// Free the instance.
-    Free                  Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated Fatal;
+    Free                  Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated Fatal;
     /// Set start time, stop time and tolerance.
     SetUpExperiment       Instantiated;
     /// Enter initialization mode.
@@ -81,17 +84,19 @@ calls! {
     /// Leave initialization mode.
     ExitInitialization    Initialization;
     /// End the run.
-    Terminate             StepComplete StepFailed Event ContinuousTime;
+    Terminate             StepComplete StepFailed StepEvent Event ContinuousTime;
     /// Go back to the start values.
-    Reset                 Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
+    Reset                 Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
     /// Read variables.
-    Get                   Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
+    Get                   Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
     /// Set variables.
-    Set                   Instantiated Initialization StepComplete Event ContinuousTime;
+    Set                   Instantiated Initialization StepComplete StepEvent Event ContinuousTime;
     /// Save, restore, free or serialise a state.
-    UseState              Instantiated Initialization StepComplete StepFailed Event ContinuousTime Terminated;
-    /// Read directional derivatives.
-    Differentiate         Initialization StepComplete StepFailed Event ContinuousTime Terminated;
+    UseState              Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
+    /// Read directional or adjoint derivatives.
+    Differentiate         Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
+    /// Ask how many states or indicators there are, or what a variable depends on.
+    AskAboutModel         Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
     /// Set slopes of inputs.
     SetSlopes             Instantiated Initialization StepComplete;
     /// Read derivatives of outputs with respect to time.
@@ -102,10 +107,14 @@ calls! {
     CancelStep            ;
     /// Ask how the last step ended.
     AskAboutStep          StepComplete StepFailed Terminated;
-    /// Go on to an event.
+    /// Go on to an event, from one included.
     EnterEvent            Event ContinuousTime;
+    /// Go on to an event, from steps or from continuous time.
+    LeaveForEvent         StepComplete ContinuousTime;
     /// Update the discrete part of the model.
-    Update                Event;
+    Update                StepEvent Event;
+    /// Go on to take steps.
+    EnterSteps            StepEvent;
     /// Go on to integrate.
     EnterContinuousTime   Event;
     /// Accept a step of the solver outside.
@@ -116,6 +125,10 @@ calls! {
     SetStates             ContinuousTime;
     /// Read continuous states, their derivatives or magnitudes, or event indicators.
     GetStates             Event ContinuousTime Terminated;
+    /// The same, during initialization too.
+    GetInitialStates      Initialization Event ContinuousTime Terminated;
+    /// Use what is not offered, which is refused with a reason.
+    UseWhatIsNotOffered   Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
 }
 
 impl Call {
@@ -139,11 +152,12 @@ impl Call {
 mod tests {
     use super::*;
 
-    const MODES: [Mode; 8] = [
+    const MODES: [Mode; 9] = [
         Mode::Instantiated,
         Mode::Initialization,
         Mode::StepComplete,
         Mode::StepFailed,
+        Mode::StepEvent,
         Mode::Event,
         Mode::ContinuousTime,
         Mode::Terminated,

@@ -5,7 +5,8 @@
 //! | `instance` | instances, their values, steps, saved states and messages; knows no version of the standard |
 //! | `calls` | which call is allowed in which mode, as data |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
-//! | [`fmi2`] | the face of FMI 2.0: C types and functions |
+//! | `face` | what the faces have in common |
+//! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
 //!
 //! # Rules a host can rely on
 //! - A call that returns an error has changed nothing and has logged why; the instance can go on.
@@ -17,7 +18,10 @@
 //! - Arrays that are passed in may overlap with those that are written: everything is read before anything is written.
 
 mod calls;
+#[macro_use]
+mod face;
 pub mod fmi2;
+pub mod fmi3;
 mod fnv;
 mod host;
 mod instance;

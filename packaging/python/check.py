@@ -1,4 +1,4 @@
-"""Validates FMUs with FMPy, and the files of SSPs against the schemas that FMPy has; any finding is an error."""
+"""Validates FMUs with FMPy, and terminals, parameter sets and SSPs against its schemas; any finding is an error."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import fmpy
 from fmpy.ssp import ssd
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-SYSTEM, VALUES = "SystemStructureDescription.xsd", "SystemStructureParameterValues.xsd"
+SSP = Path(ssd.__file__).parent / "schema"
+SYSTEM, VALUES = SSP / "SystemStructureDescription.xsd", SSP / "SystemStructureParameterValues.xsd"
+TERMINALS = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
@@ -24,11 +27,23 @@ def main() -> int:
 
 def check(file: Path) -> int:
     """Prints what is wrong with a file, and returns how much that is."""
-    findings = [*(validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)), *invalid_sets(file)]
+    rules = validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)
+    findings = [*rules, *invalid_terminals(file), *invalid_sets(file)]
     for finding in findings:
         print(f"{file.name}: {finding}", file=sys.stderr)
     print(f"{file.name}: {len(findings)} findings", flush=True)
     return len(findings)
+
+
+def invalid_terminals(file: Path) -> list[str]:
+    """What is wrong with the terminals inside: against the schema, and variables that are not there."""
+    findings = []
+    for name, tree in trees(file, "terminalsAndIcons.xml"):
+        findings += [f"{name}: {error}" for error in errors(tree, TERMINALS)]
+        known = {variable.name for variable in fmpy.read_model_description(str(file)).modelVariables}
+        members = [member.get("variableName") for member in tree.iter("TerminalMemberVariable")]
+        findings += [f"{name}: there is no variable {member}" for member in members if member not in known]
+    return findings
 
 
 def invalid_systems(file: Path) -> list[str]:
@@ -50,8 +65,8 @@ def trees(file: Path, suffix: str) -> Iterator[tuple[str, etree._Element]]:
                 yield name, etree.fromstring(archive.read(name))
 
 
-def errors(tree: etree._Element, schema: str) -> list[str]:
-    validator = etree.XMLSchema(file=str(Path(ssd.__file__).parent / "schema" / schema))
+def errors(tree: etree._Element, schema: Path) -> list[str]:
+    validator = etree.XMLSchema(file=str(schema))
     validator.validate(etree.ElementTree(tree))
     return [f"line {error.line}: {error.message}" for error in validator.error_log]
 

@@ -1,14 +1,14 @@
 //! `cargo xtask describe`: the committed descriptions and experiments, and the tables of README and docs.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
-use crate::description::{self, Stamp};
+use crate::description::{self, Stamp, Version};
 use crate::files;
 use crate::tables;
 use crate::workspace::Workspace;
@@ -18,13 +18,13 @@ use crate::workspace::Workspace;
 pub struct Describe {}
 
 impl Describe {
-    /// Writes `modelDescription/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
+    /// Writes `modelDescription/<Model>.xml` and `fmi3/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        for model in models::ALL {
-            write(&workspace.descriptions().join(format!("{}.xml", model.name)), &committed(model)?)?;
+        for (file, text) in committed()? {
+            write(&workspace.descriptions().join(file), &text)?;
         }
         write(&workspace.descriptions().join("experiments.json"), &experiments()?)?;
         for page in tables::pages() {
@@ -48,17 +48,22 @@ fn experiments() -> Result<String> {
     Ok(serde_json::to_string_pretty(&all)? + "\n")
 }
 
-/// The description without what changes from build to build.
-fn committed(model: &Model) -> Result<String> {
+/// The descriptions without what changes from build to build, by their files.
+fn committed() -> Result<BTreeMap<PathBuf, String>> {
     let stamp = Stamp { guid: "@guid@".to_owned(), date: "@generationDateAndTime@".to_owned() };
-    description::xml(model, &stamp)
+    let all = Version::ALL.into_iter().flat_map(|version| models::ALL.iter().map(move |model| (version, model)));
+    let file = |(version, model): (Version, &Model)| {
+        let file = Path::new(version.folder()).join(format!("{}.xml", model.name));
+        Ok((file, description::xml(model, version, &stamp)?))
+    };
+    all.map(file).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn assert_committed(name: &str, expected: &str) -> Result<()> {
+    fn assert_committed(name: &Path, expected: &str) -> Result<()> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription").join(name);
         let found = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
         assert!(found == expected, "{} is out of date: run `cargo xtask describe`", file.display());
@@ -67,14 +72,11 @@ mod tests {
 
     #[test]
     fn committed_descriptions_are_up_to_date() -> Result<()> {
-        for model in models::ALL {
-            assert_committed(&format!("{}.xml", model.name), &committed(model)?)?;
-        }
-        Ok(())
+        committed()?.iter().try_for_each(|(file, text)| assert_committed(file, text))
     }
 
     #[test]
     fn committed_experiments_are_up_to_date() -> Result<()> {
-        assert_committed("experiments.json", &experiments()?)
+        assert_committed(Path::new("experiments.json"), &experiments()?)
     }
 }

@@ -1,11 +1,12 @@
 //! The shared library that every FMU holds: bytes that passed the gates of their platform.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::build;
+use crate::description::Version;
 use crate::files;
 use crate::gates::{self, Reach};
 use crate::platform::{Binary, Platform};
@@ -15,6 +16,8 @@ use crate::workspace::Workspace;
 pub struct Library {
     /// What it runs on.
     pub platform: Platform,
+    /// The processors it runs on.
+    pub architectures: BTreeSet<String>,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
@@ -58,10 +61,20 @@ impl Library {
         Ok(file)
     }
 
+    /// Its folders in `binaries/`; in FMI 3.0 there is one for each processor.
+    pub fn folders(&self, version: Version) -> Vec<String> {
+        match version {
+            Version::Fmi2 => vec![self.platform.folder().to_owned()],
+            Version::Fmi3 => {
+                self.architectures.iter().map(|name| format!("{name}-{}", self.platform.system())).collect()
+            }
+        }
+    }
+
     fn checked(workspace: &Workspace, platform: Platform, reach: Reach, bytes: Vec<u8>) -> Result<Self> {
         let report = gates::check(platform, reach, &bytes, &workspace.private_paths())?;
         println!("{platform}: {report}");
-        Ok(Self { platform, bytes })
+        Ok(Self { platform, architectures: gates::architectures(&bytes)?, bytes })
     }
 }
 
@@ -88,6 +101,19 @@ pub fn handed_in(workspace: &Workspace, binaries: &[Binary]) -> Result<BTreeMap<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_processor_has_a_folder_of_its_own_in_fmi_3() {
+        let library = |platform, names: &[&str]| Library {
+            platform,
+            architectures: names.iter().map(|name| (*name).to_owned()).collect(),
+            bytes: Vec::new(),
+        };
+        let linux = library(Platform::Linux64, &["x86_64"]);
+        assert_eq!([Version::Fmi2, Version::Fmi3].map(|it| linux.folders(it)), [["linux64"], ["x86_64-linux"]]);
+        let mac = library(Platform::Darwin64, &["aarch64", "x86_64"]);
+        assert_eq!(mac.folders(Version::Fmi3), ["aarch64-darwin", "x86_64-darwin"]);
+    }
 
     fn problem(binaries: &[Binary]) -> Result<String> {
         Ok(handed_in(&Workspace::find()?, binaries)

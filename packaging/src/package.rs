@@ -7,11 +7,11 @@ use anyhow::{Context, Result};
 use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::guid;
 
 use crate::archive::Archive;
 use crate::build;
-use crate::description::{self, Stamp};
+use crate::description::{self, Stamp, Version};
 use crate::documentation;
 use crate::experiment::Run;
 use crate::files;
@@ -27,7 +27,8 @@ use crate::workspace::Workspace;
 
 /// Build the FMUs and the SSP, validate them and run the default experiment of each.
 ///
-/// Results are in target/fmu: an FMU per model, its results as CSV and its figure, and the SSP.
+/// Results are in target/fmu: an FMU per model, its results as CSV and its figure, and the SSP; in target/fmu/fmi3 the same
+/// FMUs for FMI 3.0.
 #[derive(Args, Default)]
 #[command(after_help = EXAMPLES)]
 pub struct Package {
@@ -118,9 +119,15 @@ impl Join {
     }
 }
 
-/// The FMU files, in the order of the models.
+/// The FMU files of FMI 2.0, in the order of the models.
 pub fn fmus(workspace: &Workspace) -> impl Iterator<Item = PathBuf> {
-    models::ALL.iter().map(|model| workspace.fmus().join(format!("{}.fmu", model.name)))
+    fmus_of(workspace, Version::Fmi2)
+}
+
+/// The FMU files of a version, in the order of the models.
+pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = PathBuf> {
+    let folder = workspace.fmus().join(version.folder());
+    models::ALL.iter().map(move |model| folder.join(format!("{}.fmu", model.name)))
 }
 
 /// Validates FMUs and SSP; runs them and draws what came out if they hold a library for this machine.
@@ -134,7 +141,8 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
         command.arg(workspace.python().join(name));
         command
     };
-    process::run(script("check.py").args(fmus(workspace)).arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
+    let all = Version::ALL.into_iter().flat_map(|version| fmus_of(workspace, version));
+    process::run(script("check.py").args(all).arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
 
     let host = Platform::host()?;
     if !platforms.any(|platform| platform == host) {
@@ -154,16 +162,18 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     Ok(())
 }
 
-/// Puts libraries for any number of platforms into one FMU per model.
+/// Puts libraries for any number of platforms into one FMU per model and version.
 ///
 /// # Errors
 /// When a source file is missing or an FMU cannot be written.
 pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
     let moment = Moment::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
-    for (model, fmu) in models::ALL.iter().zip(fmus(workspace)) {
-        contents(workspace, model, libraries, &licences, moment)?.write(&fmu, moment)?;
-        println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
+    for version in Version::ALL {
+        for (model, fmu) in models::ALL.iter().zip(fmus_of(workspace, version)) {
+            contents(workspace, model, version, libraries, &licences, moment)?.write(&fmu, moment)?;
+            println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
+        }
     }
     println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
     Ok(())
@@ -173,18 +183,21 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
 fn contents(
     workspace: &Workspace,
     model: &Model,
+    version: Version,
     libraries: &[Library],
     licences: &BTreeMap<String, String>,
     moment: Moment,
 ) -> Result<Archive> {
     let mut archive = Archive::default();
-    let stamp = Stamp { guid: fmi2::guid(model), date: moment.iso() };
-    archive.add("modelDescription.xml", description::xml(model, &stamp)?)?;
+    let stamp = Stamp { guid: guid(model), date: moment.iso() };
+    archive.add("modelDescription.xml", description::xml(model, version, &stamp)?)?;
     for library in libraries {
-        let (folder, extension) = (library.platform.folder(), library.platform.extension());
-        archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
+        let extension = library.platform.extension();
+        for folder in library.folders(version) {
+            archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
+        }
     }
-    archive.add("documentation/index.html", documentation::page(model, &workspace.descriptions())?)?;
+    archive.add("documentation/index.html", documentation::page(model, version, &workspace.descriptions())?)?;
     for (name, text) in licences {
         archive.add(&format!("documentation/licenses/{name}"), text.as_bytes())?;
     }
@@ -192,7 +205,15 @@ fn contents(
         archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
         archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
-    archive.add("model.png", bytes(&workspace.descriptions().join(format!("icons/{}.png", model.name)))?)?;
+    let icon = |extension| bytes(&workspace.descriptions().join(format!("icons/{}.{extension}", model.name)));
+    match version {
+        Version::Fmi2 => archive.add("model.png", icon("png")?)?,
+        Version::Fmi3 => {
+            archive.add("terminalsAndIcons/terminalsAndIcons.xml", description::terminals(model)?)?;
+            archive.add("terminalsAndIcons/icon.png", icon("png")?)?;
+            archive.add("terminalsAndIcons/icon.svg", icon("svg")?)?;
+        }
+    }
     Ok(archive)
 }
 

@@ -1,4 +1,4 @@
-//! The platforms of FMI 2.0 that a shared library can be for, and how the user names them.
+//! The platforms that a shared library can be for, and how the user names them.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use anyhow::{Context, Error, Result, bail, ensure};
 
-/// A platform, named by its folder in `binaries/`.
+/// A platform, named by its folder in `binaries/` of FMI 2.0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Platform {
     /// Linux on 64 bit.
@@ -41,6 +41,15 @@ impl Platform {
             Self::Linux64 => "linux64",
             Self::Win64 => "win64",
             Self::Darwin64 => "darwin64",
+        }
+    }
+
+    /// Its operating system, by the name that folders of FMI 3.0 end with.
+    pub fn system(self) -> &'static str {
+        match self {
+            Self::Linux64 => "linux",
+            Self::Win64 => "windows",
+            Self::Darwin64 => "darwin",
         }
     }
 

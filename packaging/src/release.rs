@@ -7,6 +7,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use sha2::{Digest, Sha256};
 
+use crate::description::Version;
 use crate::files;
 use crate::package::{self, Package};
 use crate::platform::{self, Binary, Platform};
@@ -42,18 +43,25 @@ impl Release {
         let page = playground::page(workspace)?;
         Package::for_everybody(&self.binaries).run(workspace)?;
         heading("Collect the files");
-        let sources: Vec<_> =
-            package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]).collect();
         let mut contents = Vec::new();
-        for file in &sources {
-            let name = file.file_name().context("a file without a name")?.to_string_lossy().into_owned();
-            contents.push((name, std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?));
+        for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
+            contents.push((name(&file)?, read(&file)?));
         }
-        let page = std::fs::read(&page).with_context(|| format!("cannot read {}", page.display()))?;
-        contents.push(("playground.html".to_owned(), page));
+        for file in package::fmus_of(workspace, Version::Fmi3) {
+            contents.push((format!("FMI3-{}", name(&file)?), read(&file)?));
+        }
+        contents.push(("playground.html".to_owned(), read(&page)?));
         contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
         publish(&workspace.target.join("release-files"), contents)
     }
+}
+
+fn name(file: &Path) -> Result<String> {
+    Ok(file.file_name().context("a file without a name")?.to_string_lossy().into_owned())
+}
+
+fn read(file: &Path) -> Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// Writes files and their checksums into a folder that holds nothing else, and that is there when all is written.
@@ -87,7 +95,8 @@ fn readme(revision: &str) -> String {
     let platforms = platform::names(Platform::ALL);
     format!(
         "Pneumatic servo cylinder {version}\n\n\
-         Functional mock-up units (FMI 2.0) for {platforms}, and a drive of cylinder and controller (SSP 1.0).\n\
+         Functional mock-up units for {platforms}: FMI 2.0, and FMI 3.0 where the name begins\n\
+         with FMI3; both for co-simulation and model exchange. A drive of cylinder and controller (SSP 1.0) is there too.\n\
          Import an .fmu into your tool, or run it from Python:\n\n    \
          pip install fmpy\n    \
          fmpy validate PneumaticServoCylinder.fmu\n\n\

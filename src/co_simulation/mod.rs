@@ -43,6 +43,29 @@ pub trait Simulation: Send {
     /// Whether everything that is carried on from step to step is a finite number.
     fn is_finite(&self) -> bool;
 
+    /// Integrates to `end`, or to the first event on the way and no further; tells whether there is one. It has not
+    /// happened yet then: it happens with the next [`update`](Self::update), or else when the run goes on. Events that
+    /// inputs set off by a jump, and those of samples, do not stop it. A model without events never stops.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    fn advance_to_event(&mut self, end: f64) -> Result<bool, StepError> {
+        self.advance(end).map(|()| false)
+    }
+
+    /// Lets the event happen that has stopped the run, and those that the present inputs set off.
+    ///
+    /// # Errors
+    /// [`StepError`] when events follow each other without end; nothing is changed then.
+    fn update(&mut self) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    /// Writes the event indicators as the model lists them, each in its own unit and exactly 0 at its event.
+    ///
+    /// A model without events has nothing to write.
+    fn indicators(&self, _indicators: &mut [f64]) {}
+
     /// Writes all computed variables, consistent with the current inputs.
     fn values(&self, computed: &mut [f64]);
 

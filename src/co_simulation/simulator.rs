@@ -90,6 +90,26 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         self.run.state().0.iter().all(|value| value.is_finite())
     }
 
+    fn advance_to_event(&mut self, end: f64) -> Result<bool, StepError> {
+        let duration = end - self.start;
+        let outcome = self.run.advance_to_event(duration);
+        self.time = if self.run.time() < duration { self.start + self.run.time() } else { end };
+        outcome.map_err(|error| error.later(self.start))
+    }
+
+    fn update(&mut self) -> Result<(), StepError> {
+        let before = self.run.clone();
+        let outcome = self.run.update().map_err(|error| error.later(self.start));
+        if outcome.is_err() {
+            self.run = before;
+        }
+        outcome
+    }
+
+    fn indicators(&self, indicators: &mut [f64]) {
+        indicators.copy_from_slice(self.run.indicators().as_ref());
+    }
+
     fn values(&self, computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
         let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
@@ -149,7 +169,11 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         // The clock of the host and that of the run agree but for rounding.
         let rounding = f64::EPSILON * start.abs().max(snapshot.time.abs());
         let is_timely = (start + progress.time() - snapshot.time).abs() <= rounding;
-        if !is_plain || !progress.is_sound() || !is_timely || !self.run.system().fits(&memory) {
+        if !is_plain
+            || !progress.is_sound(self.run.indicators().as_ref().len())
+            || !is_timely
+            || !self.run.system().fits(&memory)
+        {
             return Err(SnapshotError);
         }
         self.run.restore(states, memory, progress);

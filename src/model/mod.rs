@@ -10,7 +10,8 @@ pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
-use crate::variables::{ParameterError, Table};
+use crate::models::references;
+use crate::variables::{ParameterError, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
 #[derive(Debug)]
@@ -27,6 +28,19 @@ pub struct Model {
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
     /// The default experiment.
     pub experiment: Experiment,
+}
+
+impl Model {
+    /// The event indicators as variables, scaled as a solver outside sees them ([`seen`](crate::model_exchange::seen)).
+    /// They are no part of the table, since nothing else needs them.
+    pub fn indicator_variables(&self) -> Vec<Variable> {
+        let indicators = (self.indicators)().into_iter().zip(references::INDICATORS..);
+        let variable = |(Indicator { name, text, .. }, reference)| {
+            let text = format!("Event indicator, 1 without use; below 0: {text}");
+            Variable::output(reference, &name, units::ONE).local().text(&text)
+        };
+        indicators.map(variable).collect()
+    }
 }
 
 /// Everything a run starts from.

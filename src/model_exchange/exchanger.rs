@@ -14,6 +14,11 @@ use crate::variables::{Notices, ParameterError, Table};
 /// force exceeds the break-away force by 1e-7 of the nominal force.
 pub const HYSTERESIS: f64 = 1e-7;
 
+/// The value that a host sees of an indicator, which the equations have in its own unit and exactly 0 at an event.
+pub fn seen(indicator: &Indicator, value: f64) -> f64 {
+    if value == UNUSED { 1.0 } else { value / indicator.nominal + HYSTERESIS }
+}
+
 /// Switches or samples at one instant before the model gives up.
 const MAX_SWITCHES: usize = 100;
 
@@ -171,7 +176,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
     fn indicators(&self, indicators: &mut [f64]) {
         let exact = self.exact_indicators();
         for ((slot, value), indicator) in indicators.iter_mut().zip(exact.as_ref()).zip(&self.indicators) {
-            *slot = if *value == UNUSED { 1.0 } else { value / indicator.nominal + HYSTERESIS };
+            *slot = seen(indicator, *value);
         }
     }
 

@@ -20,7 +20,7 @@ mod exchanger;
 
 use std::fmt;
 
-pub use self::exchanger::{Exchanger, HYSTERESIS};
+pub use self::exchanger::{Exchanger, HYSTERESIS, seen};
 use crate::co_simulation::{Direction, Snapshot, SnapshotError};
 use crate::variables::{Notices, ParameterError};
 

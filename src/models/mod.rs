@@ -6,7 +6,7 @@ pub mod festoon;
 pub mod friction_bench;
 pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
-mod references;
+pub(crate) mod references;
 pub mod vibro_impact;
 
 use crate::model::Model;

@@ -9,5 +9,7 @@ pub const CONTACT: u32 = 460;
 pub const SOLVER: u32 = 5_000;
 /// The counters of the solver.
 pub const COUNTERS: u32 = 5_100;
+/// The event indicators, where they are variables.
+pub const INDICATORS: u32 = 6_000;
 /// The friction law and its parameters.
 pub const FRICTION: u32 = 10_000;

@@ -1,6 +1,7 @@
 //! The variable table: every variable of a model is stated here once, and the XML, the get and set functions,
 //! the documentation and the tests are made from it.
 
+mod array;
 mod declare;
 mod enumeration;
 mod error;
@@ -9,6 +10,7 @@ mod states;
 mod table;
 mod unit;
 
+pub use array::array_name;
 pub use declare::{Declaration, Field, ParameterSet, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;

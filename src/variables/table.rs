@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Deref;
 
-use super::{Role, Variable};
+use super::{Role, Variable, array};
 
 /// The place of a value among those of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,8 @@ pub struct Table {
     states: Vec<Option<usize>>,
     /// Places of the enumeration parameters, in the order of the Integers that can choose for them: the last parameters.
     numbered: Vec<usize>,
+    /// How many elements the array has that begins with a variable: 1 if it is none, 0 for its further elements.
+    lengths: Vec<usize>,
     /// Indices in the order of the names.
     by_name: Vec<usize>,
     /// Indices by value reference, or [`NONE`].
@@ -49,7 +51,8 @@ impl Table {
     /// The table of a model; behind the variables given come the Integers that can choose for its enumerations.
     ///
     /// # Panics
-    /// If two variables have the same name or value reference, or one refers to a variable that is not there.
+    /// If two variables have the same name or value reference, one refers to a variable that is not there, or elements of
+    /// an array do not follow each other.
     pub fn new(mut variables: Vec<Variable>) -> Self {
         let parameters = variables.iter().filter(|variable| variable.is_parameter());
         let (numbered, numbers): (Vec<_>, Vec<_>) =
@@ -87,7 +90,8 @@ impl Table {
             let known = by_reference.get(*reference as usize).is_some_and(|index| *index != NONE);
             assert!(known, "no variable has the value reference {reference}, on which another depends");
         }
-        Self { variables, places, states, numbered, by_name, by_reference }
+        let lengths = array::lengths(variables);
+        Self { variables, places, states, numbered, lengths, by_name, by_reference }
     }
 
     /// The entry of a variable, by its index.
@@ -110,6 +114,26 @@ impl Table {
     pub fn by_reference(&self, reference: u32) -> Option<Entry> {
         let index = *self.by_reference.get(reference as usize)?;
         (index != NONE).then(|| self.entry(index as usize))
+    }
+
+    /// The arrays, in order: the number of elements of each, and the first of them. A variable that is no element of an
+    /// array is one of a single element.
+    pub fn arrays(&self) -> impl Iterator<Item = (usize, &'static Variable)> {
+        self.lengths.iter().copied().zip(self.variables).filter(|(length, _)| *length > 0)
+    }
+
+    /// How many elements the array has that begins with the variable of a value reference, if there is one.
+    pub fn length_at(&self, reference: u32) -> Option<usize> {
+        let index = *self.by_reference.get(reference as usize)?;
+        (index != NONE).then(|| self.lengths[index as usize]).filter(|length| *length > 0)
+    }
+
+    /// The value reference of the first element of the array that a variable is in, and its number among the elements,
+    /// counted from 1; nothing for a variable that is in no array.
+    pub fn array_at(&self, reference: u32) -> Option<(u32, usize)> {
+        let index = *self.by_reference.get(reference as usize)? as usize;
+        let further = self.lengths.get(..=index)?.iter().rev().position(|length| *length > 0)?;
+        (self.lengths[index - further] > 1).then(|| (reference - further as u32, further + 1))
     }
 
     /// The inputs, in order.

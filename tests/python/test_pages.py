@@ -47,6 +47,7 @@ def folder(fmu: Path, tmp_path: Path) -> Path:
         place.mkdir(parents=True, exist_ok=True)
         for name in ("PneumaticServoCylinder.fmu", "PneumaticServoDrive.ssp"):
             (place / name).symlink_to(fmu.with_name(name).resolve())
+    (tmp_path / "target" / "fmu" / "fmi3").symlink_to(fmu.with_name("fmi3").resolve())
     with zipfile.ZipFile(tmp_path / "PneumaticServoDrive.ssp") as archive:
         archive.extractall(tmp_path / "drive")
     (tmp_path / "drive" / "Components.ssd").replace(tmp_path / "drive" / "SystemStructure.ssd")

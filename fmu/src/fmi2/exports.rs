@@ -4,11 +4,7 @@
 //! `Handle::call`.
 //!
 //! # Safety
-//! What every function relies on, as the standard asks of the host:
-//! - a component is NULL or was returned by [`fmi2Instantiate`] and not yet freed;
-//! - a pointer that comes with a number of elements is NULL or points to that many elements, and is not written to
-//!   by another thread during the call; arrays may overlap;
-//! - a string is NULL or ends with a zero byte.
+//! That of all faces: `crate::face`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
 #![allow(non_snake_case, reason = "the names are those of the standard")]
@@ -22,12 +18,13 @@ use std::ptr;
 use super::callbacks::sink;
 use super::status;
 use super::types::{
-    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, ERROR, EventInfo, FmuState, Integer, MODEL_EXCHANGE,
-    Real, Status, Text, ValueReference,
+    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, EventInfo, FmuState, Integer, MODEL_EXCHANGE, Real,
+    Status, Text, ValueReference,
 };
 use crate::calls::Call;
+use crate::face::{call, choose_log, deserialize, forget, free, hand_out, save, serialize, set_states, tell, vector};
 use crate::host::{Input, Output, text};
-use crate::instance::{Base, Failure, Handle, Instance, Kind, Vector, Wanted, instantiate};
+use crate::instance::{Base, Failure, Instance, Kind, Vector, Wanted, instantiate};
 
 /// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]
@@ -69,20 +66,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
         MODEL_EXCHANGE | CO_SIMULATION => Ok(()),
         _ => Err(Failure::error(format!("fmuType {fmu_type} is neither fmi2ModelExchange nor fmi2CoSimulation"))),
     };
-    let handle = instantiate(&wanted, sink(name.clone(), functions), check);
-    handle.map_or(ptr::null_mut(), |handle| Box::into_raw(handle).cast())
+    hand_out(instantiate(&wanted, sink(name.clone(), functions), check))
 }
 
 /// Frees an instance and the states it has saved. Refused while another call of the instance runs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     // SAFETY: of the module.
-    let freed = unsafe { call(component, Call::Free, "fmi2FreeInstance", |_| Ok(())) };
-    if freed == super::types::OK {
-        // SAFETY: the component came from `Box::into_raw` in `fmi2Instantiate`, the host gives it up, and no other
-        // call uses it now, for it would have refused this one.
-        drop(unsafe { Box::from_raw(component.cast::<Handle>()) });
-    }
+    unsafe { free(component, "fmi2FreeInstance") }
 }
 
 exports! {
@@ -95,10 +86,7 @@ exports! {
 
     /// Switches logging on for some categories (for all, if none is named) or off. Failures are always logged.
     fn fmi2SetDebugLogging(logging_on: Boolean, number: usize, categories: *const Text) => ChooseLog, |instance| {
-        let names = Input::new(categories, number, "categories")?.iter().map(|name| text(name)?.into_string().ok());
-        let names: Option<Vec<String>> = names.collect();
-        let names = names.ok_or_else(|| Failure::error("a category is NULL or not UTF-8"))?;
-        instance.choose_log(logging_on != 0, &names.iter().map(String::as_str).collect::<Vec<_>>())
+        choose_log(instance, logging_on != 0, number, categories)
     };
 
     /// Sets start time, stop time and tolerance; without it a run starts at 0 s, without end.
@@ -143,7 +131,7 @@ exports! {
 
     /// There is no variable of type String, so that any value reference is refused.
     fn fmi2GetString(references: *const ValueReference, number: usize, values: *mut Text) => Get, |instance| {
-        get(instance, Base::Text, references, number, values, |_| ptr::null())
+        get(instance, Base::Absent("String"), references, number, values, |_| ptr::null())
     };
 
     /// Sets real inputs and parameters: all of them, or none if one is refused.
@@ -163,30 +151,17 @@ exports! {
 
     /// There is no variable of type String, so that any value reference is refused.
     fn fmi2SetString(references: *const ValueReference, number: usize, values: *const Text) => Set, |instance| {
-        set(instance, Base::Text, references, number, values, |_| f64::NAN)
+        set(instance, Base::Absent("String"), references, number, values, |_| f64::NAN)
     };
 
     /// Saves everything that affects the further run; the handle may be NULL or one to save over.
-    fn fmi2GetFMUstate(state: *mut FmuState) => UseState, |instance| {
-        let state = Output::new(state, 1, "FMUstate")?;
-        let handle = instance.get_state(state.read().addr())?;
-        state.write([ptr::without_provenance_mut(handle)].into_iter());
-        Ok(())
-    };
+    fn fmi2GetFMUstate(state: *mut FmuState) => UseState, |instance| save(instance, state);
 
     /// Goes back to a saved state.
     fn fmi2SetFMUstate(state: FmuState) => UseState, |instance| instance.set_state(state.addr());
 
     /// Frees a saved state.
-    fn fmi2FreeFMUstate(state: *mut FmuState) => UseState, |instance| {
-        if state.is_null() {
-            return Ok(());
-        }
-        let state = Output::new(state, 1, "FMUstate")?;
-        instance.free_state(state.read().addr())?;
-        state.write([ptr::null_mut()].into_iter());
-        Ok(())
-    };
+    fn fmi2FreeFMUstate(state: *mut FmuState) => UseState, |instance| forget(instance, state);
 
     /// How many bytes a saved state takes.
     fn fmi2SerializedFMUstateSize(state: FmuState, size: *mut usize) => UseState, |instance| {
@@ -195,22 +170,12 @@ exports! {
 
     /// Writes a saved state as bytes; the size must be the one told.
     fn fmi2SerializeFMUstate(state: FmuState, bytes: *mut Byte, size: usize) => UseState, |instance| {
-        let serialized = instance.serialized(state.addr())?;
-        if size != serialized.len() {
-            let needed = serialized.len();
-            return Err(Failure::error(format!("the state takes {needed} bytes, not {size}")));
-        }
-        Output::new(bytes, size, "serializedState")?.write(serialized.into_iter());
-        Ok(())
+        serialize(instance, state, bytes, size)
     };
 
     /// Takes a saved state from bytes, of any instance of the same model and build on any platform.
     fn fmi2DeSerializeFMUstate(bytes: *const Byte, size: usize, state: *mut FmuState) => UseState, |instance| {
-        let bytes: Vec<u8> = Input::new(bytes, size, "serializedState")?.iter().collect();
-        let state = Output::new(state, 1, "FMUstate")?;
-        let handle = instance.deserialize(&bytes, state.read().addr())?;
-        state.write([ptr::without_provenance_mut(handle)].into_iter());
-        Ok(())
+        deserialize(instance, bytes, size, state)
     };
 
     /// The exact derivative of computed reals in one direction of time, inputs and continuous states.
@@ -298,8 +263,7 @@ exports! {
 
     /// Sets the continuous states: all of them, or none if one is refused.
     fn fmi2SetContinuousStates(states: *const Real, number: usize) => SetStates, |instance| {
-        instance.check_length(Vector::States, number)?;
-        instance.set_states(Input::new(states, number, "x")?.iter())
+        set_states(instance, states, number)
     };
 
     /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
@@ -327,7 +291,7 @@ exports! {
         current_communication_point: Real,
         communication_step_size: Real,
         _no_set_fmu_state_prior_to_current_point: Boolean
-    ) => Step, |instance| instance.do_step(current_communication_point, communication_step_size);
+    ) => Step, |instance| instance.do_step(current_communication_point, communication_step_size).map(|_| ());
 
     /// Always refused: a step is never pending.
     fn fmi2CancelStep() => CancelStep, |_instance| Ok(());
@@ -356,24 +320,6 @@ exports! {
     fn fmi2GetStringStatus(kind: c_int, value: *mut Text) => AskAboutStep, |_instance| tell(value, status::none(kind));
 }
 
-/// Carries out a call on a component.
-unsafe fn call(
-    component: Component,
-    call: Call,
-    function: &'static str,
-    body: impl FnOnce(&mut Instance) -> Result<(), Failure>,
-) -> Status {
-    let handle = component.cast::<Handle>();
-    if !handle.is_aligned() {
-        return ERROR;
-    }
-    // SAFETY: the component is NULL or a live `Handle`, which is only ever shared.
-    match unsafe { handle.as_ref() } {
-        Some(handle) => handle.call(call, function, body) as Status,
-        None => ERROR,
-    }
-}
-
 unsafe fn get<T: Copy>(
     instance: &mut Instance,
     base: Base,
@@ -400,21 +346,4 @@ unsafe fn set<T: Copy>(
     // SAFETY: of the module.
     let (references, values) = unsafe { (Input::new(references, number, "vr")?, Input::new(values, number, "value")?) };
     instance.set(base, references.iter().zip(values.iter().map(convert)))
-}
-
-/// Hands out a vector of the solver's.
-unsafe fn vector(instance: &mut Instance, vector: Vector, values: *mut Real, number: usize) -> Result<(), Failure> {
-    instance.check_length(vector, number)?;
-    // SAFETY: of the module.
-    let room = unsafe { Output::new(values, number, "values") }?;
-    room.write(instance.vector(vector)?.iter().copied());
-    Ok(())
-}
-
-/// Hands out one value.
-unsafe fn tell<T: Copy>(pointer: *mut T, value: Result<T, Failure>) -> Result<(), Failure> {
-    // SAFETY: of the module.
-    let room = unsafe { Output::new(pointer, 1, "value") }?;
-    room.write([value?].into_iter());
-    Ok(())
 }

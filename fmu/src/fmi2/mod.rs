@@ -4,13 +4,9 @@
 //! | file | what it does |
 //! |---|---|
 //! | [`exports`] | the functions, declared once: C functions, and a table of them to load or to call |
-//! | `macros` | what the functions have in common |
 //! | `callbacks` | the host's logger |
 //! | `status` | what is told about the last step |
 //! | [`types`] | the C types |
-
-#[macro_use]
-mod macros;
 
 mod callbacks;
 pub mod exports;

@@ -15,7 +15,7 @@ use super::saved_states::SavedState;
 
 const MAGIC: &[u8; 8] = b"PSCstate";
 /// To be raised whenever [`SavedState`] or anything in it changes.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const VERSION_AT: usize = MAGIC.len();
 const LENGTH_AT: usize = VERSION_AT + size_of::<u32>();
 const BODY_AT: usize = LENGTH_AT + size_of::<u64>();
@@ -122,6 +122,6 @@ mod tests {
         assert!(failure.message.contains(GUID) && failure.message.contains("{another}"), "{failure:?}");
         bytes[VERSION_AT] += 1;
         let failure = decode(&bytes, GUID).expect_err("another version");
-        assert!(failure.message.contains("another format than version 2"), "{failure:?}");
+        assert!(failure.message.contains("another format than version 3"), "{failure:?}");
     }
 }

@@ -1,9 +1,9 @@
-//! Slopes of inputs, rates of outputs, and directional derivatives.
+//! Slopes of inputs, rates of outputs, directional and adjoint derivatives.
 
-use super::Instance;
 use super::failure::Failure;
 use super::layout::{Base, Slot};
 use super::record::Kind;
+use super::{Instance, Scratch};
 use pneumatic_servo::co_simulation::Direction;
 use pneumatic_servo::variables::{Place, Role};
 
@@ -60,26 +60,11 @@ impl Instance {
         unknowns: impl Iterator<Item = u32>,
         seeds: impl Iterator<Item = (u32, f64)>,
     ) -> Result<&[f64], Failure> {
-        let mut time = 0.0;
-        self.scratch.inputs.fill(0.0);
-        self.scratch.states.fill(0.0);
+        self.clear_direction();
         for (known, seed) in seeds {
-            let slot = self.layout.typed_slot(known, Base::Real)?;
-            let name = &slot.variable.name;
-            if !seed.is_finite() {
-                return Err(Failure::error(format!("the seed of {name} must be a finite number, not {seed}")));
-            }
-            match (slot.place, slot.state) {
-                (Place::Time, _) => time += seed,
-                (Place::Input(place), _) => self.scratch.inputs[place] += seed,
-                (_, Some(place)) => self.scratch.states[place] += seed,
-                _ => {
-                    return Err(Failure::error(format!("{name} is neither time nor an input nor a continuous state")));
-                }
-            }
+            self.add_to_direction(known, seed)?;
         }
-        let direction = Direction { time, inputs: &self.scratch.inputs, states: &self.scratch.states };
-        self.run.directional_derivative(self.layout, &self.record, direction, &mut self.scratch.computed)?;
+        self.differentiate()?;
         self.scratch.answers.clear();
         for unknown in unknowns {
             let slot = self.layout.typed_slot(unknown, Base::Real)?;
@@ -88,18 +73,95 @@ impl Instance {
         Ok(&self.scratch.answers)
     }
 
+    /// Derivatives of a sum of computed reals, each times its seed, with respect to knowns: time, inputs and continuous
+    /// states. The derivatives of all computed variables are taken in the direction of each known, so that what is found
+    /// differs from directional derivatives by the rounding of the sum alone.
+    pub fn adjoint_derivative(
+        &mut self,
+        seeds: impl Iterator<Item = (u32, f64)> + Clone,
+        knowns: impl Iterator<Item = u32>,
+    ) -> Result<&[f64], Failure> {
+        for (unknown, seed) in seeds.clone() {
+            let slot = self.layout.typed_slot(unknown, Base::Real)?;
+            check_seed(&slot, seed)?;
+            computed_place(&slot)?;
+        }
+        self.scratch.answers.clear();
+        for known in knowns {
+            self.clear_direction();
+            self.add_to_direction(known, 1.0)?;
+            self.differentiate()?;
+            let mut sum = 0.0;
+            for (unknown, seed) in seeds.clone() {
+                sum += seed * self.derivative(&self.layout.typed_slot(unknown, Base::Real)?)?;
+            }
+            if !f64::is_finite(sum) {
+                let name = &self.layout.typed_slot(known, Base::Real)?.variable.name;
+                return Err(Failure::error(format!("the derivative with respect to {name} is not finite but {sum}")));
+            }
+            self.scratch.answers.push(sum);
+        }
+        Ok(&self.scratch.answers)
+    }
+
+    fn clear_direction(&mut self) {
+        self.scratch.time = 0.0;
+        self.scratch.inputs.fill(0.0);
+        self.scratch.states.fill(0.0);
+    }
+
+    fn add_to_direction(&mut self, known: u32, seed: f64) -> Result<(), Failure> {
+        let slot = self.layout.typed_slot(known, Base::Real)?;
+        check_seed(&slot, seed)?;
+        match (slot.place, slot.state) {
+            (Place::Time, _) => self.scratch.time += seed,
+            (Place::Input(place), _) => self.scratch.inputs[place] += seed,
+            (_, Some(place)) => self.scratch.states[place] += seed,
+            _ => {
+                let name = &slot.variable.name;
+                return Err(Failure::error(format!("{name} is neither time nor an input nor a continuous state")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Differentiates all computed variables in the direction.
+    fn differentiate(&mut self) -> Result<(), Failure> {
+        let Scratch { time, inputs, states, computed, .. } = &mut self.scratch;
+        let direction = Direction { time: *time, inputs, states };
+        self.run.directional_derivative(self.layout, &self.record, direction, computed)
+    }
+
     /// Adds the derivative of a computed variable to the answers, if it is a number.
     fn answer(&mut self, slot: &Slot) -> Result<(), Failure> {
-        let name = &slot.variable.name;
-        let Place::Computed(place) = slot.place else {
-            return Err(Failure::error(format!("{name} is not computed and so no unknown")));
-        };
-        let value = self.scratch.computed[place];
-        if !value.is_finite() {
-            return Err(Failure::error(format!("the derivative of {name} is not a finite number but {value}")));
-        }
+        let value = self.derivative(slot)?;
         self.scratch.answers.push(value);
         Ok(())
+    }
+
+    /// The derivative of a computed variable, if it is a number.
+    fn derivative(&self, slot: &Slot) -> Result<f64, Failure> {
+        let value = self.scratch.computed[computed_place(slot)?];
+        if !value.is_finite() {
+            let name = &slot.variable.name;
+            return Err(Failure::error(format!("the derivative of {name} is not a finite number but {value}")));
+        }
+        Ok(value)
+    }
+}
+
+fn check_seed(slot: &Slot, seed: f64) -> Result<(), Failure> {
+    if seed.is_finite() {
+        return Ok(());
+    }
+    let name = &slot.variable.name;
+    Err(Failure::error(format!("the seed of {name} must be a finite number, not {seed}")))
+}
+
+fn computed_place(slot: &Slot) -> Result<usize, Failure> {
+    match slot.place {
+        Place::Computed(place) => Ok(place),
+        _ => Err(Failure::error(format!("{} is not computed and so no unknown", slot.variable.name))),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Instance;
 use super::failure::Failure;
+use super::record::Kind;
 use crate::calls::Mode;
 use pneumatic_servo::model_exchange::{Exchange, ExchangeError, Update};
 
@@ -21,7 +22,19 @@ pub enum Vector {
 impl Instance {
     /// From now on inputs may jump, until the next update.
     pub fn enter_event_mode(&mut self) -> Result<(), Failure> {
-        self.record.mode = Mode::Event;
+        self.record.mode = match self.record.kind {
+            Kind::CoSimulation => {
+                return Err(Failure::error("the instance was made without event mode and handles all events itself"));
+            }
+            Kind::HybridCoSimulation { .. } => Mode::StepEvent,
+            Kind::ModelExchange => Mode::Event,
+        };
+        Ok(())
+    }
+
+    /// From now on steps are taken.
+    pub fn enter_step_mode(&mut self) -> Result<(), Failure> {
+        self.record.mode = Mode::StepComplete;
         Ok(())
     }
 
@@ -33,7 +46,7 @@ impl Instance {
 
     /// Updates the discrete part of the model.
     pub fn update(&mut self) -> Result<Update, Failure> {
-        let update = self.outside()?.update()?;
+        let update = self.run.update(self.layout, &self.record)?;
         self.tell_notices()?;
         Ok(update)
     }
@@ -62,6 +75,18 @@ impl Instance {
         outcome
     }
 
+    /// Sets some of the continuous states, given by their numbers.
+    pub(super) fn move_states(&mut self, moved: impl Iterator<Item = (usize, f64)>) -> Result<(), Failure> {
+        let mut room = std::mem::take(&mut self.scratch.states);
+        let outcome = self.outside().map(|exchange| {
+            exchange.states(&mut room);
+            moved.for_each(|(number, value)| room[number] = value);
+            exchange.set_states(&room);
+        });
+        self.scratch.states = room;
+        outcome
+    }
+
     fn take_states(&mut self, states: impl Iterator<Item = f64>, room: &mut [f64]) -> Result<(), Failure> {
         for ((number, slot), state) in (1..).zip(&mut *room).zip(states) {
             if !state.is_finite() {
@@ -78,7 +103,7 @@ impl Instance {
         let mut answers = std::mem::take(&mut self.scratch.answers);
         answers.clear();
         answers.resize(self.length(vector), 0.0);
-        let outcome = self.run.unchanged_outside(self.layout, &self.record).and_then(|exchange| {
+        let outcome = self.run.look_from_outside(self.layout, &self.record, |exchange| {
             match vector {
                 Vector::States => exchange.states(&mut answers),
                 Vector::Derivatives => exchange.rates(&mut answers)?,
@@ -101,8 +126,9 @@ impl Instance {
         Err(Failure::error(format!("there are {expected} {vector:?}, not {length}")))
     }
 
-    fn length(&self, vector: Vector) -> usize {
-        if vector == Vector::Indicators { self.layout.indicators } else { self.layout.states }
+    /// The length of a vector.
+    pub fn length(&self, vector: Vector) -> usize {
+        if vector == Vector::Indicators { self.layout.indicators.len() } else { self.layout.states }
     }
 
     fn outside(&mut self) -> Result<&mut dyn Exchange, Failure> {

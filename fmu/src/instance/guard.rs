@@ -140,7 +140,7 @@ mod tests {
     }
 
     fn step(handle: &Handle) -> Status {
-        handle.call(Call::Step, "DoStep", |instance| instance.do_step(instance.time(), 0.1))
+        handle.call(Call::Step, "DoStep", |instance| instance.do_step(instance.time(), 0.1).map(|_| ()))
     }
 
     #[test]

@@ -1,21 +1,54 @@
 //! Where the value of each variable of a model is kept.
 
+use std::fmt;
+use std::ops::Range;
+
 use super::failure::Failure;
 use super::guid::guid;
+use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};
 
-/// The base types of the interface; an enumeration is read and written as an integer.
+/// What the functions of a face read and write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// A real number.
     Real,
-    /// An integer with 32 bits.
+    /// An integer with 32 bits, or the number of an item of an enumeration.
     Integer,
+    /// An integer with 32 bits, but not an enumeration.
+    Count,
+    /// The number of an item of an enumeration.
+    Enumeration,
     /// True or false.
     Boolean,
-    /// Text; no variable has it.
-    Text,
+    /// A type by its name in the standard that no variable has.
+    Absent(&'static str),
+}
+
+impl Base {
+    /// Whether values of a kind can be read and written as this.
+    fn holds(self, kind: Kind) -> bool {
+        matches!(
+            (self, kind),
+            (Self::Real, Kind::Real(_))
+                | (Self::Integer | Self::Count, Kind::Integer)
+                | (Self::Integer | Self::Enumeration, Kind::Enumeration(_))
+                | (Self::Boolean, Kind::Boolean)
+        )
+    }
+}
+
+impl fmt::Display for Base {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "Real",
+            Self::Integer | Self::Count => "Integer",
+            Self::Enumeration => "Enumeration",
+            Self::Boolean => "Boolean",
+            Self::Absent(name) => name,
+        })
+    }
 }
 
 /// A variable and what the interface needs to know about it.
@@ -23,8 +56,6 @@ pub enum Base {
 pub struct Slot {
     /// The variable.
     pub variable: &'static Variable,
-    /// Its base type.
-    pub base: Base,
     /// Its place.
     pub place: Place,
     /// If it is a continuous state, its number in the order in which the table lists the derivatives.
@@ -47,8 +78,10 @@ pub struct Layout {
     pub computed: Vec<&'static Variable>,
     /// How many continuous states it has.
     pub states: usize,
-    /// How many event indicators it has.
-    pub indicators: usize,
+    /// Its event indicators.
+    pub indicators: Vec<Indicator>,
+    /// Its event indicators as variables.
+    pub indicator_variables: Vec<Variable>,
 }
 
 impl Layout {
@@ -63,35 +96,58 @@ impl Layout {
             parameters: table.parameters().collect(),
             computed: table.computed().collect(),
             states: table.number_of_states(),
-            indicators: (model.indicators)().len(),
+            indicators: (model.indicators)(),
+            indicator_variables: model.indicator_variables(),
         }
     }
 
     /// The slot of a value reference.
     pub fn slot(&self, reference: u32) -> Option<Slot> {
         let Entry { variable, place, state } = self.table.by_reference(reference)?;
-        Some(Slot { variable, base: base(variable.kind), place, state })
+        Some(Slot { variable, place, state })
     }
 
     /// The slot of a value reference, which must have a type.
     pub fn typed_slot(&self, reference: u32, base: Base) -> Result<Slot, Failure> {
-        let slot = self
-            .slot(reference)
-            .ok_or_else(|| Failure::error(format!("there is no variable with value reference {reference}")))?;
-        if slot.base != base {
-            let (name, actual) = (&slot.variable.name, slot.base);
-            return Err(Failure::error(format!("{name} (value reference {reference}) is {actual:?}, not {base:?}")));
-        }
+        let slot = self.slot(reference).ok_or_else(|| unknown(reference))?;
+        check_type(slot.variable, base)?;
         Ok(slot)
+    }
+
+    /// The value references of the elements of the array that begins at one; of a single variable just this.
+    pub fn elements(&self, reference: u32) -> Result<Range<u32>, Failure> {
+        if let Some(indicator) = self.indicator(reference) {
+            let name = &self.indicator_variables[indicator].name;
+            let reason = "is an event indicator, which can be read but neither set nor differentiated";
+            return Err(Failure::error(format!("{name} {reason}")));
+        }
+        let length = self.table.length_at(reference).ok_or_else(|| unknown(reference))?;
+        Ok(reference..reference + length as u32)
+    }
+
+    /// The number of the event indicator that has a value reference, if one has it.
+    pub fn indicator(&self, reference: u32) -> Option<usize> {
+        self.indicator_variables.iter().position(|variable| variable.reference == reference)
     }
 }
 
-fn base(kind: Kind) -> Base {
-    match kind {
-        Kind::Real(_) => Base::Real,
-        Kind::Integer | Kind::Enumeration(_) => Base::Integer,
-        Kind::Boolean => Base::Boolean,
+/// Refuses to read or write a variable as something that it is not.
+pub fn check_type(variable: &Variable, base: Base) -> Result<(), Failure> {
+    if base.holds(variable.kind) {
+        return Ok(());
     }
+    let (name, reference) = (&variable.name, variable.reference);
+    let actual = match variable.kind {
+        Kind::Real(_) => Base::Real,
+        Kind::Integer => Base::Integer,
+        Kind::Enumeration(_) => Base::Enumeration,
+        Kind::Boolean => Base::Boolean,
+    };
+    Err(Failure::error(format!("{name} (value reference {reference}) is {actual}, not {base}")))
+}
+
+fn unknown(reference: u32) -> Failure {
+    Failure::error(format!("there is no variable with value reference {reference}"))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `guard` | lets a call into an instance: one at a time, obeying the table, without panics leaving it |
-//! | `values`, `steps`, `exchange`, `derivatives`, `saved_states` | what is done with an instance |
+//! | `values`, `arrays`, `steps`, `exchange`, `derivatives`, `dependencies`, `saved_states` | what is done with an instance |
 //! | `run` | the simulation behind an instance, started and computed when needed |
 //! | `record` | what an instance remembers besides the states of its model |
 //! | `layout`, `registry` | where the value of each variable is kept; the models by GUID |
@@ -12,8 +12,10 @@
 //! | `log`, `notices`, `failure` | messages to the host |
 //! | `guid` | the GUID |
 
+mod arrays;
 mod clock;
 mod codec;
+mod dependencies;
 mod derivatives;
 mod exchange;
 mod failure;
@@ -61,8 +63,11 @@ pub struct Instance {
 /// Room for intermediate values, so that calls between steps need no memory of their own.
 struct Scratch {
     parameters: Vec<f64>,
+    /// A direction of differentiation, by time, inputs and states; the states also for those that the host sets.
+    time: f64,
     inputs: Vec<f64>,
     states: Vec<f64>,
+    indicators: Vec<f64>,
     computed: Vec<f64>,
     /// What a call hands out, in the order in which it was asked for.
     answers: Vec<f64>,
@@ -80,8 +85,10 @@ impl Instance {
             notices: Notices::default(),
             scratch: Scratch {
                 parameters: vec![0.0; layout.parameters.len()],
+                time: 0.0,
                 inputs: vec![0.0; layout.inputs.len()],
                 states: vec![0.0; layout.states],
+                indicators: vec![0.0; layout.indicators.len()],
                 computed: vec![0.0; layout.computed.len()],
                 answers: Vec::with_capacity(layout.table.len()),
             },
@@ -120,6 +127,7 @@ impl Instance {
         self.record.last_step = LastStep { failed: false, successful_until: time };
         self.record.mode = match self.record.kind {
             Kind::CoSimulation => Mode::StepComplete,
+            Kind::HybridCoSimulation { .. } => Mode::StepEvent,
             Kind::ModelExchange => {
                 self.run.go_outside(self.layout, &self.record)?;
                 Mode::Event

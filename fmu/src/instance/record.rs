@@ -48,8 +48,13 @@ pub struct LastStep {
 /// Where the solver is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// Inside: co-simulation.
+    /// Inside: co-simulation, with all events handled inside too.
     CoSimulation,
+    /// Inside: co-simulation with event mode, in which inputs may jump.
+    HybridCoSimulation {
+        /// Whether steps end at events, so that the host can react.
+        returns_early: bool,
+    },
     /// Outside: model exchange.
     ModelExchange,
 }

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::layout::Layout;
 use super::record::{Kind, Record};
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
-use pneumatic_servo::model_exchange::Exchange;
+use pneumatic_servo::model_exchange::{Exchange, Update, seen};
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::Notices;
 
@@ -71,18 +71,55 @@ impl Run {
         }
     }
 
-    /// The model for a call of a solver outside that reads it.
-    pub fn unchanged_outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
+    /// The model for a call of a solver outside that changes it.
+    pub fn outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
+        self.is_computed = false;
         match self.ready(layout, record)? {
             Way::Outside(exchange) => Ok(exchange.as_mut()),
             Way::Inside(_) => Err(Failure::error("the solver is inside")),
         }
     }
 
-    /// The model for a call of a solver outside that changes it.
-    pub fn outside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Exchange, Failure> {
+    /// Looks at the model as a solver outside sees it, or will see it after the initialization.
+    pub fn look_from_outside(
+        &mut self,
+        layout: &Layout,
+        record: &Record,
+        look: impl FnOnce(&dyn Exchange) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        match self.ready(layout, record)? {
+            Way::Outside(outside) => look(outside.as_ref()),
+            Way::Inside(simulation) if record.kind == Kind::ModelExchange => {
+                look(exchange(simulation.as_ref(), layout)?.as_ref())
+            }
+            Way::Inside(_) => Err(Failure::error("the solver is inside")),
+        }
+    }
+
+    /// Updates the discrete part of the model.
+    pub fn update(&mut self, layout: &Layout, record: &Record) -> Result<Update, Failure> {
         self.is_computed = false;
-        self.unchanged_outside(layout, record)
+        match self.ready(layout, record)? {
+            Way::Outside(exchange) => Ok(exchange.update()?),
+            Way::Inside(simulation) => {
+                simulation.update().map_err(|error| Failure::error(error.to_string()))?;
+                Ok(Update { changes_states: false, next_time_event: None })
+            }
+        }
+    }
+
+    /// Writes the event indicators as a solver outside sees them.
+    pub fn indicators(&mut self, layout: &Layout, record: &Record, values: &mut [f64]) -> Result<(), Failure> {
+        match self.ready(layout, record)? {
+            Way::Outside(exchange) => exchange.indicators(values),
+            Way::Inside(simulation) => {
+                simulation.indicators(values);
+                for (value, indicator) in values.iter_mut().zip(&layout.indicators) {
+                    *value = seen(indicator, *value);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Hands the model, as it has started, to a solver outside.
@@ -106,6 +143,18 @@ impl Run {
             // What a solver outside carries is its own affair.
             Some(Way::Outside(_)) | None => true,
         }
+    }
+
+    /// Integrates to `end` or to the first event on the way, and tells whether there is one; or tells why not, if it stops
+    /// before.
+    pub fn advance_to_event(
+        &mut self,
+        layout: &Layout,
+        record: &Record,
+        end: f64,
+    ) -> Result<Result<bool, StepError>, Failure> {
+        self.is_computed = false;
+        Ok(self.inside(layout, record)?.advance_to_event(end))
     }
 
     /// Replaces tunable parameters.
@@ -191,7 +240,7 @@ impl Run {
             None => {
                 let mut simulation = (layout.model.start)(&record.start())?;
                 self.way = Some(match record.kind {
-                    Kind::CoSimulation => {
+                    Kind::CoSimulation | Kind::HybridCoSimulation { .. } => {
                         simulation.restore(snapshot)?;
                         Way::Inside(simulation)
                     }

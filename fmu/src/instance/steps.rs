@@ -3,24 +3,41 @@
 use super::Instance;
 use super::clock::end_of_step;
 use super::failure::Failure;
-use super::record::LastStep;
+use super::record::{Kind, LastStep};
 use crate::calls::Mode;
 
+/// How a step has ended that has not failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// Whether it has ended at an event, which is still to happen.
+    pub event: bool,
+    /// Whether it has ended before its end.
+    pub is_early: bool,
+}
+
 impl Instance {
-    /// Integrates to exactly `point + size`.
-    pub fn do_step(&mut self, point: f64, size: f64) -> Result<(), Failure> {
+    /// Integrates to exactly `point + size`, or to the first event on the way if the host wants to react to events.
+    pub fn do_step(&mut self, point: f64, size: f64) -> Result<Step, Failure> {
         let start = self.time();
         let stop = self.record.experiment.and_then(|experiment| experiment.stop);
         let end = end_of_step(start, point, size, stop)?;
         self.check_interpolated_inputs(end - start)?;
-        let outcome = self.run.advance(self.layout, &self.record, end)?;
+        let outcome = match self.record.kind {
+            Kind::HybridCoSimulation { returns_early: true } => {
+                self.run.advance_to_event(self.layout, &self.record, end)?
+            }
+            _ => self.run.advance(self.layout, &self.record, end)?.map(|()| false),
+        };
         self.keep_reached_inputs(self.time() - start);
-        if let Err(error) = outcome {
-            return Err(self.fail_step(self.time(), error.to_string()));
-        }
+        let event = match outcome {
+            Ok(event) => event,
+            Err(error) => return Err(self.fail_step(self.time(), error.to_string())),
+        };
         self.check_states().map_err(|failure| self.fail_step(start, failure.message))?;
-        self.record.last_step = LastStep { failed: false, successful_until: end };
-        self.tell_notices()
+        let reached = self.time();
+        self.record.last_step = LastStep { failed: false, successful_until: reached };
+        self.tell_notices()?;
+        Ok(Step { event, is_early: reached < end })
     }
 
     /// Refuses states that are no numbers, by the name of a variable that shows it. Other computed values are worked

@@ -2,21 +2,29 @@
 
 use super::Instance;
 use super::failure::Failure;
-use super::layout::Base;
+use super::layout::{Base, Slot};
 use crate::calls::{Mode, describe};
 use pneumatic_servo::variables::{Kind, ParameterError, Place, Role, Variable};
 
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
 fn settable(role: Role) -> &'static [Mode] {
     match role {
-        Role::Input => {
-            &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Event, Mode::ContinuousTime]
-        }
-        Role::Tunable => &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Event],
+        Role::Input => &[
+            Mode::Instantiated,
+            Mode::Initialization,
+            Mode::StepComplete,
+            Mode::StepEvent,
+            Mode::Event,
+            Mode::ContinuousTime,
+        ],
+        Role::Tunable => &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::StepEvent, Mode::Event],
         Role::Fixed => &[Mode::Instantiated, Mode::Initialization],
         Role::Time | Role::Output | Role::Local => &[],
     }
 }
+
+/// The modes in which a continuous state may be set: those of a solver outside.
+const STATES_SETTABLE: &[Mode] = &[Mode::Event, Mode::ContinuousTime];
 
 impl Instance {
     /// The values of variables of a type, after all of them have been found.
@@ -29,14 +37,17 @@ impl Instance {
         Ok(&self.scratch.answers)
     }
 
-    /// Gives values to variables of a type: to all of them or, if one is refused, to none.
+    /// Gives values to variables of a type: to all of them or, if one is refused, to none. A host that integrates may set
+    /// continuous states as variables too.
     pub fn set(&mut self, base: Base, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Failure> {
         let mut sets_inputs = false;
         let mut sets_parameters = false;
+        let mut sets_states = false;
         for (reference, value) in values.clone() {
             let slot = self.layout.typed_slot(reference, base)?;
-            self.check_settable(slot.variable)?;
+            self.check_settable(&slot)?;
             check_value(slot.variable, value)?;
+            sets_states |= matches!(slot.place, Place::Computed(_));
             sets_inputs |= matches!(slot.place, Place::Input(_));
             sets_parameters |= matches!(slot.place, Place::Parameter(_));
         }
@@ -49,6 +60,11 @@ impl Instance {
             }
             self.take_parameters()?;
         }
+        if sets_states {
+            let layout = self.layout;
+            let states = values.clone().filter_map(|(reference, value)| Some((layout.slot(reference)?.state?, value)));
+            self.move_states(states)?;
+        }
         if sets_inputs {
             for (reference, value) in values {
                 if let Place::Input(place) = self.layout.typed_slot(reference, base)?.place {
@@ -60,7 +76,7 @@ impl Instance {
         Ok(())
     }
 
-    fn read(&mut self, reference: u32, base: Base) -> Result<f64, Failure> {
+    pub(super) fn read(&mut self, reference: u32, base: Base) -> Result<f64, Failure> {
         let slot = self.layout.typed_slot(reference, base)?;
         let name = &slot.variable.name;
         if matches!(slot.place, Place::Computed(_)) && self.record.mode == Mode::Instantiated {
@@ -70,7 +86,7 @@ impl Instance {
         if !value.is_finite() {
             return Err(Failure::error(format!("{name} is not a finite number but {value}")));
         }
-        if slot.base == Base::Integer && f64::from(value as i32) != value {
+        if slot.variable.kind == Kind::Integer && f64::from(value as i32) != value {
             return Err(Failure::error(format!("{name} = {value} is no 32-bit integer")));
         }
         Ok(value)
@@ -85,8 +101,9 @@ impl Instance {
         })
     }
 
-    fn check_settable(&self, variable: &Variable) -> Result<(), Failure> {
-        let modes = settable(variable.role);
+    fn check_settable(&self, slot: &Slot) -> Result<(), Failure> {
+        let variable = slot.variable;
+        let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable.role) };
         if modes.contains(&self.record.mode) {
             return Ok(());
         }

@@ -9,7 +9,7 @@ use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
 use crate::common::*;
 
-const STATES: usize = 20;
+const STATES: usize = 35;
 const INDICATORS: usize = 6;
 
 /// A host that integrates by the explicit Euler method, which is enough to see what the interface does.
@@ -323,4 +323,24 @@ fn sampled_law_announces_its_samples() {
     let (status, next) = instance.update();
     assert_eq!((status, next.values_of_continuous_states_changed), (OK, 0));
     assert!((next.next_event_time - 2e-3).abs() < 1e-12, "{next:?}");
+}
+
+/// Some hosts know of no other way.
+#[test]
+fn continuous_states_can_be_set_as_variables_where_the_host_integrates() {
+    let (one, other) = (integrating(STRIBECK, 7.0), integrating(STRIBECK, 7.0));
+    let mut states = [0.0; STATES];
+    assert_eq!(one.states(&mut states), OK);
+    (states[1], states[2]) = (0.3, 2.5e5);
+    assert_eq!(one.set_states(&states), OK);
+    let references = [vr("chamberA.pressure"), vr("valveVoltage"), vr("velocity")];
+    assert_eq!(other.set_real(&references, &[2.5e5, 7.0, 0.3]), OK, "{:?}", other.messages());
+    assert_eq!(one.fingerprint(), other.fingerprint());
+    assert_eq!(one.bits(), other.bits());
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert_eq!(other.set_real(&references, &[2e5, 5.0, bad]), ERROR);
+    }
+    assert_eq!(other.set_real(&[vr("acceleration")], &[0.0]), ERROR);
+    assert_eq!(one.fingerprint(), other.fingerprint());
+    assert_eq!(Instance::initialized().set_real(&[vr("velocity")], &[0.1]), ERROR);
 }

@@ -6,15 +6,18 @@ use std::fs;
 
 use object::{NameOrOrdinal, Object};
 
-use crate::common::{Functions, LIBRARY, library_path};
+use pneumatic_servo_fmu::{fmi2, fmi3};
+
+use crate::common::{LIBRARY, library_path};
 
 #[test]
-fn exactly_the_functions_of_the_standard_are_exported() {
+fn exactly_the_functions_of_the_standards_are_exported() {
     let bytes = fs::read(library_path()).expect("the library's file");
     let file = object::File::parse(&*bytes).expect("a library");
     let exports = file.exports().expect("its exports");
     let exported: BTreeSet<_> = exports.map(|export| name(export.expect("an export").name())).collect();
-    let expected: BTreeSet<_> = Functions::NAMES.iter().map(|name| (*name).to_owned()).collect();
+    let names = [fmi2::exports::Functions::NAMES, fmi3::exports::Functions::NAMES].concat();
+    let expected: BTreeSet<_> = names.into_iter().map(str::to_owned).collect();
     assert_eq!(exported, expected);
 }
 

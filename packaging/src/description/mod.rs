@@ -1,18 +1,23 @@
-//! `modelDescription.xml`, made from the variable table.
+//! `modelDescription.xml`, made from the variable table: one description of a model, written for two versions of FMI.
 
+mod enumerations;
+mod fmi2;
+mod fmi3;
 mod structure;
-mod types;
+mod terminals;
 mod units;
-mod variables;
+mod variability;
 
 use std::io;
 
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
-use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::LOG_CATEGORIES;
 use quick_xml::events::{BytesDecl, Event};
 
-pub use self::types::used as enumerations;
+pub use self::enumerations::used as enumerations;
+use self::structure::Structure;
+pub use self::terminals::xml as terminals;
 use crate::xml::{Element, Xml};
 
 /// What changes from build to build.
@@ -23,84 +28,89 @@ pub struct Stamp {
     pub date: String,
 }
 
-/// The description of a model.
+/// A version of FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// FMI 2.0.
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3,
+}
+
+impl Version {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Fmi2, Self::Fmi3];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fmi2 => "FMI 2.0",
+            Self::Fmi3 => "FMI 3.0",
+        }
+    }
+
+    /// Its folder below those of the FMUs and the descriptions: FMI 2.0, which most tools read, is at the top.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Fmi2 => "",
+            Self::Fmi3 => "fmi3",
+        }
+    }
+}
+
+/// The description of a model for a version.
 ///
 /// # Errors
 /// When a variable refers to one that the table does not have.
-pub fn xml(model: &Model, stamp: &Stamp) -> Result<String> {
-    let variables = (model.variables)();
-    let structure = structure::Structure::new(variables).with_context(|| format!("the table of {}", model.name))?;
+pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
+    let structure = Structure::new((model.variables)()).with_context(|| format!("the table of {}", model.name))?;
+    document(|xml| match version {
+        Version::Fmi2 => fmi2::write(xml, model, stamp, &structure),
+        Version::Fmi3 => fmi3::write(xml, model, stamp, &structure),
+    })
+}
+
+/// The text of a document with one element.
+fn document(root: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String> {
     let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    root(model, stamp).contain(&mut xml, |xml| {
-        model_exchange(xml, model)?;
-        co_simulation(xml, model)?;
-        units::write(xml, variables)?;
-        types::write(xml, variables)?;
-        log_categories(xml)?;
-        default_experiment(xml, model)?;
-        variables::write(xml, variables)?;
-        structure.write(xml)
-    })?;
+    root(&mut xml)?;
     let mut text = String::from_utf8(xml.into_inner()).context("the description is not UTF-8")?;
     text.push('\n');
     Ok(text)
 }
 
-fn root(model: &Model, stamp: &Stamp) -> Element {
+/// The root, with what the versions of FMI call by the same names, around what is told by `contents`.
+fn root(version: &str, token: &str, model: &Model, stamp: &Stamp) -> Element {
     Element::new("fmiModelDescription")
-        .with("fmiVersion", "2.0")
+        .with("fmiVersion", version)
         .with("modelName", model.name)
-        .with("guid", &stamp.guid)
+        .with(token, &stamp.guid)
         .with("description", model.description)
         .with("version", env!("CARGO_PKG_VERSION"))
         .with("license", env!("CARGO_PKG_LICENSE"))
         .with("generationTool", concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION")))
         .with("generationDateAndTime", &stamp.date)
         .with("variableNamingConvention", "structured")
-        .with_some("numberOfEventIndicators", is_exchanged(model).then(|| (model.indicators)().len().to_string()))
 }
+
+/// A way of running the model, with its attributes, those of both ways before its own.
+fn kind(name: &'static str, model: &Model, common: &[Attribute], own: &[Attribute]) -> Element {
+    let element = Element::new(name).with("modelIdentifier", model.name);
+    common.iter().chain(own).fold(element, |element, (name, value)| element.with(name, value))
+}
+
+/// Name and value.
+type Attribute = (&'static str, &'static str);
 
 /// Whether there is anything to exchange: a model without continuous states needs no solver.
 fn is_exchanged(model: &Model) -> bool {
     (model.variables)().number_of_states() > 0
 }
 
-fn model_exchange(xml: &mut Xml, model: &Model) -> io::Result<()> {
-    if !is_exchanged(model) {
-        return Ok(());
-    }
-    Element::new("ModelExchange")
-        .with("modelIdentifier", model.name)
-        .with("needsExecutionTool", "false")
-        .with("completedIntegratorStepNotNeeded", "false")
-        .with("canBeInstantiatedOnlyOncePerProcess", "false")
-        .with("canNotUseMemoryManagementFunctions", "false")
-        .with("canGetAndSetFMUstate", "true")
-        .with("canSerializeFMUstate", "true")
-        .with("providesDirectionalDerivative", "true")
-        .write(xml)
-}
-
-fn co_simulation(xml: &mut Xml, model: &Model) -> io::Result<()> {
-    Element::new("CoSimulation")
-        .with("modelIdentifier", model.name)
-        .with("needsExecutionTool", "false")
-        .with("canHandleVariableCommunicationStepSize", "true")
-        .with("canInterpolateInputs", "true")
-        .with("maxOutputDerivativeOrder", "1")
-        .with("canRunAsynchronuously", "false")
-        .with("canBeInstantiatedOnlyOncePerProcess", "false")
-        .with("canNotUseMemoryManagementFunctions", "false")
-        .with("canGetAndSetFMUstate", "true")
-        .with("canSerializeFMUstate", "true")
-        .with("providesDirectionalDerivative", "true")
-        .write(xml)
-}
-
 fn log_categories(xml: &mut Xml) -> io::Result<()> {
     Element::new("LogCategories").contain(xml, |xml| {
-        fmi2::LOG_CATEGORIES.iter().try_for_each(|category| {
+        LOG_CATEGORIES.iter().try_for_each(|category| {
             Element::new("Category").with("name", category.name).with("description", category.description).write(xml)
         })
     })
@@ -123,15 +133,30 @@ mod tests {
     use std::collections::BTreeSet;
 
     use pneumatic_servo::models;
+    use pneumatic_servo::variables::array_name;
 
     /// Viewers show structured names as a tree, in which a variable cannot be a branch too.
     #[test]
     fn no_variable_has_the_name_of_a_group() {
         for model in models::ALL {
-            let names: BTreeSet<&str> = (model.variables)().iter().map(|variable| variable.name.as_str()).collect();
+            let indicators = model.indicator_variables();
+            let variables = (model.variables)().iter().chain(&indicators);
+            let names = variables.flat_map(|variable| [Some(variable.name.as_str()), array_name(&variable.name)]);
+            let names: BTreeSet<&str> = names.flatten().collect();
             let plain = names.iter().filter(|name| !name.starts_with("der("));
             for group in plain.filter_map(|name| name.rsplit_once('.')).map(|(group, _)| group) {
                 assert!(!names.contains(group), "{}: {group} is a variable and a group", model.name);
+            }
+        }
+    }
+
+    #[test]
+    fn indicators_have_names_and_references_of_their_own() {
+        for model in models::ALL {
+            let table = (model.variables)();
+            for indicator in model.indicator_variables() {
+                assert!(table.find(&indicator.name).is_none(), "{}: {}", model.name, indicator.name);
+                assert!(table.by_reference(indicator.reference).is_none(), "{}: {}", model.name, indicator.name);
             }
         }
     }

@@ -1,25 +1,27 @@
-//! `ModelStructure`: outputs and state derivatives, what they depend on, and what is computed at initialization.
+//! What `ModelStructure` tells: outputs and state derivatives, what they depend on, and what is computed at initialization.
 
 use std::collections::BTreeSet;
-use std::io;
 
 use anyhow::{Context, Result};
 use pneumatic_servo::variables::{Role, Table, Variable};
 
-use crate::xml::{Element, Xml};
-
 /// The three lists of the section; variables are named by their index, which counts from 1.
 pub struct Structure {
-    outputs: Vec<Unknown>,
-    derivatives: Vec<Unknown>,
-    initial_unknowns: Vec<Unknown>,
+    /// The outputs.
+    pub outputs: Vec<Unknown>,
+    /// The derivatives of the continuous states.
+    pub derivatives: Vec<Unknown>,
+    /// What is computed at initialization.
+    pub initial_unknowns: Vec<Unknown>,
 }
 
 /// A variable and those it depends on.
 #[derive(Debug, PartialEq)]
-struct Unknown {
-    index: usize,
-    dependencies: Vec<usize>,
+pub struct Unknown {
+    /// Its index.
+    pub index: usize,
+    /// Their indices, in ascending order.
+    pub dependencies: Vec<usize>,
 }
 
 /// The index of the variable with this value reference, counted from 1.
@@ -49,15 +51,6 @@ impl Structure {
         let initial_unknowns = initial.into_iter().map(|index| Unknown::initial(variables, index)).collect();
         Ok(Self { outputs, derivatives, initial_unknowns })
     }
-
-    /// Writes the section.
-    pub fn write(&self, xml: &mut Xml) -> io::Result<()> {
-        Element::new("ModelStructure").contain(xml, |xml| {
-            list(xml, "Outputs", self.outputs.iter().map(Unknown::element))?;
-            list(xml, "Derivatives", self.derivatives.iter().map(Unknown::element))?;
-            list(xml, "InitialUnknowns", self.initial_unknowns.iter().map(Unknown::element))
-        })
-    }
 }
 
 impl Unknown {
@@ -82,23 +75,6 @@ impl Unknown {
         let dependencies = (1..).zip(variables).filter(|(_, variable)| is_used(variable)).map(|(index, _)| index);
         Self { index, dependencies: dependencies.collect() }
     }
-
-    fn element(&self) -> Element {
-        let indices: Vec<String> = self.dependencies.iter().map(usize::to_string).collect();
-        Element::new("Unknown")
-            .with("index", &self.index.to_string())
-            .with("dependencies", &indices.join(" "))
-            .with("dependenciesKind", &vec!["dependent"; indices.len()].join(" "))
-    }
-}
-
-/// Writes a list, unless it is empty.
-fn list(xml: &mut Xml, name: &'static str, elements: impl Iterator<Item = Element>) -> io::Result<()> {
-    let mut elements = elements.peekable();
-    if elements.peek().is_none() {
-        return Ok(());
-    }
-    Element::new(name).contain(xml, |xml| elements.try_for_each(|element| element.write(xml)))
 }
 
 #[cfg(test)]

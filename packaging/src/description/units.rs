@@ -8,7 +8,7 @@ use crate::units::{base_unit, used};
 use crate::xml::{Element, Xml};
 
 /// Writes the section.
-pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
+pub fn write<'a>(xml: &mut Xml, variables: impl IntoIterator<Item = &'a Variable>) -> io::Result<()> {
     Element::new("UnitDefinitions")
         .contain(xml, |xml| used(variables).into_iter().try_for_each(|unit| write_unit(xml, unit)))
 }

@@ -14,12 +14,13 @@ use pneumatic_servo::variables::Role;
 
 pub use self::experiment::figure;
 use self::text::escape;
+use crate::description::Version;
 
 /// The page of a model around its hand-written part, `<Model>.html` of a folder.
 ///
 /// # Errors
 /// When that file or one it includes is missing, or an equation in it cannot be read.
-pub fn page(model: &Model, folder: &Path) -> Result<String> {
+pub fn page(model: &Model, version: Version, folder: &Path) -> Result<String> {
     let source = source(folder, &format!("{}.html", model.name))?;
     let variables = (model.variables)();
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
@@ -37,17 +38,38 @@ pub fn page(model: &Model, folder: &Path) -> Result<String> {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
          <style>\n{style}</style>\n</head>\n<body>\n<header>\n<h1>{name}</h1>\n<p>{description}</p>\n\
-         <p class=\"facts\">FMI 2.0, version {version}, default experiment 0 s to {stop} s \
-         with communication steps of {step} s</p>\n</header>\n<main>\n{contents}{sections}</main>\n</body>\n</html>\n",
+         <p class=\"facts\">{fmi}, version {release}, default experiment 0 s to {stop} s \
+         with communication steps of {step} s</p>\n<p>{kinds}</p>\n</header>\n<main>\n{contents}{sections}</main>\n</body>\n</html>\n",
         name = escape(model.name),
         style = include_str!("style.css"),
         description = escape(model.description),
-        version = env!("CARGO_PKG_VERSION"),
+        fmi = version.name(),
+        kinds = kinds(model, version),
+        release = env!("CARGO_PKG_VERSION"),
         stop = text::number(model.experiment.stop_time),
         step = text::number(model.experiment.step_size),
         contents = contents(&sections.concat()),
         sections = sections.concat(),
     ))
+}
+
+/// Which kind and version to choose.
+fn kinds(model: &Model, version: Version) -> String {
+    if (model.variables)().number_of_states() == 0 {
+        return "Import it for co-simulation: there are no continuous states to exchange.".to_owned();
+    }
+    let kinds = "Import it for co-simulation, where the solver inside locates stick and slip; choose model exchange where a tool \
+                 offers nothing else, or where one solver is to see the whole system or derivatives.";
+    let other = match version {
+        Version::Fmi2 => {
+            "A host that is to react to events, in co-simulation with event mode, needs the FMU of FMI 3.0."
+        }
+        Version::Fmi3 => {
+            "With event mode a step ends where the carriage breaks away or stops, if the host allows early return. Tools \
+             that do not know FMI 3.0 take the FMU of FMI 2.0, of the same build."
+        }
+    };
+    format!("{kinds} {other}")
 }
 
 /// Links to all sections.
@@ -96,7 +118,7 @@ mod tests {
     #[test]
     fn every_variable_is_on_the_page_of_its_model() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, &folder())?;
+            let page = page(model, Version::Fmi2, &folder())?;
             for variable in (model.variables)().iter().filter(|variable| variable.role != Role::Time) {
                 let cell = format!("<code>{}</code>", escape(&variable.name));
                 assert!(page.contains(&cell), "{} is missing", variable.name);
@@ -109,7 +131,7 @@ mod tests {
     #[test]
     fn contents_lead_to_every_section() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, &folder())?;
+            let page = page(model, Version::Fmi2, &folder())?;
             let sections: Vec<_> =
                 page.split("<section id=\"").skip(1).filter_map(|text| text.split('"').next()).collect();
             let links: Vec<_> =

@@ -1,8 +1,8 @@
-//! Gate: a library exports every function of FMI 2.0, and nothing else.
+//! Gate: a library exports every function of FMI 2.0 and FMI 3.0, and nothing else.
 
 use std::collections::BTreeSet;
 
-use pneumatic_servo_fmu::fmi2::exports::Functions;
+use pneumatic_servo_fmu::{fmi2, fmi3};
 
 /// What is missing and what is too much.
 pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
@@ -12,17 +12,18 @@ pub fn problems(exports: &BTreeSet<String>) -> Vec<String> {
     let foreign = names(&mut exports.difference(&wanted));
     let mut problems = Vec::new();
     if !missing.is_empty() {
-        problems.push(format!("functions of FMI 2.0 are missing: {missing}"));
+        problems.push(format!("functions of FMI are missing: {missing}"));
     }
     if !foreign.is_empty() {
-        problems.push(format!("exports that are no functions of FMI 2.0: {foreign}"));
+        problems.push(format!("exports that are no functions of FMI: {foreign}"));
     }
     problems
 }
 
-/// The functions that FMI 2.0 defines.
+/// The functions that FMI 2.0 and FMI 3.0 define.
 pub fn standard() -> BTreeSet<String> {
-    Functions::NAMES.iter().map(|name| (*name).to_owned()).collect()
+    let names = [fmi2::exports::Functions::NAMES, fmi3::exports::Functions::NAMES];
+    names.into_iter().flatten().map(|name| (*name).to_owned()).collect()
 }
 
 #[cfg(test)]
@@ -38,13 +39,13 @@ mod tests {
     fn a_missing_function_is_named() {
         let mut exports = standard();
         exports.remove("fmi2DoStep");
-        assert_eq!(problems(&exports), ["functions of FMI 2.0 are missing: fmi2DoStep"]);
+        assert_eq!(problems(&exports), ["functions of FMI are missing: fmi2DoStep"]);
     }
 
     #[test]
     fn a_foreign_symbol_is_named() {
         let mut exports = standard();
         exports.insert("rust_eh_personality".to_owned());
-        assert_eq!(problems(&exports), ["exports that are no functions of FMI 2.0: rust_eh_personality"]);
+        assert_eq!(problems(&exports), ["exports that are no functions of FMI: rust_eh_personality"]);
     }
 }

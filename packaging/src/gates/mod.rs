@@ -42,7 +42,7 @@ pub enum Reach {
 /// When the file cannot be read as a shared library, or with everything that is wrong with it.
 pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String]) -> Result<String> {
     let slices = facts::read(bytes)?;
-    let mut problems = architectures(platform, reach, &slices);
+    let mut problems = wrong_architectures(platform, reach, &slices);
     for facts in &slices {
         let found = rules(platform, reach, facts);
         problems.extend(found.into_iter().map(|problem| format!("{}: {problem}", name(facts.architecture))));
@@ -54,8 +54,16 @@ pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String])
     Ok(report(platform, &slices, bytes.len()))
 }
 
+/// The names of the processors that a library is for.
+///
+/// # Errors
+/// When the file cannot be read as a shared library.
+pub fn architectures(bytes: &[u8]) -> Result<BTreeSet<String>> {
+    Ok(facts::read(bytes)?.iter().map(|facts| name(facts.architecture)).collect())
+}
+
 /// The processors must be those of the platform.
-fn architectures(platform: Platform, reach: Reach, slices: &[Facts]) -> Vec<String> {
+fn wrong_architectures(platform: Platform, reach: Reach, slices: &[Facts]) -> Vec<String> {
     let found: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
     let wanted = match (reach, platform) {
         (Reach::ThisMachine, _) => BTreeSet::from([std::env::consts::ARCH.to_owned()]),
@@ -199,9 +207,9 @@ mod tests {
     #[test]
     fn the_mac_needs_both_processors() {
         let intel = good(Platform::Darwin64);
-        let problems = architectures(Platform::Darwin64, Reach::Everybody, &[intel]);
+        let problems = wrong_architectures(Platform::Darwin64, Reach::Everybody, &[intel]);
         assert_eq!(problems, ["it is for x86_64, not for aarch64, x86_64"]);
         let arm = Facts { architecture: Architecture::Aarch64, ..good(Platform::Darwin64) };
-        assert!(architectures(Platform::Darwin64, Reach::Everybody, &[arm, good(Platform::Darwin64)]).is_empty());
+        assert!(wrong_architectures(Platform::Darwin64, Reach::Everybody, &[arm, good(Platform::Darwin64)]).is_empty());
     }
 }

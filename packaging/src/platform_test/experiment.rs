@@ -7,7 +7,7 @@ use anyhow::{Result, bail, ensure};
 use pneumatic_servo::model::{Course, Experiment, Model};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
-use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::guid;
 
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";
@@ -20,7 +20,7 @@ pub fn all() -> String {
 fn experiment(model: &Model) -> String {
     let variables = (model.variables)();
     let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));
-    let mut text = format!("experiment {} {steps} {:x} ", fmi2::guid(model), step.to_bits());
+    let mut text = format!("experiment {} {steps} {:x} ", guid(model), step.to_bits());
     push(&mut text, courses.iter().map(|(reference, _)| *reference));
     for index in 0..steps {
         for (_, course) in &courses {

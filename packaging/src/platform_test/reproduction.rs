@@ -6,6 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
+use crate::description::Version;
 use crate::library::Library;
 use crate::package;
 use crate::platform::Platform;
@@ -42,15 +43,24 @@ impl Reproduction {
         ensure!(self.library.bytes == twin.bytes, "the library for {platform} depends on where it is built");
         println!("the library for {platform} has the same bytes");
         package::join(&self.elsewhere, first)?;
-        let folder = self.elsewhere.fmus();
-        for entry in std::fs::read_dir(&folder).with_context(|| format!("cannot list {}", folder.display()))? {
-            let entry = entry?;
-            let same = std::fs::read(entry.path())? == std::fs::read(workspace.fmus().join(entry.file_name()))?;
-            ensure!(same, "{} depends on where it is built", entry.path().display());
+        for folder in Version::ALL.map(Version::folder) {
+            compare_files(&self.elsewhere.fmus().join(folder), &workspace.fmus().join(folder))?;
         }
         println!("the FMUs and the SSP file have the same bytes");
         Ok(())
     }
+}
+
+/// Compares the files of a folder with those of the same names in another.
+fn compare_files(folder: &Path, other: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(folder).with_context(|| format!("cannot list {}", folder.display()))? {
+        let file = entry?.path();
+        if let Some(name) = file.file_name().filter(|_| file.is_file()) {
+            let same = std::fs::read(&file)? == std::fs::read(other.join(name))?;
+            ensure!(same, "{} depends on where it is built", file.display());
+        }
+    }
+    Ok(())
 }
 
 /// Copies what git knows or would know of a checkout, with its history, whose last date is in the FMU.

@@ -31,7 +31,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let (end, trial) = self.refine(event, bracket, guess, *trial);
         self.move_to(self.time + end, &trial);
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
-        self.switch(event)
+        self.reach(event)
     }
 
     /// An indicator starts at zero and seems to fall at once: either a shorter step shows it rise first, or it shows no
@@ -43,7 +43,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
         }
         self.move_to(self.time + h, trial);
-        self.switch(event)
+        self.reach(event)
     }
 
     /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross; or one that is
@@ -100,6 +100,15 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             at = (bracket.guess() + 0.5 * resolution).min(bracket.end() - 0.5 * resolution);
         }
         best
+    }
+
+    /// Switches at an event, or pauses before it.
+    pub(super) fn reach(&mut self, event: usize) -> Result<(), StepError> {
+        if self.pauses {
+            self.pending = Some(event);
+            return Ok(());
+        }
+        self.switch(event)
     }
 
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {

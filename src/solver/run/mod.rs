@@ -44,6 +44,8 @@ pub struct Progress {
     choice: Choice,
     counters: Counters,
     balance: Balance,
+    /// The event before which the run has paused.
+    pending: Option<u32>,
 }
 
 impl Progress {
@@ -52,13 +54,15 @@ impl Progress {
         self.time
     }
 
-    /// Whether a run can have come this far.
-    pub fn is_sound(&self) -> bool {
+    /// Whether a run of a system with a number of event indicators can have come this far.
+    pub fn is_sound(&self, indicators: usize) -> bool {
+        let is_event = |event: u32| (event as usize) < indicators;
         self.time.is_finite()
             && self.step.is_finite()
             && self.step > 0.0
             && self.choice.is_sound()
             && self.balance.is_finite()
+            && self.pending.is_none_or(is_event)
     }
 }
 
@@ -94,6 +98,10 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     is_settled: bool,
     /// The event that is at its limit here, and happens within the step tried last.
     leaving: Option<usize>,
+    /// Whether the run pauses before an event, instead of switching.
+    pauses: bool,
+    /// The event before which it has paused: the modes are still those that the event ends.
+    pending: Option<usize>,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -125,6 +133,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             indicators,
             is_settled: false,
             leaving: None,
+            pauses: false,
+            pending: None,
         }
     }
 
@@ -152,8 +162,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// How far the run has come.
     pub fn progress(&self) -> Progress {
-        let &Self { time, step, choice, counters, balance, .. } = self;
-        Progress { time, step, choice, counters, balance }
+        let &Self { time, step, choice, counters, balance, pending, .. } = self;
+        let pending = pending.map(|event| event as u32);
+        Progress { time, step, choice, counters, balance, pending }
+    }
+
+    /// The event indicators with the present modes, memory and inputs: exactly 0 at an event.
+    pub fn indicators(&self) -> H::Indicators {
+        self.consistent(|x, memory| self.system.indicators(self.time, x, &self.inputs.at(self.time), memory))
     }
 
     /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
@@ -172,9 +188,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Goes back to states, memory and progress of a run of the same system.
     pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
         (self.x, self.memory) = (x, memory);
-        let Progress { time, step, choice, counters, balance } = progress;
+        let Progress { time, step, choice, counters, balance, pending } = progress;
         (self.time, self.step, self.choice, self.counters, self.balance) = (time, step, choice, counters, balance);
         (self.is_linearised, self.arrived_with, self.is_settled, self.leaving) = (false, None, false, None);
+        self.pending = pending.map(|event| event as usize);
     }
 
     /// Sets the inputs and their slopes from now on.
@@ -194,9 +211,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Looks at the states and the memory consistent with the present inputs: what the next step starts from.
     ///
-    /// If the inputs set off events without end, those before the limit have happened.
+    /// If the inputs set off events without end, those before the limit have happened. Where the run has paused before an
+    /// event, nothing has happened yet.
     pub fn consistent<R>(&self, look: impl FnOnce(&[f64; N], &H::Memory) -> R) -> R {
-        if self.is_settled {
+        if self.is_settled || self.pending.is_some() {
             return look(&self.x, &self.memory);
         }
         let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
@@ -214,12 +232,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         if end > self.time && self.system.begin(end - self.time, &self.inputs.at(self.time), &mut self.memory) {
             self.is_linearised = false;
         }
-        self.follow();
-        self.settle()?;
+        self.update()?;
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
         let limit = limit.map_err(|limit| StepError::TooManySteps { time: self.time, limit })?;
         let (start, mut attempts) = (self.time, 0);
-        while self.time < end {
+        while self.time < end && self.pending.is_none() {
             if attempts == limit {
                 return Err(StepError::TooManySteps { time: self.time, limit });
             }
@@ -233,6 +250,30 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             }
         }
         Ok(())
+    }
+
+    /// Integrates to `end`, or to the first event on the way and no further; tells whether there is one, which happens when
+    /// the run goes on.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    pub fn advance_to_event(&mut self, end: f64) -> Result<bool, StepError> {
+        self.pauses = true;
+        let outcome = self.advance(end);
+        self.pauses = false;
+        outcome.map(|()| self.pending.is_some())
+    }
+
+    /// Lets the event happen before which the run has paused, and states and memory follow the present inputs.
+    ///
+    /// # Errors
+    /// [`StepError::Chattering`] if events follow each other without end.
+    pub fn update(&mut self) -> Result<(), StepError> {
+        if let Some(event) = self.pending.take() {
+            self.switch(event)?;
+        }
+        self.follow();
+        self.settle()
     }
 
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.

@@ -61,7 +61,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event] == 0.0) {
                 // The indicator has not left zero, and is negative a little later: but for rounding the event is now.
                 self.accept(h, end_time, &trial, error);
-                return self.switch(event);
+                return self.reach(event);
             }
             self.indicators = after;
         }

@@ -1,4 +1,4 @@
-//! `TypeDefinitions`: the enumerations that the table uses.
+//! The enumerations that the table uses, in the words of both versions of FMI.
 
 use std::io;
 
@@ -7,13 +7,28 @@ use pneumatic_servo::variables::{Enumeration, Kind, Variable};
 use crate::xml::{Element, Xml};
 
 /// Writes the section, unless there is nothing in it.
-pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
+pub fn write(
+    xml: &mut Xml,
+    variables: &[Variable],
+    write_type: impl Fn(&mut Xml, &Enumeration) -> io::Result<()>,
+) -> io::Result<()> {
     let enumerations = used(variables);
     if enumerations.is_empty() {
         return Ok(());
     }
     Element::new("TypeDefinitions")
         .contain(xml, |xml| enumerations.into_iter().try_for_each(|enumeration| write_type(xml, enumeration)))
+}
+
+/// Writes the items of an enumeration.
+pub fn items(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
+    enumeration.items.iter().try_for_each(|(id, name, description)| {
+        Element::new("Item")
+            .with("name", name)
+            .with("value", &id.to_string())
+            .with("description", description)
+            .write(xml)
+    })
 }
 
 /// Each enumeration once, in the order in which the table first uses it.
@@ -27,21 +42,4 @@ pub fn used(variables: &[Variable]) -> Vec<&'static Enumeration> {
         }
     }
     enumerations
-}
-
-fn write_type(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
-    Element::new("SimpleType").with("name", enumeration.name).with("description", enumeration.description).contain(
-        xml,
-        |xml| {
-            Element::new("Enumeration").contain(xml, |xml| {
-                enumeration.items.iter().try_for_each(|(id, name, description)| {
-                    Element::new("Item")
-                        .with("name", name)
-                        .with("value", &id.to_string())
-                        .with("description", description)
-                        .write(xml)
-                })
-            })
-        },
-    )
 }

@@ -2,9 +2,10 @@
 
 use std::io;
 
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Kind, Variable};
 
-use super::structure::index_of;
+use crate::description::structure::index_of;
+use crate::description::variability::{describe, is_state, whole};
 use crate::xml::{Element, Xml, real};
 
 /// Writes the section.
@@ -14,28 +15,8 @@ pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {
 }
 
 fn write_variable(xml: &mut Xml, variables: &[Variable], variable: &Variable) -> io::Result<()> {
-    let (causality, variability, initial) = attributes(variable);
-    Element::new("ScalarVariable")
-        .with("name", &variable.name)
-        .with("valueReference", &variable.reference.to_string())
-        .with_some("description", Some(&variable.description).filter(|text| !text.is_empty()))
-        .with("causality", causality)
-        .with("variability", variability)
-        .with_some("initial", initial)
+    describe(Element::new("ScalarVariable"), &variable.name, &variable.description, variable)
         .contain(xml, |xml| value(variables, variable).write(xml))
-}
-
-/// Causality, variability and initial. The time and inputs must not have the last; FMI fixes it for them.
-fn attributes(variable: &Variable) -> (&'static str, &'static str, Option<&'static str>) {
-    let varies = if matches!(variable.kind, Kind::Real(_)) { "continuous" } else { "discrete" };
-    match variable.role {
-        Role::Time => ("independent", "continuous", None),
-        Role::Input => ("input", varies, None),
-        Role::Fixed => ("parameter", "fixed", Some("exact")),
-        Role::Tunable => ("parameter", "tunable", Some("exact")),
-        Role::Output => ("output", varies, Some("calculated")),
-        Role::Local => ("local", varies, Some("calculated")),
-    }
 }
 
 /// The element that says the type, with the attributes that belong to it.
@@ -63,18 +44,8 @@ fn value(variables: &[Variable], variable: &Variable) -> Element {
     }
 }
 
-/// Whether the variable is a continuous state. Events may set any of them.
-fn is_state(variables: &[Variable], variable: &Variable) -> bool {
-    variables.iter().any(|other| other.derivative_of == Some(variable.reference))
-}
-
 /// The index of the state of which the variable is the time derivative.
 fn derivative(variables: &[Variable], variable: &Variable) -> Option<String> {
     let state = variable.derivative_of?;
     index_of(variables, state).map(|index| index.to_string())
-}
-
-/// An integer as text.
-fn whole(value: f64) -> String {
-    format!("{value:.0}")
 }

@@ -1,0 +1,16 @@
+//! The face of FMI 3.0, for co-simulation and model exchange: the C types and functions, for any model in
+//! [`models::ALL`](pneumatic_servo::models::ALL). Arrays are variables of their own here.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | [`exports`] | the functions, declared once: C functions, and a table of them to load or to call |
+//! | `callbacks` | the host's logger |
+//! | `values` | values on their way between host and instance |
+//! | [`types`] | the C types |
+
+mod callbacks;
+pub mod exports;
+pub mod types;
+mod values;
+
+pub use crate::{LOG_CATEGORIES, LogCategory, guid};

@@ -1,0 +1,54 @@
+//! The description in the words of FMI 2.0.
+
+mod structure;
+mod variables;
+
+use std::io;
+
+use pneumatic_servo::model::Model;
+use pneumatic_servo::variables::Enumeration;
+
+use super::structure::Structure;
+use super::{Attribute, Stamp, default_experiment, enumerations, is_exchanged, kind, log_categories, root, units};
+use crate::xml::{Element, Xml};
+
+/// Writes the whole.
+pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure) -> io::Result<()> {
+    let variables = (model.variables)();
+    let indicators = is_exchanged(model).then(|| (model.indicators)().len().to_string());
+    root("2.0", "guid", model, stamp).with_some("numberOfEventIndicators", indicators).contain(xml, |xml| {
+        if is_exchanged(model) {
+            kind("ModelExchange", model, COMMON, MODEL_EXCHANGE).write(xml)?;
+        }
+        kind("CoSimulation", model, COMMON, CO_SIMULATION).write(xml)?;
+        units::write(xml, variables)?;
+        enumerations::write(xml, variables, write_type)?;
+        log_categories(xml)?;
+        default_experiment(xml, model)?;
+        variables::write(xml, variables)?;
+        structure::write(xml, structure)
+    })
+}
+
+const COMMON: &[Attribute] = &[
+    ("needsExecutionTool", "false"),
+    ("canBeInstantiatedOnlyOncePerProcess", "false"),
+    ("canNotUseMemoryManagementFunctions", "false"),
+    ("canGetAndSetFMUstate", "true"),
+    ("canSerializeFMUstate", "true"),
+    ("providesDirectionalDerivative", "true"),
+];
+const MODEL_EXCHANGE: &[Attribute] = &[("completedIntegratorStepNotNeeded", "false")];
+const CO_SIMULATION: &[Attribute] = &[
+    ("canHandleVariableCommunicationStepSize", "true"),
+    ("canInterpolateInputs", "true"),
+    ("maxOutputDerivativeOrder", "1"),
+    ("canRunAsynchronuously", "false"),
+];
+
+fn write_type(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
+    Element::new("SimpleType")
+        .with("name", enumeration.name)
+        .with("description", enumeration.description)
+        .contain(xml, |xml| Element::new("Enumeration").contain(xml, |xml| enumerations::items(xml, enumeration)))
+}

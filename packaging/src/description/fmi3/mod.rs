@@ -1,0 +1,54 @@
+//! The description in the words of FMI 3.0: arrays are variables, event indicators too.
+
+mod structure;
+mod variables;
+
+use std::io;
+
+use pneumatic_servo::model::Model;
+use pneumatic_servo::variables::Enumeration;
+
+use super::structure::Structure;
+use super::{Attribute, Stamp, default_experiment, enumerations, is_exchanged, kind, log_categories, root, units};
+use crate::xml::{Element, Xml};
+
+/// Writes the whole.
+pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure) -> io::Result<()> {
+    let (table, indicators) = ((model.variables)(), model.indicator_variables());
+    root("3.0", "instantiationToken", model, stamp).contain(xml, |xml| {
+        if is_exchanged(model) {
+            kind("ModelExchange", model, COMMON, MODEL_EXCHANGE).write(xml)?;
+        }
+        kind("CoSimulation", model, COMMON, CO_SIMULATION).write(xml)?;
+        units::write(xml, table.iter().chain(&indicators))?;
+        enumerations::write(xml, table, write_type)?;
+        log_categories(xml)?;
+        default_experiment(xml, model)?;
+        variables::write(xml, table, &indicators)?;
+        structure::write(xml, structure, table, &indicators)
+    })
+}
+
+const COMMON: &[Attribute] = &[
+    ("needsExecutionTool", "false"),
+    ("canBeInstantiatedOnlyOncePerProcess", "false"),
+    ("canGetAndSetFMUState", "true"),
+    ("canSerializeFMUState", "true"),
+    ("providesDirectionalDerivatives", "true"),
+    ("providesAdjointDerivatives", "true"),
+    ("providesPerElementDependencies", "true"),
+];
+const MODEL_EXCHANGE: &[Attribute] = &[("needsCompletedIntegratorStep", "true")];
+const CO_SIMULATION: &[Attribute] = &[
+    ("canHandleVariableCommunicationStepSize", "true"),
+    ("maxOutputDerivativeOrder", "1"),
+    ("mightReturnEarlyFromDoStep", "true"),
+    ("hasEventMode", "true"),
+];
+
+fn write_type(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
+    Element::new("EnumerationType")
+        .with("name", enumeration.name)
+        .with("description", enumeration.description)
+        .contain(xml, |xml| enumerations::items(xml, enumeration))
+}
