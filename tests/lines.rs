@@ -124,7 +124,7 @@ fn hose_has_its_volume() {
     }
 }
 
-/// A tenth of a millimetre of hose is no hose. What is left, some micrometre, is its volume of 0.7 mm3 and its friction.
+/// A tenth of a millimetre of hose is no hose. What is left, about a micrometre, is its volume of 0.7 mm3 and its friction.
 #[test]
 fn shortest_hose_is_none() {
     let run = |length: f64| {
