@@ -49,7 +49,7 @@ fn every_variable_of_every_model_has_one_type() {
         let instance = Instance3::of(model, Way::Steps);
         assert_eq!((instance.enter(), instance.exit()), (OK, OK), "{}: {:?}", model.name, instance.messages());
         let indicators = model.indicator_variables();
-        let table = (model.variables)().arrays().chain(indicators.iter().map(|variable| (1, &*variable)).map(
+        let table = (model.variables)().arrays().chain(indicators.iter().map(|variable| (1, variable)).map(
             // Indicators live as long as this test.
             |(length, variable)| (length, Box::leak(Box::new(variable.clone())) as &'static _),
         ));
