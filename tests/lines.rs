@@ -124,12 +124,14 @@ fn hose_has_its_volume() {
     }
 }
 
-/// A tenth of a millimetre of hose is no hose. What is left, about a micrometre, is its volume of 0.7 mm3 and its friction.
+/// A tenth of a millimetre of hose is no hose. What is left is its volume of 0.3 mm3. The gas is isothermal, since a hose
+/// of any length brings the air to the temperature of its surroundings.
 #[test]
 fn shortest_hose_is_none() {
     let run = |length: f64| {
         let rig = Rig::cylinder("Stribeck").set("hoseA.length", length).set("hoseB.length", length);
-        let mut running = rig.set("hoseA.diameter", 0.003).set("hoseB.diameter", 0.003).start().unwrap();
+        let rig = rig.set("hoseA.diameter", 0.002).set("hoseB.diameter", 0.002);
+        let mut running = rig.choose("thermal.model", "Isothermal").start().unwrap();
         let mut positions = Vec::new();
         for step in 0..500 {
             let time = f64::from(step) * 1e-3;
@@ -143,7 +145,7 @@ fn shortest_hose_is_none() {
     let farthest = without.iter().fold(0.0f64, |far, position| far.max((position - 0.25).abs()));
     assert!(farthest > 0.01, "the carriage has moved");
     let apart = with.iter().zip(&without).fold(0.0f64, |far, (with, without)| far.max((with - without).abs()));
-    assert!(apart < 1.5e-6, "{apart} m apart");
+    assert!(apart < 1e-6, "{apart} m apart");
 }
 
 /// A gas leaves chamber A through its flow control at `C*p*rho0`, and enters it by the free conductance; metered in, the

@@ -131,7 +131,7 @@ fn both_ways_agree_in_every_model_under_every_law() {
     for law in laws() {
         // Stick-slip on a spring stiff enough to see some cycles.
         let bench = setup(&friction_bench::MODEL, law).set("spring.stiffness", 2e3).expect("a parameter");
-        agree(&bench, |_, inputs| inputs.copy_from_slice(&[0.1, 0.0]), 1e-3, 300);
+        agree(&bench, |_, inputs| inputs.copy_from_slice(&[0.1, 0.0, 0.0, 1.0]), 1e-3, 300);
         // On a shaken tray the bonds that random numbers break keep no two runs together for long.
         let count = if law == "Bristle" { 80 } else { 200 };
         agree(&setup(&driven_slider::MODEL, law), |_, inputs| inputs.fill(0.0), 1e-3, count);

@@ -24,7 +24,8 @@ pub const VISCOSITY: f64 = 1.813e-5;
 /// the law of Blasius.
 ///
 /// # Validity
-/// A hose much longer than wide, in exchange of heat with its surroundings: waves run at `c = sqrt(R*T)`, 290 m/s. The
+/// A hose much longer than wide, in exchange of heat with its surroundings: however short, it brings the air to their
+/// temperature, which changes the flow out of a chamber whose gas is warmer or colder. Waves run at `c = sqrt(R*T)`, 290 m/s. The
 /// lowest frequency of a hose open at one end, `c/(4*L)`, comes out 1.1 % too low, higher ones worse. At constant flow
 /// `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`, exactly that of isothermal flow without the change of velocity along the
 /// hose. Losses at the ends and choking in the hose are not part of it.
