@@ -81,7 +81,7 @@ const CONTACT: usize = 1;
 
 fn indicators() -> Vec<Indicator> {
     let text = "The impact spring is touched or left";
-    let mut indicators = vec![Indicator { name: "impact".to_owned(), nominal: 1e-3, text }];
+    let mut indicators = vec![Indicator { name: "impact.contact".to_owned(), nominal: 1e-3, text }];
     indicators.extend(Event::indicators("friction"));
     indicators
 }
