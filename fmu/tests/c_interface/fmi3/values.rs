@@ -3,6 +3,7 @@
 use std::ptr;
 
 use pneumatic_servo::models;
+use pneumatic_servo::variables::Variable;
 use pneumatic_servo::variables::{Kind, Role};
 
 use super::{INDICATORS, STATES, STRIBECK};
@@ -49,10 +50,8 @@ fn every_variable_of_every_model_has_one_type() {
         let instance = Instance3::of(model, Way::Steps);
         assert_eq!((instance.enter(), instance.exit()), (OK, OK), "{}: {:?}", model.name, instance.messages());
         let indicators = model.indicator_variables();
-        let table = (model.variables)().arrays().chain(indicators.iter().map(|variable| (1, variable)).map(
-            // Indicators live as long as this test.
-            |(length, variable)| (length, Box::leak(Box::new(variable.clone())) as &'static _),
-        ));
+        let mut table: Vec<(usize, &Variable)> = (model.variables)().arrays().collect();
+        table.extend(indicators.iter().map(|variable| (1, variable)));
         for (length, variable) in table {
             let reference = [variable.reference];
             let (mut reals, mut integers) = (vec![0.0; length], vec![0; length]);
