@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
 
 AMBIENT = 101_325.0
 """Ambient pressure in Pa, by which pressures above ambient become absolute."""
@@ -202,19 +201,3 @@ def table(entries: list[Entry], unit: Callable[[str], str]) -> str:
         if entry.assumption:
             lines.append(f"    assumed: {entry.assumption}")
     return "\n".join(lines)
-
-
-def ssv(name: str, entries: list[Entry]) -> str:
-    """Return the entries as the parameter values of SSP 1.0, in the units of the variables."""
-    values = "\n".join(
-        f"    <ssv:Parameter name={quoteattr(one.name)}><ssv:Real value={quoteattr(repr(one.value))}/></ssv:Parameter>"
-        for one in entries
-    )
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssv:ParameterSet version="1.0" name={quoteattr(name)}
-    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
-  <ssv:Parameters>
-{values}
-  </ssv:Parameters>
-</ssv:ParameterSet>
-"""

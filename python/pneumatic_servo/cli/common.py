@@ -12,6 +12,7 @@ import numpy as np
 
 from pneumatic_servo.inputs import Inputs
 from pneumatic_servo.model import Model
+from pneumatic_servo.numerals import finite
 from pneumatic_servo.variables import Value, Variable, Variables
 
 
@@ -116,12 +117,7 @@ def _read_line(inputs: Variables, header: list[str], cells: list[str], columns: 
         raise ValueError(f"{place}: {len(cells)} values, but the header has {len(header)} columns")
     for number, (name, cell, column) in enumerate(zip(header, cells, columns, strict=True), start=1):
         where = f"{place}, column {number} ({name})"
-        try:
-            value = float(cell)
-        except ValueError:
-            raise ValueError(f"{where}: {cell!r} is no number") from None
-        if not math.isfinite(value):
-            raise ValueError(f"{where}: {cell} is not finite")
+        value = finite(cell, where)
         if name == "time":
             if column and value < column[-1]:
                 raise ValueError(f"{where}: time falls from {column[-1]} s to {value} s")

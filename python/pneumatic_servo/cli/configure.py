@@ -10,9 +10,11 @@ import argparse
 from pathlib import Path
 
 from pneumatic_servo.cli.common import check_folders
-from pneumatic_servo.data_sheet import DataSheet, ssv, table
+from pneumatic_servo.data_sheet import DataSheet, table
 from pneumatic_servo.files import write
 from pneumatic_servo.model import Model
+from pneumatic_servo.ssv import ssv
+from pneumatic_servo.variables import Value
 
 NAME = "configure"
 
@@ -49,11 +51,12 @@ def run(options: argparse.Namespace) -> None:
     entries = list(sheet.entries())
     model = Model()
     # Whether they fit together is for the model to say.
-    model.start({entry.name: entry.value for entry in entries})
+    values: dict[str, Value] = {entry.name: entry.value for entry in entries}
+    model.start(values)
     print(table(entries, lambda name: model.variables[name].unit))
     if options.out is not None:
-        name = options.out.stem
-        write(options.out, lambda file: file.write_text(ssv(name, entries), encoding="utf-8"))
+        text = ssv(options.out.stem, "Parameters from data sheets", model, values)
+        write(options.out, lambda file: file.write_text(text, encoding="utf-8"))
 
 
 def _hose(text: str) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.identification.table import SIGNALS
 from pneumatic_servo.model import Model
+from pneumatic_servo.numerals import finite
 from pneumatic_servo.variables import Value, Variable
 
 Array = NDArray[np.float64]
@@ -87,9 +88,9 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, where)
     if equals:
-        free = replace(free, start=_number(start, where), is_given=True)
+        free = replace(free, start=finite(start, where), is_given=True)
     if bounds:
-        low, high = (_number(bound, where) for bound in bounds)
+        low, high = (finite(bound, where) for bound in bounds)
         if not low < high:
             raise ValueError(f"{where}: the lower bound {low:g} is not below the upper bound {high:g}")
         _check_range(free, low, high, where)
@@ -148,16 +149,6 @@ def _of(variable: Variable, where: str) -> Free:
     default = 1e-6 if variable.unit == "1/Pa" else 1.0
     scale = abs(start) or nominal or default
     return Free(variable.name, variable.unit, start, least, most, scale, legal=(least, most))
-
-
-def _number(text: str, where: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise ValueError(f"{where}: {text!r} is no number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{where}: {text} is not finite")
-    return value
 
 
 def _check_range(free: Free, low: float, high: float, where: str) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.files import whole
 from pneumatic_servo.identification.intervals import Certainty
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.ssv import ssv
+from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -99,7 +99,8 @@ class Fit:
 
     def to_ssv(self, file: str | Path) -> None:
         """Write the settings as a set of values that tools load into the FMU."""
-        text = ssv(Path(file).stem, self.problem.experiment.table, self.settings)
+        model = self.problem.experiment.table
+        text = ssv(Path(file).stem, f"Fitted parameters of {model.name}", model, self.settings)
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")
 

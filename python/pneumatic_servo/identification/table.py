@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.units import factor
+from pneumatic_servo.numerals import finite
 
 Array = NDArray[np.float64]
 
@@ -105,17 +105,7 @@ def _place(file: Path, header: Sequence[str], signal: str, column: Column) -> in
 def _row(where: str, header: Sequence[str], cells: Sequence[str], places: Mapping[str, int]) -> list[float]:
     if len(cells) != len(header):
         raise ValueError(f"{where}: {len(cells)} values, but the header has {len(header)} columns")
-    return [_number(f"{where}, column {place + 1} ({header[place]})", cells[place]) for place in places.values()]
-
-
-def _number(where: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise ValueError(f"{where}: {cell!r} is no number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{where}: {cell.strip()} is not finite")
-    return value
+    return [finite(cells[place], f"{where}, column {place + 1} ({header[place]})") for place in places.values()]
 
 
 def _check_time(where: str, rows: Sequence[Sequence[float]], place: int, column: Column) -> None:

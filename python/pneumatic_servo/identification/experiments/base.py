@@ -114,9 +114,9 @@ class Experiment(ABC):
         """The signals that are compared."""
 
     @property
-    @abstractmethod
     def outputs(self) -> list[str]:
-        """The variables of the model that are recorded."""
+        """The variables of the model that are recorded: those that are compared, unless those follow from others."""
+        return list(self.compared)
 
     @abstractmethod
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:

@@ -11,7 +11,6 @@ from pneumatic_servo.identification.experiments import position
 from pneumatic_servo.identification.experiments.base import Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, first, middle
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -30,19 +29,10 @@ class Pneumatic(OfCylinder):
     name = "pneumatic"
     required = ("time", "position", "valveVoltage", "chamberA.pressure", "chamberB.pressure")
 
-    def make_model(self) -> Model:
-        """Return the cylinder."""
-        return Model("PneumaticServoCylinder")
-
     @property
     def compared(self) -> tuple[str, ...]:
         """Both pressures."""
         return ("chamberA.pressure", "chamberB.pressure")
-
-    @property
-    def outputs(self) -> list[str]:
-        """Both pressures."""
-        return list(self.compared)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the position; the slopes of what is left carry the carriage."""

@@ -11,7 +11,6 @@ from pneumatic_servo.identification.experiments import position
 from pneumatic_servo.identification.experiments.base import Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, first
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -26,19 +25,10 @@ class Rig(OfCylinder):
     name = "rig"
     required = ("time", "valveVoltage", "position")
 
-    def make_model(self) -> Model:
-        """Return the cylinder."""
-        return Model("PneumaticServoCylinder")
-
     @property
     def compared(self) -> tuple[str, ...]:
         """What is measured of the motion and the gas."""
         return tuple(signal for signal in COMPARED if signal in self.signals)
-
-    @property
-    def outputs(self) -> list[str]:
-        """The same."""
-        return list(self.compared)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Start from the smoothed position and its slope."""

@@ -12,12 +12,12 @@ COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 VALUES = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
-def ssv(name: str, model: Model, settings: Mapping[str, Value]) -> str:
-    """Return settings of a model; numbers are in the units of its variables, the SI units."""
+def ssv(name: str, text: str, model: Model, settings: Mapping[str, Value]) -> str:
+    """Return settings of a model, parameters or inputs, described by a text; numbers are in the variables' SI units."""
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<ssv:ParameterSet xmlns:ssc="{COMMON}" xmlns:ssv="{VALUES}" version="1.0" name={quoteattr(name)}',
-        f'    description={quoteattr(f"Fitted parameters of {model.name}")} generationTool="pneumatic-servo">',
+        f'    description={quoteattr(text)} generationTool="pneumatic-servo">',
         "  <ssv:Parameters>",
     ]
     for variable, value in settings.items():
@@ -26,7 +26,7 @@ def ssv(name: str, model: Model, settings: Mapping[str, Value]) -> str:
 
 
 def _typed(model: Model, name: str, value: Value) -> str:
-    kind = model.parameters[name].kind
+    kind = model.variables[name].kind
     if kind == "enumeration":
         return f"<ssv:Enumeration value={quoteattr(str(value))}/>"
     if kind == "boolean":
