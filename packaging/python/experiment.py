@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import math
 import sys
 import time
@@ -17,13 +16,10 @@ from typing import Any
 
 import numpy as np
 from client import Client, Value
-from run import Run, Units
+from run import EXPERIMENTS, Run, Units
 
 LAW = "friction.law"
 """The parameter that is varied, where a model has it."""
-
-EXPERIMENTS = json.loads((Path(__file__).parents[2] / "modelDescription" / "experiments.json").read_text("utf-8"))
-"""The default experiment of every model, as the plant states it."""
 
 
 def signals(model: str) -> dict[str, Callable[[float], float]]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -15,9 +15,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
-from run import Run
+from run import EXPERIMENTS, Run
 
 BLUE, VERMILION, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#5b6876"
+COLOURS = [BLUE, VERMILION, GREEN, GREY]
 
 SPARSE = 0.02
 """Samples farther apart than this part of an axis are drawn as dots."""
@@ -41,45 +42,6 @@ STYLE = {
     "legend.frameon": False,
 }
 
-
-@dataclass(frozen=True)
-class Panel:
-    """Curves over time that share an axis; a model has one panel for those of them that it knows."""
-
-    label: str
-    curves: Sequence[tuple[str, str, str]]
-    """Variable, text of the legend, colour."""
-
-    def of(self, run: Run) -> Panel:
-        """The panel without the curves that a run does not have."""
-        return Panel(self.label, [curve for curve in self.curves if curve[0] in run.columns])
-
-
-def each(variable: str) -> list[tuple[str, str, str]]:
-    """A variable of each trolley."""
-    colours = (BLUE, VERMILION, GREEN)
-    return [(f"trolley[{number}].{variable}", str(number), colour) for number, colour in enumerate(colours, start=1)]
-
-
-PANELS = [
-    Panel("valve voltage", [("valveVoltage", "valve", GREY)]),
-    Panel(
-        "position",
-        [("drivePosition", "drive", GREY), ("referencePosition", "reference", GREY), ("position", "mass", BLUE)],
-    ),
-    Panel("position error", [("positionError", "error", VERMILION)]),
-    Panel(
-        "velocity",
-        [("tray.velocity", "tray", GREY), ("walk.velocity", "walk", VERMILION), ("velocity", "mass", BLUE)],
-    ),
-    Panel("displacement", [("displacement", "internal mass", VERMILION)]),
-    Panel("positions", [("crane.position", "crane", GREY), *each("position")]),
-    Panel("velocities", each("velocity")),
-    Panel("load angles", each("load.angle")),
-    Panel("pressure", [("chamberA.pressure", "chamber A", BLUE), ("chamberB.pressure", "chamber B", VERMILION)]),
-    Panel("friction force", [("frictionForce", "friction", GREEN)]),
-    Panel("friction forces", each("frictionForce")),
-]
 
 FRICTION = [
     ("relativeVelocity", "frictionForce"),
@@ -105,7 +67,7 @@ def draw_run(run: Run, file: Path) -> None:
 
 
 def draw_panels(figure: FigureBase, run: Run) -> None:
-    panels = [panel for panel in (panel.of(run) for panel in PANELS) if panel.curves]
+    panels = EXPERIMENTS[run.model]["panels"]
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for panel, axis in zip(panels, axes, strict=True):
         draw_panel(axis, run, panel)
@@ -150,13 +112,15 @@ def draw_overview(runs: Sequence[Run], file: Path) -> None:
         save(figure, file)
 
 
-def draw_panel(axis: Axes, run: Run, panel: Panel) -> None:
+def draw_panel(axis: Axes, run: Run, panel: dict[str, Any]) -> None:
+    """The variables that share an axis; the last of them on top, in the first colour."""
     shade_sticking(axis, run)
-    for variable, text, colour in panel.curves:
-        axis.plot(run.columns["time"], run.units.shown(run, variable), color=colour, label=text)
-    if len(panel.curves) > 1:
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(panel.curves), borderaxespad=0.0)
-    axis.set_ylabel(run.units.label(panel.label, panel.curves[0][0]))
+    names = panel["curves"]
+    for name, colour in zip(names, reversed(COLOURS[: len(names)]), strict=True):
+        axis.plot(run.columns["time"], run.units.shown(run, name), color=colour, label=name)
+    if len(names) > 1:
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names), borderaxespad=0.0)
+    axis.set_ylabel(run.units.label(panel["label"], names[0]))
     axis.margins(x=0)
 
 

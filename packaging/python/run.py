@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from fmpy.model_description import ModelDescription
+
+EXPERIMENTS = json.loads((Path(__file__).parents[2] / "modelDescription" / "experiments.json").read_text("utf-8"))
+"""The default experiment of every model, as the plant states it."""
 
 
 @dataclass(frozen=True)

@@ -126,8 +126,11 @@ pub fn fmus(workspace: &Workspace) -> impl Iterator<Item = PathBuf> {
 
 /// The FMU files of a version, in the order of the models.
 pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = PathBuf> {
-    let folder = workspace.fmus().join(version.folder());
-    models::ALL.iter().map(move |model| folder.join(format!("{}.fmu", model.name)))
+    models::ALL.iter().map(move |model| fmu_of(workspace, version, model))
+}
+
+fn fmu_of(workspace: &Workspace, version: Version, model: &Model) -> PathBuf {
+    workspace.fmus().join(version.folder()).join(format!("{}.fmu", model.name))
 }
 
 /// Validates FMUs and SSP; runs them and draws what came out if they hold a library for this machine.
@@ -154,9 +157,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     for model in models::ALL {
         let file = workspace.fmus().join(format!("{}.csv", model.name));
         let run = Run::read(model, &text(&file)?).with_context(|| file.display().to_string())?;
-        if let Some(svg) = documentation::figure(&run)? {
-            files::write(&file.with_extension("svg"), svg)?;
-        }
+        files::write(&file.with_extension("svg"), documentation::figure(model, &run)?)?;
     }
     println!("\nFMUs, results and figures: {}", workspace.fmus().display());
     Ok(())
@@ -169,9 +170,14 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
 pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
     let moment = Moment::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
-    for version in Version::ALL {
-        for (model, fmu) in models::ALL.iter().zip(fmus_of(workspace, version)) {
-            contents(workspace, model, version, libraries, &licences, moment)?.write(&fmu, moment)?;
+    for model in models::ALL {
+        let experiment = documentation::experiment(model)?;
+        for version in Version::ALL {
+            let mut archive = contents(workspace, model, version, libraries, &licences, moment)?;
+            let page = documentation::page(model, version, &workspace.descriptions(), &experiment)?;
+            archive.add("documentation/index.html", page)?;
+            let fmu = fmu_of(workspace, version, model);
+            archive.write(&fmu, moment)?;
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
     }
@@ -179,7 +185,7 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
     Ok(())
 }
 
-/// Everything that is in the FMU of a model.
+/// Everything that is in the FMU of a model except its page.
 fn contents(
     workspace: &Workspace,
     model: &Model,
@@ -197,7 +203,6 @@ fn contents(
             archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
         }
     }
-    archive.add("documentation/index.html", documentation::page(model, version, &workspace.descriptions())?)?;
     for (name, text) in licences {
         archive.add(&format!("documentation/licenses/{name}"), text.as_bytes())?;
     }

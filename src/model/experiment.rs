@@ -13,6 +13,8 @@ pub struct Experiment {
     pub step_size: f64,
     /// Inputs that move; all others keep their start values.
     pub signals: &'static [Signal],
+    /// What is worth drawing, one axis below the other.
+    pub panels: &'static [Panel],
 }
 
 impl Experiment {
@@ -36,6 +38,15 @@ pub struct Signal {
     pub text: &'static str,
     /// The course over time.
     pub course: Course,
+}
+
+/// Variables that share an axis in a figure of the experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Panel {
+    /// What the axis shows.
+    pub label: &'static str,
+    /// Names of the variables; the one that is looked at comes last, on top of the others.
+    pub curves: &'static [&'static str],
 }
 
 /// How an input moves, in its SI unit.
@@ -79,6 +90,7 @@ impl Course {
 mod tests {
     use super::*;
     use crate::models;
+    use crate::variables::{Kind, Variable};
 
     #[test]
     fn only_inputs_move() {
@@ -86,6 +98,21 @@ mod tests {
             for signal in model.experiment.signals {
                 let inputs: Vec<_> = (model.variables)().inputs().map(|variable| variable.name.as_str()).collect();
                 assert!(inputs.contains(&signal.input), "{}: {}", model.name, signal.input);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_drawn_together_has_a_unit_in_common() {
+        for model in models::ALL {
+            assert!(!model.experiment.panels.is_empty(), "{}", model.name);
+            for panel in model.experiment.panels {
+                let unit = |name: &&str| match (model.variables)().find(name)?.variable {
+                    Variable { kind: Kind::Real(unit), display, .. } => Some((unit.name, *display)),
+                    _ => None,
+                };
+                let units: Vec<_> = panel.curves.iter().map(unit).collect();
+                assert!(units[0].is_some() && units.iter().all(|unit| *unit == units[0]), "{}: {panel:?}", model.name);
             }
         }
     }

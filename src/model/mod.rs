@@ -4,7 +4,7 @@ mod experiment;
 mod setting;
 mod setup;
 
-pub use self::experiment::{Course, Experiment, Signal};
+pub use self::experiment::{Course, Experiment, Panel, Signal};
 pub(crate) use self::setting::find;
 pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;

@@ -23,7 +23,7 @@ use crate::co_simulation::Simulation;
 use crate::co_simulation::{Simulator, counters_table};
 use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, MAX_STATES, states};
 use crate::hybrid::{HybridSystem, Sample};
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Scalar, sign};
 use crate::solver::{Settings, Tuning};
 use crate::variables::{Notices, ParameterError, ParameterSet, Table, Variable, units};
@@ -36,7 +36,16 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: || Event::indicators("friction"),
     start,
-    experiment: Experiment { stop_time: 120.0, step_size: 1e-2, signals: &[] },
+    experiment: Experiment {
+        stop_time: 120.0,
+        step_size: 1e-2,
+        signals: &[],
+        panels: &[
+            Panel { label: "position", curves: &["drivePosition", "position"] },
+            Panel { label: "velocity", curves: &["velocity"] },
+            Panel { label: "friction force", curves: &["frictionForce"] },
+        ],
+    },
 };
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::{Held, Sample};
-use crate::model::{Course, Experiment, Model, Signal, Start};
+use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::sign;
 use crate::solver::StepError;
 use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
@@ -55,6 +55,11 @@ pub const MODEL: Model = Model {
                 text: "that of the same carriage",
                 course: Course::Sine { mean: 0.0, amplitude: 0.1 * PI, frequency: 0.5, delay: 0.02 - 0.5 },
             },
+        ],
+        panels: &[
+            Panel { label: "valve voltage", curves: &["valveVoltage"] },
+            Panel { label: "position", curves: &["referencePosition", "position"] },
+            Panel { label: "position error", curves: &["positionError"] },
         ],
     },
 };

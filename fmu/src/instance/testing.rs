@@ -33,7 +33,7 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: Vec::new,
     start: |start| Ok(Box::new(Lag::new(start)?)),
-    experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[] },
+    experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
 };
 
 enumeration! {

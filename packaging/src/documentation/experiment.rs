@@ -1,26 +1,12 @@
 //! The default experiment of a model as a figure, and as a section of its page.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use plotters::prelude::*;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{DisplayUnit, Kind, Variable};
 
 use super::text::{escape, unit};
 use crate::experiment::{Curve, Run};
-
-/// What is drawn, where a model has it: each list in an axis of its own.
-const PANELS: [&[&str]; 10] = [
-    &["valveVoltage"],
-    &["drivePosition", "referencePosition", "position"],
-    &["positionError"],
-    &["displacement"],
-    &["tray.velocity", "walk.velocity", "velocity"],
-    &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
-    &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"],
-    &["chamberB.pressure", "chamberA.pressure"],
-    &["frictionForce"],
-    &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
-];
 
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(91, 104, 118)];
@@ -31,12 +17,13 @@ const WIDTH: u32 = 1720;
 const PANEL_HEIGHT: u32 = 250;
 const FONT: (&str, i32) = ("sans-serif", 26);
 
-/// A section with the figure; nothing for a model of which no variable is drawn.
+/// A section with the figure.
 ///
 /// # Errors
 /// When the experiment fails or cannot be drawn.
 pub fn section(model: &Model) -> Result<String> {
-    let Some(svg) = figure(&Run::of(model)?)? else { return Ok(String::new()) };
+    let run = Run::of(model).with_context(|| format!("the default experiment of {}", model.name))?;
+    let svg = figure(model, &run)?;
     let signals = model.experiment.signals;
     let moved = signals.iter().map(|signal| format!("<code>{}</code> is {}", signal.input, escape(signal.text)));
     let moved = match moved.collect::<Vec<_>>() {
@@ -51,15 +38,18 @@ pub fn section(model: &Model) -> Result<String> {
     ))
 }
 
-/// The results of an experiment as SVG; nothing for a model of which no variable is drawn.
+/// The results of the experiment as SVG: the panels of the model.
 ///
 /// # Errors
-/// When they cannot be drawn.
-pub fn figure(run: &Run) -> Result<Option<String>> {
-    let find = |name: &&str| run.curves.iter().find(|curve| curve.variable.name == *name);
-    let panels = PANELS.iter().map(|names| names.iter().filter_map(find).collect::<Vec<_>>());
-    let panels: Vec<_> = panels.filter(|panel| !panel.is_empty()).collect();
-    if panels.is_empty() { Ok(None) } else { draw(&run.times, &panels).map(Some) }
+/// When one of their variables is not among the results, or they cannot be drawn.
+pub fn figure(model: &Model, run: &Run) -> Result<String> {
+    let find = |name: &&str| run.curves.iter().find(|curve| curve.variable.name == **name);
+    let mut drawn = Vec::new();
+    for panel in model.experiment.panels {
+        let curves: Option<Vec<_>> = panel.curves.iter().map(find).collect();
+        drawn.push((panel.label, curves.with_context(|| format!("not among the results: one of {:?}", panel.curves))?));
+    }
+    draw(&run.times, &drawn)
 }
 
 fn display(variable: &Variable) -> Option<&'static DisplayUnit> {
@@ -83,13 +73,13 @@ fn unit_name(variable: &Variable) -> String {
 const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
 
 /// The axes one below the other, as SVG.
-fn draw(times: &[f64], panels: &[Vec<&Curve>]) -> Result<String> {
+fn draw(times: &[f64], panels: &[(&str, Vec<&Curve>)]) -> Result<String> {
     let mut svg = String::new();
     let height = PANEL_HEIGHT * panels.len() as u32 + 50;
     {
         let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
-        for (index, (panel, area)) in panels.iter().zip(area.split_evenly((panels.len(), 1))).enumerate() {
-            draw_panel(times, panel, &area, index + 1 == panels.len()).map_err(|error| anyhow!("{error}"))?;
+        for (index, ((label, curves), area)) in panels.iter().zip(area.split_evenly((panels.len(), 1))).enumerate() {
+            draw_panel(times, label, curves, &area, index + 1 == panels.len()).map_err(|error| anyhow!("{error}"))?;
         }
         area.present()?;
     }
@@ -98,6 +88,7 @@ fn draw(times: &[f64], panels: &[Vec<&Curve>]) -> Result<String> {
 
 fn draw_panel(
     times: &[f64],
+    label: &str,
     panel: &[&Curve],
     area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
     is_last: bool,
@@ -127,7 +118,7 @@ fn draw_panel(
         .x_label_formatter(&|value| rounded(*value))
         .y_label_formatter(&|value| rounded(*value))
         .x_desc(if is_last { "time (s)" } else { "" })
-        .y_desc(format!("{} ({})", quantity(panel), unit_name(panel[0].variable)))
+        .y_desc(format!("{label} ({})", unit_name(panel[0].variable)))
         .draw()?;
     // The curve that is looked at comes last in its list, on top and in the first colour.
     for ((curve, values), colour) in curves.iter().zip(COLOURS.iter().take(panel.len()).rev()) {
@@ -153,25 +144,6 @@ fn draw_panel(
 /// A number without the rounding of its last places.
 fn rounded(value: f64) -> String {
     ((value * 1e6).round() / 1e6).to_string()
-}
-
-/// What an axis shows: the name of its only variable, or what the names have in common.
-fn quantity(panel: &[&Curve]) -> &'static str {
-    let name = panel.last().map_or("", |curve| curve.variable.name.as_str());
-    match name.rsplit_once('.') {
-        Some((_, last)) => last,
-        None => words(name),
-    }
-}
-
-/// The names that are more than one word.
-fn words(name: &'static str) -> &'static str {
-    match name {
-        "valveVoltage" => "voltage",
-        "frictionForce" => "friction force",
-        "positionError" => "error",
-        other => other,
-    }
 }
 
 #[cfg(test)]

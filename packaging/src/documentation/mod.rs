@@ -12,21 +12,21 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::Role;
 
-pub use self::experiment::figure;
+pub use self::experiment::{figure, section as experiment};
 use self::text::escape;
 use crate::description::Version;
 
-/// The page of a model around its hand-written part, `<Model>.html` of a folder.
+/// The page of a model around its hand-written part, `<Model>.html` of a folder, and the section of its experiment.
 ///
 /// # Errors
 /// When that file or one it includes is missing, or an equation in it cannot be read.
-pub fn page(model: &Model, version: Version, folder: &Path) -> Result<String> {
+pub fn page(model: &Model, version: Version, folder: &Path, experiment: &str) -> Result<String> {
     let source = source(folder, &format!("{}.html", model.name))?;
     let variables = (model.variables)();
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
     let sections = [
         math::render(&laws::numbered(&source)).with_context(|| format!("the equations of {}", model.name))?,
-        experiment::section(model).with_context(|| format!("the default experiment of {}", model.name))?,
+        experiment.to_owned(),
         table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
         table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
         table::parameters(&of_role(&[Role::Fixed, Role::Tunable])),
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn every_variable_is_on_the_page_of_its_model() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, Version::Fmi2, &folder())?;
+            let page = page(model, Version::Fmi2, &folder(), "")?;
             for variable in (model.variables)().iter().filter(|variable| variable.role != Role::Time) {
                 let cell = format!("<code>{}</code>", escape(&variable.name));
                 assert!(page.contains(&cell), "{} is missing", variable.name);
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn contents_lead_to_every_section() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, Version::Fmi2, &folder())?;
+            let page = page(model, Version::Fmi2, &folder(), "")?;
             let sections: Vec<_> =
                 page.split("<section id=\"").skip(1).filter_map(|text| text.split('"').next()).collect();
             let links: Vec<_> =

@@ -24,7 +24,7 @@ use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
 use crate::hybrid::{HybridSystem, Sample};
 use crate::mechanics::GRAVITY;
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
 use crate::variables::{Notices, ParameterError, ParameterSet, Table};
@@ -36,7 +36,16 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators: || Event::indicators("friction"),
     start,
-    experiment: Experiment { stop_time: 0.5, step_size: 5e-4, signals: &[] },
+    experiment: Experiment {
+        stop_time: 0.5,
+        step_size: 5e-4,
+        signals: &[],
+        panels: &[
+            Panel { label: "position", curves: &["position"] },
+            Panel { label: "velocity", curves: &["tray.velocity", "walk.velocity", "velocity"] },
+            Panel { label: "friction force", curves: &["frictionForce"] },
+        ],
+    },
 };
 
 /// The equations for given parameters.

@@ -28,7 +28,7 @@ use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, MAX_STATES};
 use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
-use crate::model::{Course, Experiment, Model, Signal, Start};
+use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
 use crate::variables::{Notices, ParameterError, ParameterSet, Table};
@@ -48,6 +48,21 @@ pub const MODEL: Model = Model {
             text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
             course: Course::Steps(&[(0.0, 0.25), (10.0, 0.0), (15.0, -0.25), (25.0, 0.0)]),
         }],
+        panels: &[
+            Panel {
+                label: "position",
+                curves: &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
+            },
+            Panel { label: "velocity", curves: &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"] },
+            Panel {
+                label: "load angle",
+                curves: &["trolley[3].load.angle", "trolley[2].load.angle", "trolley[1].load.angle"],
+            },
+            Panel {
+                label: "friction force",
+                curves: &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
+            },
+        ],
     },
 };
 

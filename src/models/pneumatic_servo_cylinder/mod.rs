@@ -36,7 +36,7 @@ use crate::co_simulation::Simulator;
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
 use crate::hybrid::{Groups, HybridSystem, QUANTITIES, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
-use crate::model::{Course, Experiment, Model, Signal, Start};
+use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{self, Actuator, FLOW, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
@@ -59,6 +59,13 @@ pub const MODEL: Model = Model {
             text: "5 V + 2 V sin(2π t/s)",
             course: Course::Sine { mean: 5.0, amplitude: 2.0, frequency: 1.0, delay: 0.0 },
         }],
+        panels: &[
+            Panel { label: "valve voltage", curves: &["valveVoltage"] },
+            Panel { label: "position", curves: &["position"] },
+            Panel { label: "velocity", curves: &["velocity"] },
+            Panel { label: "pressure", curves: &["chamberB.pressure", "chamberA.pressure"] },
+            Panel { label: "friction force", curves: &["frictionForce"] },
+        ],
     },
 };
 

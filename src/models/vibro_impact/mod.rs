@@ -26,7 +26,7 @@ use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Contact, Drive, Event, FrictionContact, MAX_STATES};
 use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
-use crate::model::{Experiment, Model, Start};
+use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
 use crate::variables::{Notices, ParameterError, ParameterSet, Table};
@@ -38,7 +38,17 @@ pub const MODEL: Model = Model {
     variables: || &TABLE,
     indicators,
     start,
-    experiment: Experiment { stop_time: 3.0, step_size: 1e-3, signals: &[] },
+    experiment: Experiment {
+        stop_time: 3.0,
+        step_size: 1e-3,
+        signals: &[],
+        panels: &[
+            Panel { label: "position", curves: &["position"] },
+            Panel { label: "displacement", curves: &["displacement"] },
+            Panel { label: "velocity", curves: &["velocity"] },
+            Panel { label: "friction force", curves: &["frictionForce"] },
+        ],
+    },
 };
 
 /// Everything between the two masses, in SI units or, in the dimensionless form, without units.
