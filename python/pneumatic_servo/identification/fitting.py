@@ -17,12 +17,16 @@ from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
-from pneumatic_servo.identification.solve import Tell, refine, solve
+from pneumatic_servo.identification.solve import ROUGH, Solution, Tell, refine, solve
 from pneumatic_servo.identification.table import SIGNALS, Column, columns_of
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
 Data = str | Path | Mapping[str, ArrayLike]
+ROUNDS = 4
+"""How often sensors and parameters are fitted in turn."""
+SAME = 0.03
+"""Relative change of the noise that no longer matters."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -115,14 +119,13 @@ def fit(
     fitted = problem.trained()
     _check_start(fitted)
     best, _ = solve(fitted, starts, seed, loss, cluster, progress)
-    noises = _balanced(fitted, best.x)
-    problem, fitted = problem.weighted(noises), fitted.weighted(noises)
-    if len(noises) > 1:
-        best = refine(fitted, best.x, loss, progress)
+    fitted, best = _with_likely_sensors(fitted, best, loss, progress)
     if progress is not None:
         progress("intervals")
     sure = certainty(fitted, best.x, intervals, seed)
-    return _result(problem, best.x, best.converged, best.message, sure, [*notes, *dict.fromkeys(kind.notes)])
+    problem = problem.seen_by(fitted.sensors).begun(fitted, best.x)
+    x = best.x[: len(problem.free)]
+    return _result(problem, x, best.converged, best.message, sure, [*notes, *dict.fromkeys(kind.notes)])
 
 
 def make_experiment(name: str, law: str, settings: Mapping[str, Value], options: Options) -> Experiment:
@@ -184,9 +187,9 @@ def _load(
 
 
 def _check_size(problem: Problem) -> None:
-    if not any(np.any(window.used & ~window.held) for window in problem.windows):
+    if not any(window.fitted for window in problem.windows):
         raise ValueError("all at rest: no sample moves beyond the noise of the position")
-    samples = sum(int(np.sum(window.used & ~window.held)) for window in problem.windows)
+    samples = sum(window.fitted for window in problem.windows)
     count = samples * len(problem.experiment.compared)
     if count < 5 * len(problem.free):
         raise ValueError(f"too short: {count} samples to compare for {len(problem.free)} free parameters")
@@ -199,10 +202,19 @@ def _check_start(problem: Problem) -> None:
         raise ValueError(f"the start values cannot be simulated: {problem.refusals[0]}")
 
 
-def _balanced(problem: Problem, x: Array) -> dict[str, float]:
-    """Weights from what remains: a signal that the model misses must not drown the others."""
-    rms = problem.rms(x)
-    return {signal: max(noise, rms.get(signal, 0.0)) for signal, noise in problem.noises.items()}
+def _with_likely_sensors(problem: Problem, best: Solution, loss: str, tell: Tell | None) -> tuple[Problem, Solution]:
+    """Weigh the signals by what remains of them, and fit anew, until both agree.
+
+    A signal that the model misses must not drown the others, and a converter is only known once the rest is.
+    """
+    for _ in range(ROUNDS):
+        before = problem.sensors
+        problem = problem.seen_by(problem.likely_sensors(best.x))
+        changes = [abs(np.log(after.noise / before[signal].noise)) for signal, after in problem.sensors.items()]
+        if max(changes) < SAME:
+            break
+        best = refine(problem, best.x, loss, tell, ROUGH)
+    return problem, refine(problem, best.x, loss, tell)
 
 
 def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:
@@ -220,7 +232,7 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
 
 def _aic(problem: Problem, x: Array) -> float:
     """Akaike's criterion for normal residuals of each signal."""
-    number = sum(int(np.sum(window.used & ~window.held)) for window in problem.windows)
+    number = sum(window.fitted for window in problem.windows)
     rms = problem.rms(x)
     return float(sum(2.0 * number * np.log(max(value, 1e-300)) for value in rms.values()) + 2.0 * len(x))
 

@@ -57,10 +57,15 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     statics = coulomb + min(max(float(np.quantile(excess, 0.98)), 0.1 * coulomb), 2.0 * coulomb)
     length = _length(problem)
     levels = {
-        "Fc": coulomb, "Fc1": coulomb, "Fc2": coulomb, "Fs": statics, "FsInf": statics - coulomb, "F0": coulomb,
-        "vs": 0.1 * fastest, "sigma0": coulomb / length, "k1": 0.3 * coulomb / length, "f1": 0.6 * coulomb,
-        "f2": 3.0 / length, "C": 50.0 * coulomb, "vd": fastest,
+        "Fc": coulomb, "Fc1": coulomb, "Fc2": coulomb, "Fs": statics, "FsInf": statics - coulomb, "f1": 0.6 * coulomb,
+        "vs": 0.1 * fastest, "sigma0": coulomb / length, "k1": 0.3 * coulomb / length, "f2": 3.0 / length,
+        "vd": fastest, "deltaS": length, "z0": length, "Delta": length, "xe": length,
     }  # fmt: skip
+    if problem.experiment.law == "BlimanSorine":
+        levels |= {"f1": 3.0 * coulomb, "f2": 2.0 * coulomb}
+    if problem.experiment.law == "Bristle":
+        bristles = problem.experiment.value(f"{group}N", values)
+        levels["sigma0"] = 1.5 * coulomb / (bristles * length)
     starts = {}
     for free in own:
         kind = free.name.rsplit(".", 1)[1].partition("[")[0]
@@ -105,7 +110,7 @@ def lengths(problem: Problem, number: int = ELEMENTS) -> Array:
 def _elements(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     """Stiffnesses of parallel elements by non-negative least squares, with fixed deflections at which they slip."""
     law = problem.experiment.law
-    if law not in ("MaxwellSlip", "GMS", "Leuven"):
+    if law not in ("MaxwellSlip", "GMS", "Leuven", "DNLRX"):
         return {}
     group = group_of(law, problem.experiment.table) + "."
     number = int(problem.experiment.value(f"{group}N", values)) if law != "Leuven" else ELEMENTS
@@ -124,8 +129,9 @@ def _elements(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     is_free = any(free.name == f"{group}Fc" for free in problem.free)
     level = total if is_free or law != "GMS" else problem.experiment.value(f"{group}Fc", {})
     for index in range(number if law != "Leuven" else 0):
-        found[f"{group}k[{index + 1}]"] = float(stiffness[index])
+        found[f"{group}k[{index + 1}]"] = found[f"{group}chi0[{index + 1}]"] = float(stiffness[index])
         found[f"{group}W[{index + 1}]"] = float(limits[index])
+        found[f"{group}limit[{index + 1}]"] = float(ends[index])
         found[f"{group}alpha[{index + 1}]"] = float(limits[index] / level)
     if law == "GMS":
         found |= {f"{group}Fc": level, f"{group}Fs": 1.02 * level}
@@ -160,14 +166,6 @@ def deflection(window: Window, end: float) -> Array:
 
 
 def _leuven(group: str, ends: Array, stiffness: Array, total: float) -> dict[str, float]:
-    """Curve `k1*x + f1*(1 - exp(-f2*x))` of the hysteresis as close to that of the elements as a few lengths tell."""
-    places = np.geomspace(ends[0], ends[-1], 60)
-    curve = np.array([np.sum(stiffness * np.minimum(place, ends)) for place in places])
-    best = (np.inf, 0.0, 0.0, 1.0)
-    for rate in 1.0 / ends:
-        basis = np.vstack([places, 1.0 - np.exp(-rate * places)]).T
-        parts, rest = nnls(basis, curve)
-        best = min(best, (float(rest), float(parts[0]), float(parts[1]), float(rate)))
-    _, k1, f1, f2 = best
-    return {f"{group}k1": max(k1, 1.0), f"{group}f1": max(f1, 1e-3 * total), f"{group}f2": f2,
-            f"{group}Fs": 1.2 * total, f"{group}Fc": 1.1 * total}  # fmt: skip
+    """Return a presliding nearly as straight as that of the elements, which ends about as sharply as they slip."""
+    return {f"{group}k1": float(np.sum(stiffness)), f"{group}f1": 0.05 * total, f"{group}f2": 1.0 / float(ends[-1]),
+            f"{group}Fs": 1.02 * total, f"{group}Fc": total, f"{group}n": 5.0}  # fmt: skip

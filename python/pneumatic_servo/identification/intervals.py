@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,16 @@ from scipy.stats import t as student
 
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.solve import jacobian, refine
+from pneumatic_servo.identification.profile import profile
+from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.solve import sensitivities
 
 Array = NDArray[np.float64]
 
 BLOCKS = 20
 """Stretches of time that count as independent."""
+FEWEST = 3
+"""Records of which the differences tell something."""
 RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
@@ -46,21 +50,18 @@ class Certainty:
 
 def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 0) -> Certainty:
     """Return the 95 % intervals: from the Jacobian, by ``profile``, or by block ``bootstrap``."""
-    derivatives = jacobian(problem, x)
-    [residuals] = problem.residuals([x])
-    blocks = problem.blocks(BLOCKS)
-    spread, factors = covariance(derivatives, residuals, blocks)
-    blind = _blind(derivatives)
+    linear = linearised(problem, x)
+    spread, factors = covariance(linear)
+    own = x[: len(problem.free)]
+    blind = _blind(linear.derivatives)
     deviation = np.sqrt(np.clip(np.diag(spread), 0.0, None))
     deviation[blind] = np.inf
-    low, high = x - factors * deviation, x + factors * deviation
+    low, high = own - factors * deviation, own + factors * deviation
     if method == "bootstrap":
-        low, high = _bootstrap(derivatives, residuals, blocks, x, seed)
+        low, high = _bootstrap(linear, own, seed)
     elif method == "profile":
-        low, high = _profile(problem, x, spread, factors)
-    elif method != "jacobian":
-        raise ValueError(f"intervals = {method}: it must be jacobian, profile or bootstrap")
-    reasons = _undetermined(problem, x, low, high, blind)
+        low, high = profile(problem, x, factors * deviation, np.sqrt(np.diag(linear.white)))
+    reasons = _undetermined(problem, own, low, high, blind)
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = spread / np.outer(np.sqrt(np.diag(spread)), np.sqrt(np.diag(spread)))
     outer = [(_outer(free, a), _outer(free, b)) for free, a, b in zip(problem.free, low, high, strict=True)]
@@ -70,33 +71,82 @@ def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 
     )  # fmt: skip
 
 
-def covariance(derivatives: Array, residuals: Array, blocks: NDArray[np.int64]) -> tuple[Array, Array]:
+@dataclass(frozen=True)
+class Linearised:
+    """A problem about its solution: least squares of the free parameters alone.
+
+    Attributes
+    ----------
+    derivatives : ndarray of shape (samples, parameters)
+        What is left of the derivatives when the windows begin as suits them best, in units of the noise.
+    scores : ndarray of shape (samples,)
+        Residuals in the same units, of variance 1.
+    blocks : ndarray of shape (samples,)
+        Which of `BLOCKS` stretches of time a sample belongs to.
+    records : ndarray of shape (samples,)
+        Which record.
+    """
+
+    derivatives: Array
+    scores: Array
+    blocks: NDArray[np.int64]
+    records: NDArray[np.int64]
+
+    def of(self, samples: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Return the information and the slope of the likelihood of some samples."""
+        own = self.derivatives[samples]
+        return own.T @ own, own.T @ self.scores[samples]
+
+    @property
+    def white(self) -> Array:
+        """Covariance if the residuals are independent."""
+        inverse = np.linalg.pinv(self.derivatives, rcond=RANK)
+        return np.asarray(inverse @ inverse.T)
+
+
+def linearised(problem: Problem, x: Array) -> Linearised:
+    """Return the problem about a solution."""
+    slopes, differences = sensitivities(problem, x)
+    every = slopes * problem.by_sensor(Sensor.weights, differences)[:, None]
+    scores = problem.by_sensor(Sensor.scores, differences)
+    own, begins = every[:, : len(problem.free)], every[:, len(problem.free) :]
+    if begins.shape[1]:
+        basis, _ = np.linalg.qr(begins)
+        own = own - basis @ (basis.T @ own)
+    return Linearised(own, scores, problem.blocks(BLOCKS), problem.records())
+
+
+def covariance(linear: Linearised) -> tuple[Array, Array]:
     """Return the covariance of the scaled parameters, and the factors from deviations to half intervals.
 
-    For each parameter the wider of two: that of independent residuals, and that of a jackknife which leaves out one
-    block of time after the other, for residuals that hang together, as they do where a converter rounds a carriage at
-    rest or the model is not the truth.
+    For each parameter the widest of three: that of independent residuals, that of a jackknife which leaves out one
+    block of time after the other, for residuals that hang together, and that of one which leaves out one record after
+    the other, for records that the model does not bring together.
     """
-    number, count = len(residuals), derivatives.shape[1]
-    inverse = np.linalg.pinv(derivatives, rcond=RANK)
-    variance = float(residuals @ residuals) / max(1, number - count)
-    white = inverse @ inverse.T * variance
-    groups = int(blocks[-1]) + 1 if len(blocks) else 0
-    if groups <= count + 1:
-        return white, np.full(count, float(student.ppf(0.5 + 0.5 * LEVEL, max(1, number - count))))
-    moves = np.array([_without(derivatives, residuals, blocks == block) for block in range(groups)])
-    clustered = moves.T @ moves * (groups - 1) / groups
-    ratio = np.sqrt(np.diag(clustered) / np.maximum(np.diag(white), 1e-300))
-    wide = np.maximum(1.0, ratio)
-    freedom = np.where(ratio > 1.0, groups - 1, max(1, number - count))
-    return white * np.outer(wide, wide), np.asarray(student.ppf(0.5 + 0.5 * LEVEL, freedom))
+    number, count = linear.derivatives.shape
+    white = linear.white
+    wide = np.ones(count)
+    factors = np.full(count, float(student.ppf(0.5 + 0.5 * LEVEL, max(1, number - count))))
+    own = np.sqrt(np.maximum(np.diag(white), 1e-300))
+    for labels, least in ((linear.blocks, count + 2), (linear.records, FEWEST)):
+        groups = int(labels.max(initial=-1)) + 1
+        if groups >= least:
+            ratio = np.sqrt(np.diag(_jackknife(linear, labels))) / own
+            factor = float(student.ppf(0.5 + 0.5 * LEVEL, groups - 1))
+            is_wider = ratio * factor > wide * factors
+            wide, factors = np.where(is_wider, ratio, wide), np.where(is_wider, factor, factors)
+    return white * np.outer(wide, wide), factors
 
 
-def _without(derivatives: Array, residuals: Array, block: NDArray[np.bool_]) -> Array:
-    """Return by how much the parameters move if a block is left out."""
-    left = derivatives[~block]
-    own = derivatives[block].T @ residuals[block]
-    return np.asarray(np.linalg.pinv(left.T @ left, rcond=RANK**2, hermitian=True) @ own)
+def _jackknife(linear: Linearised, labels: NDArray[np.int64]) -> Array:
+    """Return the covariance that shows in how the parameters move as one group after the other is left out."""
+    whole = linear.derivatives.T @ linear.derivatives
+    groups = int(labels.max()) + 1
+    moves = []
+    for group in range(groups):
+        information, slope = linear.of(labels == group)
+        moves.append(np.linalg.pinv(whole - information, rcond=RANK**2, hermitian=True) @ slope)
+    return np.asarray(np.transpose(moves) @ np.array(moves) * (groups - 1) / groups)
 
 
 def _outer(free: Free, inner: float) -> float:
@@ -131,62 +181,15 @@ def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: ND
     return reasons
 
 
-def _bootstrap(
-    derivatives: Array, residuals: Array, blocks: NDArray[np.int64], x: Array, seed: int, number: int = 1000
-) -> tuple[Array, Array]:
+def _bootstrap(linear: Linearised, x: Array, seed: int, number: int = 1000) -> tuple[Array, Array]:
     """Return the quantiles of one Gauss-Newton step for blocks drawn with replacement."""
     rng = np.random.default_rng(seed)
-    groups = int(blocks[-1]) + 1
-    squares = np.array([derivatives[blocks == block].T @ derivatives[blocks == block] for block in range(groups)])
-    slopes = np.array([derivatives[blocks == block].T @ residuals[blocks == block] for block in range(groups)])
+    blocks = [linear.of(linear.blocks == block) for block in range(int(linear.blocks.max()) + 1)]
+    squares, slopes = (np.array(parts) for parts in zip(*blocks, strict=True))
     steps = []
     for _ in range(number):
-        drawn = rng.integers(0, groups, groups)
+        drawn = rng.integers(0, len(blocks), len(blocks))
         inverse = np.linalg.pinv(squares[drawn].sum(axis=0), rcond=RANK**2, hermitian=True)
         steps.append(-inverse @ slopes[drawn].sum(axis=0))
     ends = np.quantile(np.array(steps), [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     return x + ends[0], x + ends[1]
-
-
-def _profile(problem: Problem, x: Array, spread: Array, factors: Array) -> tuple[Array, Array]:
-    """Return where the cost, with everything else fitted anew, has risen as much as at the ends of the interval."""
-    low, high = x.copy(), x.copy()
-    least, most = problem.bounds
-    [best] = problem.residuals([x])
-    white = float(best @ best) / max(1, len(best) - len(x))
-    derivatives = jacobian(problem, x)
-    information = derivatives.T @ derivatives
-    for index in range(len(x)):
-        deviation = float(np.sqrt(spread[index, index]))
-        # What the quadratic approximation rises by at the end of the interval.
-        inverse = np.linalg.pinv(information, rcond=RANK**2, hermitian=True)[index, index]
-        rise = (factors[index] * deviation) ** 2 / max(inverse, 1e-300)
-        for side, ends in ((-1.0, low), (1.0, high)):
-            near, far = 0.0, factors[index] * deviation
-            if not np.isfinite(far) or far == 0.0:
-                ends[index] = side * np.inf
-                continue
-            for _ in range(6):
-                if _cost_at(problem, x, index, x[index] + side * far) - white * (len(best) - len(x)) >= rise:
-                    break
-                near, far = far, 2.0 * far
-            for _ in range(8):
-                middle = 0.5 * (near + far)
-                over = _cost_at(problem, x, index, x[index] + side * middle) - white * (len(best) - len(x)) >= rise
-                near, far = (near, middle) if over else (middle, far)
-            ends[index] = np.clip(x[index] + side * far, least[index], most[index])
-    return low, high
-
-
-def _cost_at(problem: Problem, x: Array, index: int, inner: float) -> float:
-    """Return the cost with one parameter held and the others fitted."""
-    low, high = problem.bounds
-    held = problem.free[index]
-    value = held.outer(float(np.clip(inner, low[index], high[index])))
-    others = [free for place, free in enumerate(problem.free) if place != index]
-    experiment = problem.experiment.with_value(held.name, value)
-    rest = replace(problem, experiment=experiment, free=tuple(others))
-    if not others:
-        [found] = rest.residuals([np.empty(0)])
-        return float(found @ found)
-    return 2.0 * refine(rest, np.delete(x, index)).cost

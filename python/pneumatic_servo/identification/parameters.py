@@ -36,6 +36,8 @@ class Free:
         Magnitude of its changes; 0 for a parameter whose logarithm is free.
     is_given : bool
         Whether the user gave the start.
+    is_bounded : bool
+        Whether the user gave bounds.
     legal : tuple of float
         Smallest and largest value that the model accepts.
     """
@@ -47,6 +49,7 @@ class Free:
     high: float
     scale: float
     is_given: bool = False
+    is_bounded: bool = False
     legal: tuple[float, float] = (-math.inf, math.inf)
 
     @property
@@ -95,7 +98,7 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
             raise ValueError(f"{where}: the lower bound {low:g} is not below the upper bound {high:g}")
         _check_range(free, low, high, where)
         start_value = free.start if equals else min(max(free.start, low), high)
-        free = replace(free, low=low, high=high, start=start_value)
+        free = replace(free, low=low, high=high, start=start_value, is_bounded=True)
         if low <= 0.0 and free.is_logarithmic:
             free = replace(free, scale=max(abs(low), abs(high)))
         free = replace(free, legal=(low, high))
@@ -167,20 +170,21 @@ def group_of(law: str, model: Model) -> str:
 
 
 def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
-    """Return the parameters of a law that a fit usually frees: its forces, stiffnesses, dampings and velocities.
+    """Return the parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths.
 
-    Of the elements those that there are; of GMS their shares too, which make its levels.
+    Of the elements those that there are; of GMS their shares too, which make its levels; of Dahl and Leuven the
+    exponent that says how sharply presliding ends. The rate of GMS and what is 0 by default stay as they are.
     """
     group = group_of(law, model) + "."
     elements = model.parameters.get(f"{group}N")
     number = 0 if elements is None else int(settings.get(f"{group}N", elements.default or 0))
-    units = ("N", "N/m", "N.s/m", "m/s", "N/s", "1/m")
+    units = ("N", "N/m", "N.s/m", "m/s", "1/m", "m")
     names = []
     for variable in model.parameters.values():
-        is_share = variable.name.startswith(f"{group}alpha[")
-        if not variable.name.startswith(group) or not (variable.unit in units or is_share):
+        has_no_unit = variable.name.startswith(f"{group}alpha[") or variable.name == f"{group}n"
+        if not variable.name.startswith(group) or not (variable.unit in units or has_no_unit):
             continue
-        if "[" in variable.name and int(variable.name.split("[")[1][:-1]) > number:
+        if "[" in variable.name and (int(variable.name.split("[")[1][:-1]) > number or variable.default == 0.0):
             continue
         names.append(variable.name)
     # The shares multiply the level, so that one of both stays as it is.

@@ -15,6 +15,7 @@ from pneumatic_servo.identification.fitting import free_parameters, make_experim
 from pneumatic_servo.identification.intervals import RANK
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import Tell, jacobian
 from pneumatic_servo.variables import Value
 
@@ -135,7 +136,7 @@ def plan(
         record = _imagined(kind, time, course, values)
         if record is None:
             continue
-        problem = Problem.of(kind, [record], free, 0.0).weighted({name: noises[name] for name in kind.compared})
+        problem = Problem.of(kind, [record], free, 0.0).seen_by({name: Sensor(noises[name]) for name in kind.compared})
         half, information = _judge(problem)
         driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
         candidates.append(Candidate(name, driven, time, course, half, information))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.identification.smoothing import noise
+from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -19,13 +19,24 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-6
 """Relative tolerance of the solver, so that differences of runs are differences of parameters."""
 
+PULL = 1.5
+"""Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
+
 FAILED = 1e3
 """Residual, in units of the noise, where a simulation could not go on."""
+
+
+MAGNITUDES = {"position0": 1e-4, "velocity0": 1e-2, "chamberA.pressure0": 1e3, "chamberB.pressure0": 1e3}
+"""What the changes of what a window begins with are measured in, in SI units."""
 
 
 @dataclass(frozen=True)
 class Problem:
     """Data, experiment and free parameters; the solver sees a vector of scaled parameters.
+
+    After the free parameters the vector has what each window begins with, as far as it was only measured: the first
+    samples tell it no better than all others, and what it errs by would pass into the parameters. A vector of the free
+    parameters alone leaves the windows their beginnings.
 
     Attributes
     ----------
@@ -35,14 +46,14 @@ class Problem:
         The measured stretches.
     free : tuple of Free
         What is fitted.
-    noises : dict
-        Standard deviation that each compared signal is weighted with.
+    sensors : dict
+        Sensor of each compared signal.
     """
 
     experiment: Experiment
     windows: tuple[Window, ...]
     free: tuple[Free, ...]
-    noises: Mapping[str, float]
+    sensors: Mapping[str, Sensor]
     workers: int | None = None
     refusals: list[str] = field(default_factory=list, compare=False)
     """Why a single vector could not be simulated, last time."""
@@ -63,34 +74,61 @@ class Problem:
             for part in experiment.windows(record):
                 driven, used = experiment.prepare(part)
                 held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
-                windows.append(Window(part, driven, held, used))
-        noises = {signal: _noise(windows, signal) for signal in experiment.compared}
-        return Problem(experiment, tuple(windows), tuple(free), noises)
+                begin = experiment.begin(part, driven).without({*experiment.settings, *(one.name for one in free)})
+                windows.append(Window(part, driven, held, used, begin))
+        courses = {signal: [window.record.signals[signal] for window in windows] for signal in experiment.compared}
+        sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}
+        return Problem(experiment, tuple(windows), tuple(free), sensors)
 
     def values(self, x: Array) -> dict[str, float]:
         """Return the values of the free parameters by name."""
-        fitted = {free.name: free.outer(float(inner)) for free, inner in zip(self.free, x, strict=True)}
+        fitted = {free.name: free.outer(float(inner)) for free, inner in zip(self.free, x, strict=False)}
         return {**self.experiment.held, **fitted}
+
+    def begins(self, x: Array) -> list[dict[str, float]]:
+        """Return what each window begins with."""
+        begins = [dict(window.begin.values) for window in self.windows]
+        if len(x) > len(self.free):
+            inner = iter(x[len(self.free) :])
+            for begin, window in zip(begins, self.windows, strict=True):
+                for name in window.begin.loose:
+                    begin[name] += MAGNITUDES[name] * float(next(inner))
+        return begins
+
+    @property
+    def loose(self) -> tuple[int, ...]:
+        """How much of its beginning each window leaves free."""
+        return tuple(len(window.begin.loose) for window in self.windows)
 
     @property
     def start(self) -> Array:
         """The start values as the solver sees them."""
-        return np.array([free.inner(free.start) for free in self.free])
+        return np.array([*(free.inner(free.start) for free in self.free), *[0.0] * sum(self.loose)])
 
     @property
     def bounds(self) -> tuple[Array, Array]:
         """The bounds as the solver sees them."""
         low = [_bound(free, free.low) for free in self.free]
         high = [_bound(free, free.high) for free in self.free]
-        return np.array(low), np.array(high)
+        none = [np.inf] * sum(self.loose)
+        return np.array([*low, *(-bound for bound in none)]), np.array([*high, *none])
 
-    def weighted(self, noises: Mapping[str, float]) -> Problem:
-        """Return the same problem with other weights."""
-        return replace(self, noises=dict(noises))
+    def seen_by(self, sensors: Mapping[str, Sensor]) -> Problem:
+        """Return the same problem with other sensors."""
+        return replace(self, sensors=dict(sensors))
 
     def trained(self) -> Problem:
         """Return the same problem without what is held out, which the fit need not simulate."""
         return replace(self, windows=tuple(cut for window in self.windows if (cut := _cut(window)) is not None))
+
+    def begun(self, trained: Problem, x: Array) -> Problem:
+        """Return the same problem whose windows begin as a vector of the trained problem says; others as measured."""
+        begins = iter(trained.begins(x))
+        windows = [
+            window if _cut(window) is None else replace(window, begin=replace(window.begin, values=next(begins)))
+            for window in self.windows
+        ]
+        return replace(self, windows=tuple(windows))
 
     def with_free(self, free: Sequence[Free]) -> Problem:
         """Return the same problem with other free parameters."""
@@ -98,23 +136,65 @@ class Problem:
 
     def differences(self, vectors: Sequence[Array]) -> list[list[dict[str, Array]]]:
         """Return measured minus simulated for each vector and window, by signal; NaN where a run failed."""
-        every = [self.values(x) for x in vectors]
+        every = [(self.values(x), self.begins(x)) for x in vectors]
         found: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in every]
         for group in self._groups():
             self._simulate(group, every, found)
         return found
 
-    def residuals(self, vectors: Sequence[Array], *, held: bool = False) -> Array:
-        """Return the weighted residuals of vectors, of shape (vectors, residuals)."""
-        rows = []
-        for differences in self.differences(vectors):
-            parts = [
-                difference[signal][window.used & (window.held == held)] / self.noises[signal]
+    def stacked(self, vectors: Sequence[Array], *, held: bool = False) -> Array:
+        """Return the differences of vectors, of shape (vectors, samples): window by window, in it signal by signal."""
+        rows = [
+            np.concatenate([
+                difference[signal][window.used & (window.held == held)]
                 for window, difference in zip(self.windows, differences, strict=True)
                 for signal in self.experiment.compared
-            ]
-            rows.append(np.concatenate(parts))
+            ])
+            for differences in self.differences(vectors)
+        ]  # fmt: skip
+        return np.array(rows)
+
+    def by_sensor(self, of: Callable[[Sensor, Array], Array], stacked: Array) -> Array:
+        """Return what sensors make of differences in the order of `stacked`."""
+        parts, first = [], 0
+        for window in self.windows:
+            for signal in self.experiment.compared:
+                last = first + window.fitted
+                parts.append(of(self.sensors[signal], stacked[first:last]))
+                first = last
+        return np.concatenate(parts)
+
+    def residuals(self, vectors: Sequence[Array]) -> Array:
+        """Return the residuals of vectors in units of the noise, of shape (vectors, samples)."""
+        rows = [self.by_sensor(Sensor.residuals, row) for row in self.stacked(vectors)]
         return np.asarray(np.nan_to_num(np.array(rows), nan=FAILED, posinf=FAILED, neginf=-FAILED))
+
+    def pulls(self, x: Array) -> Array:
+        """Return what draws parameters without bounds to their starts, as residuals, of shape (vector,).
+
+        Too weak to be felt where the data tell a value, it keeps those that they do not tell from going astray, to
+        where a hair less is left of the noise and everything is wrong with other data.
+        """
+        drawn = np.zeros_like(x)
+        for index, free in enumerate(self.free):
+            if free.is_logarithmic and not free.is_bounded:
+                drawn[index] = (x[index] - free.inner(free.start)) / PULL
+        return drawn
+
+    @property
+    def pull(self) -> Array:
+        """The derivatives of these, of shape (vector,)."""
+        return self.pulls(self.start + 1.0)
+
+    def likely_sensors(self, x: Array) -> dict[str, Sensor]:
+        """Return sensors with the noise that makes what a vector leaves of their signals most likely."""
+        [differences] = self.differences([x])
+        found = {}
+        for signal, sensor in self.sensors.items():
+            parts = [d[signal][w.used & ~w.held] for w, d in zip(self.windows, differences, strict=True)]
+            rest = np.concatenate(parts)
+            found[signal] = sensor.with_noise_of(rest) if np.all(np.isfinite(rest)) else sensor
+        return found
 
     def rms(self, x: Array, *, held: bool = False) -> dict[str, float]:
         """Return the rms of measured minus simulated by signal; empty if there are no such samples."""
@@ -131,16 +211,27 @@ class Problem:
         return found
 
     def blocks(self, number: int) -> NDArray[np.int64]:
-        """Return the number of the block of each residual: stretches of time, all signals of a stretch together."""
-        total = sum(int(np.sum(window.used & ~window.held)) for window in self.windows)
+        """Return the number of the block of each sample: stretches of time, all signals of a stretch together.
+
+        As many windows as blocks are not cut: what happens in one has no part in the next.
+        """
+        total = sum(window.fitted for window in self.windows)
         size = max(1, -(-total // number))
         blocks, before = [], 0
         for window in self.windows:
-            count = int(np.sum(window.used & ~window.held))
-            own = (before + np.arange(count)) // size
-            blocks += [own] * len(self.experiment.compared)
-            before += count
-        return np.concatenate(blocks)
+            inside = np.zeros(window.fitted) if len(self.windows) >= number else np.arange(window.fitted)
+            blocks += [((before + inside) // size).astype(np.int64)] * len(self.experiment.compared)
+            before += window.fitted
+        _, places = np.unique(np.concatenate(blocks), return_inverse=True)
+        return places.astype(np.int64)
+
+    def records(self) -> NDArray[np.int64]:
+        """Return the number of the record, a table or set of arrays, of each sample."""
+        names = list(dict.fromkeys(window.record.name for window in self.windows))
+        compared = len(self.experiment.compared)
+        return np.concatenate([
+            np.full(window.fitted * compared, names.index(window.record.name)) for window in self.windows
+        ])  # fmt: skip
 
     def _groups(self) -> list[list[int]]:
         """Windows of the same times, which are simulated in one call."""
@@ -150,16 +241,20 @@ class Problem:
         return list(groups.values())
 
     def _simulate(
-        self, group: list[int], every: Sequence[Mapping[str, float]], found: list[list[dict[str, Array]]]
+        self,
+        group: list[int],
+        every: Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]],
+        found: list[list[dict[str, Array]]],
     ) -> None:
         experiment = self.experiment
         pairs = [(vector, index) for vector in range(len(every)) for index in group]
         settings: list[Mapping[str, Value]] = []
         driven: dict[str, list[Array]] = {}
         for vector, index in pairs:
-            settings.append(experiment.start(self.windows[index], every[vector]))
-            for name, values in experiment.inputs(self.windows[index], every[vector]).items():
-                driven.setdefault(name, []).append(values)
+            values, begins = every[vector]
+            settings.append({**begins[index], **experiment.start(self.windows[index], values)})
+            for name, course in experiment.inputs(self.windows[index], values).items():
+                driven.setdefault(name, []).append(course)
         record = self.windows[group[0]].record
         grid = record.grid
         runs = experiment.simulated.simulate_many(
@@ -177,7 +272,7 @@ class Problem:
             self.refusals[:] = [next(iter(runs.failures.values()))]
         for run, (vector, index) in enumerate(pairs):
             outputs = {name: runs[name][run] for name in experiment.outputs}
-            found[vector][index] = self._compare(self.windows[index], outputs, every[vector])
+            found[vector][index] = self._compare(self.windows[index], outputs, every[vector][0])
 
     def _compare(self, window: Window, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
         record = window.record
@@ -200,16 +295,10 @@ def _cut(window: Window) -> Window | None:
     record = window.record.part(0, last)
     driven = {name: values[: len(record.grid)] if len(values) == points else values
               for name, values in window.driven.items()}  # fmt: skip
-    return Window(record, driven, window.held[:last], window.used[:last])
+    return Window(record, driven, window.held[:last], window.used[:last], window.begin)
 
 
 def _bound(free: Free, bound: float) -> float:
     if free.is_logarithmic:
         return float(np.log(bound)) if bound > 0.0 else -np.inf
     return bound / free.scale
-
-
-def _noise(windows: Sequence[Window], signal: str) -> float:
-    estimates = [noise(window.record.signals[signal]) for window in windows]
-    magnitude = max(float(np.max(np.abs(window.record.signals[signal]))) for window in windows)
-    return max(float(np.median(estimates)), 1e-9 * magnitude, 1e-12)

@@ -72,10 +72,10 @@ class Fit:
 
     @property
     def settings(self) -> dict[str, Value]:
-        """What a model is given to be the fitted one: known and fitted parameters of the model, and the law."""
+        """What a model is given to be the fitted one: its known and fitted parameters and inputs, and the law."""
         known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
         table = self.problem.experiment.table
-        return {name: value for name, value in known.items() if name in table.parameters}
+        return {name: value for name, value in known.items() if name in table.variables}
 
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.sensor import Sensor
 
 Array = NDArray[np.float64]
 Tell = Callable[[str], None]
@@ -22,6 +23,8 @@ REFINED = 3
 """How many of the best starts are refined."""
 SPREAD = 1.6
 """Starts without bounds lie within a factor of five, or within so many magnitudes, of the first."""
+ROUGH, FINE = 1e-4, 1e-6
+"""Relative changes of the cost at which a search ends: for the next to begin there, and for good."""
 CHUNK = 32
 """Starts that are simulated in one task."""
 
@@ -36,22 +39,52 @@ class Solution:
     message: str
 
 
-def jacobian(problem: Problem, x: Array) -> Array:
-    """Return the derivatives of the residuals by central differences within the bounds, all runs on all cores."""
+def sensitivities(problem: Problem, x: Array) -> tuple[Array, Array]:
+    """Return the derivatives of the differences by central differences within the bounds, and the differences.
+
+    All runs are made at once on all cores. What windows begin with is moved in all of them together, since none sees
+    that of another.
+    """
+    moves = _moves(problem)
     low, high = problem.bounds
-    ups, downs = [], []
-    for index in range(len(x)):
-        step = np.zeros_like(x)
-        step[index] = STEP
-        ups.append(np.minimum(x + step, high))
-        downs.append(np.maximum(x - step, low))
-    residuals = problem.residuals([*ups, *downs])
-    widths = np.array([np.sum(up - down) for up, down in zip(ups, downs, strict=True)])
-    columns = (residuals[: len(x)] - residuals[len(x) :]) / widths[:, None]
-    return np.ascontiguousarray(columns.T)
+    ups = [np.minimum(x + STEP * move, high) for move in moves]
+    downs = [np.maximum(x - STEP * move, low) for move in moves]
+    stacked = problem.stacked([*ups, *downs, x])
+    widths = np.array([np.max(up - down) for up, down in zip(ups, downs, strict=True)])
+    slopes = (stacked[: len(moves)] - stacked[len(moves) : -1]) / widths[:, None]
+    return np.nan_to_num(_by_column(problem, slopes), posinf=0.0, neginf=0.0), stacked[-1]
 
 
-def refine(problem: Problem, start: Array, loss: str = "linear", tell: Tell | None = None) -> Solution:
+def jacobian(problem: Problem, x: Array) -> Array:
+    """Return the derivatives of the residuals."""
+    slopes, differences = sensitivities(problem, x)
+    return np.asarray(slopes * np.nan_to_num(problem.by_sensor(Sensor.slopes, differences))[:, None])
+
+
+def _moves(problem: Problem) -> list[Array]:
+    """Return the directions in which runs are made: each parameter, and each kind of beginning in all windows."""
+    free = len(problem.free)
+    moves = [np.arange(free + sum(problem.loose)) == index for index in range(free)]
+    places = np.concatenate([np.full(free, -1), *(np.arange(count) for count in problem.loose)])
+    return [move.astype(float) for move in [*moves, *(places == place for place in range(max(problem.loose)))]]
+
+
+def _by_column(problem: Problem, slopes: Array) -> Array:
+    """Return the derivatives, of shape (samples, vector), from those along the directions."""
+    free, compared = len(problem.free), len(problem.experiment.compared)
+    columns = np.zeros((slopes.shape[1], free + sum(problem.loose)))
+    columns[:, :free] = slopes[:free].T
+    row, column = 0, free
+    for window, loose in zip(problem.windows, problem.loose, strict=True):
+        last = row + window.fitted * compared
+        columns[row:last, column : column + loose] = slopes[free : free + loose, row:last].T
+        row, column = last, column + loose
+    return columns
+
+
+def refine(
+    problem: Problem, start: Array, loss: str = "linear", tell: Tell | None = None, tolerance: float = FINE
+) -> Solution:
     """Go down from a start."""
     low, high = problem.bounds
     margin = 1e-9 * (1.0 + np.abs(start))
@@ -61,15 +94,19 @@ def refine(problem: Problem, start: Array, loss: str = "linear", tell: Tell | No
     def residuals(x: Array) -> Array:
         if last and np.array_equal(last[0][0], x):
             return last[0][1]
-        [found] = problem.residuals([x])
+        [of_data] = problem.residuals([x])
+        found = np.concatenate([of_data, problem.pulls(x)])
         last[:] = [(x.copy(), found)]
         if tell is not None:
-            tell(f"cost {np.mean(found**2):.5g}")
-        return np.asarray(found)
+            tell(f"cost {np.mean(of_data**2):.5g}")
+        return found
+
+    def slopes(x: Array) -> Array:
+        return np.vstack([jacobian(problem, x), np.diag(problem.pull)])
 
     found: Any = least_squares(
-        residuals, inside, jac=lambda x: jacobian(problem, x), bounds=(low, high), loss=loss,
-        x_scale="jac", ftol=1e-7, xtol=1e-7, gtol=1e-10, max_nfev=80,
+        residuals, inside, jac=slopes, bounds=(low, high), loss=loss,
+        x_scale="jac", ftol=tolerance, xtol=1e-2 * tolerance, gtol=1e-10, max_nfev=80,
     )  # fmt: skip
     return Solution(found.x, float(found.cost), bool(found.status > 0), str(found.message))
 
@@ -95,10 +132,10 @@ def solve(
     order = np.argsort(costs, kind="stable")[: REFINED if starts else 1]
     best = list(dict.fromkeys([int(order[0]), 0, *map(int, order)]))[:REFINED]
     if cluster is not None:
-        tasks = [cluster.submit(refine, problem, candidates[index], loss, pure=False) for index in best]
+        tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
         solutions = list(cluster.gather(tasks))
     else:
-        solutions = [refine(problem, candidates[index], loss, tell) for index in best]
+        solutions = [refine(problem, candidates[index], loss, tell, ROUGH) for index in best]
     solutions.sort(key=lambda solution: (solution.cost, not solution.converged))
     return solutions[0], solutions
 
@@ -109,7 +146,8 @@ def scattered(problem: Problem, number: int, seed: int) -> list[Array]:
         return []
     low, high = problem.bounds
     first = problem.start
-    least, most = np.maximum(low, first - SPREAD), np.minimum(high, first + SPREAD)
+    spread = np.where(np.arange(len(first)) < len(problem.free), SPREAD, 0.0)
+    least, most = np.maximum(low, first - spread), np.minimum(high, first + spread)
     sample = qmc.LatinHypercube(len(first), rng=np.random.default_rng(seed)).random(number)
     return [least + row * (most - least) for row in sample]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar
 
@@ -22,6 +22,31 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
+class Beginning:
+    """What the simulation of a window begins with, as it was measured.
+
+    Attributes
+    ----------
+    values : dict
+        Settings of the model.
+    loose : tuple of str
+        Those of them that are fitted along, since their sensors err.
+    """
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    loose: tuple[str, ...] = ()
+
+    def without(self, names: Container[str]) -> Beginning:
+        """Return the beginning without what is known or free otherwise."""
+        values = {name: value for name, value in self.values.items() if name not in names}
+        return Beginning(values, tuple(name for name in self.loose if name not in names))
+
+    def with_more(self, values: Mapping[str, float]) -> Beginning:
+        """Return the beginning with more values, which are all loose."""
+        return Beginning({**self.values, **values}, (*self.loose, *values))
+
+
+@dataclass(frozen=True)
 class Window:
     """A stretch of a record that is simulated in one go.
 
@@ -35,12 +60,20 @@ class Window:
         Samples that are held out of the fit.
     used : ndarray of bool, shape (samples,)
         Samples that are compared at all.
+    begin : Beginning
+        What its simulation begins with.
     """
 
     record: Record
     driven: Mapping[str, Array]
     held: NDArray[np.bool_]
     used: NDArray[np.bool_]
+    begin: Beginning
+
+    @property
+    def fitted(self) -> int:
+        """Number of the samples that are fitted."""
+        return int(np.sum(self.used & ~self.held))
 
 
 @dataclass(frozen=True)
@@ -122,13 +155,17 @@ class Experiment(ABC):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Return what is made of a record once, and which samples are compared."""
 
+    def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
+        """Return what the simulation of a part begins with."""
+        return Beginning()
+
     @abstractmethod
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return the inputs at the communication points."""
 
     @abstractmethod
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return the settings of a run."""
+        """Return the settings of a run, besides what its window begins with."""
 
     def predict(self, window: Window, outputs: Mapping[str, Array], values: Values) -> dict[str, Array]:
         """Return the compared signals at the communication points."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import position
-from pneumatic_servo.identification.experiments.base import Experiment, Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Experiment, Values, Window
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import slope
 from pneumatic_servo.model import Model
@@ -45,6 +45,15 @@ class OfCylinder(Experiment):
     def grids(self, record: Record) -> dict[str, Array]:
         """Return all signals at the communication points."""
         return {signal: record.on_grid(signal) for signal in record.signals}
+
+    def begin_motion(self, record: Record) -> Beginning:
+        """Begin with the smoothed position and its slope; a carriage at rest does not move by what is exactly 0."""
+        width = self.options.width
+        speed = position.start_velocity(record, width)
+        measured = {"position0": float(position.smoothed(record, width)[0])}
+        if speed == 0.0:
+            return Beginning({"velocity0": 0.0}).with_more(measured)
+        return Beginning().with_more({**measured, "velocity0": speed})
 
     def resting(self, record: Record) -> NDArray[np.bool_]:
         """Tell where the position stays within its noise."""

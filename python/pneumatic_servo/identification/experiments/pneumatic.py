@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import position
-from pneumatic_servo.identification.experiments.base import Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, first, middle
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.variables import Value
@@ -42,10 +42,17 @@ class Pneumatic(OfCylinder):
         # Velocities at the points that lead from one position to the next: those at their middle, averaged.
         between = np.diff(path) / record.step
         speed = np.concatenate([between[:1], 0.5 * (between[1:] + between[:-1]), between[-1:]])
-        driven["start"] = np.array([path[0], speed[0]])
+        driven["path"], driven["speed"] = path, speed
         driven["acceleration"] = np.append(np.diff(speed) / record.step, 0.0)
         self.notes.append(f"{record.name}: the position is smoothed over {1e3 * width:.3g} ms")
         return driven, np.ones(len(record.time), dtype=bool)
+
+    def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
+        """Begin on the path, with the measured pressures."""
+        path = Beginning({"position0": float(driven["path"][0]), "velocity0": float(driven["speed"][0])})
+        return path.with_more({
+            f"{chamber}.pressure0": first(driven, f"{chamber}.pressure", 5) for chamber in ("chamberA", "chamberB")
+        })  # fmt: skip
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return voltage and supply, and the force that carries the carriage against the measured pressures."""
@@ -57,14 +64,8 @@ class Pneumatic(OfCylinder):
         return inputs
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Start from what is measured."""
-        place, speed = window.driven["start"]
-        begin = {
-            "position0": float(place), "velocity0": float(speed),
-            "chamberA.pressure0": first(window.driven, "chamberA.pressure", 5),
-            "chamberB.pressure0": first(window.driven, "chamberB.pressure", 5),
-        }  # fmt: skip
-        return {**begin, **self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}
+        """Return what is known or fitted."""
+        return {**self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}
 
     def forces(self, window: Window, values: Values) -> None:
         """Nothing of friction is asked here."""

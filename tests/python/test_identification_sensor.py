@@ -1,0 +1,77 @@
+"""Sensors of a fit: noise, and converters that round."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pneumatic_servo.identification.sensor import Sensor, converter
+from scipy.optimize import brentq
+
+Array = NDArray[np.float64]
+STEP = 0.5 / 4095
+
+
+def rounded(values: Array, step: float = STEP) -> Array:
+    return step * np.round(values / step)
+
+
+def test_step_of_a_converter_is_found_through_decimals_and_none_where_there_is_none() -> None:
+    rng = np.random.default_rng(0)
+    smooth = 0.25 + 0.05 * np.sin(np.arange(0.0, 6.0, 1e-3)) + 1e-5 * rng.standard_normal(6000)
+    assert converter(rounded(smooth)) == pytest.approx(STEP, rel=1e-6)
+    # A table with three decimals of a millimetre.
+    assert converter(np.round(rounded(smooth), 6)) == pytest.approx(STEP, rel=1e-4)
+    assert converter(smooth) == 0.0
+    assert converter(np.full(100, 0.3)) == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.08, 0.4, 1.3])
+def test_slopes_are_those_of_the_residuals(noise: float) -> None:
+    sensor = Sensor(noise * STEP, STEP, is_coarse=True)
+    # From the middle of a step to five steps away, where the likelihood is far below the smallest number.
+    differences = np.linspace(-5.0, 5.0, 401) * STEP
+    by = 1e-5 * STEP
+    quotient = (sensor.residuals(differences + by) - sensor.residuals(differences - by)) / (2.0 * by)
+    # Rounding of the likelihood, 1e-16, comes to 1e-8 in its root, a thousandth of the quotient's numerator.
+    assert np.allclose(sensor.slopes(differences), quotient, rtol=2e-3, atol=2e-3 / STEP)
+
+
+@pytest.mark.parametrize("noise", [0.08, 0.4, 1.3])
+def test_true_readings_tell_nothing_on_average_and_as_much_as_is_expected(noise: float) -> None:
+    rng = np.random.default_rng(1)
+    true = rng.uniform(0.0, 20.0 * STEP, 200_000)
+    sensor = Sensor(noise * STEP, STEP, is_coarse=True)
+    differences = rounded(true + noise * STEP * rng.standard_normal(len(true))) - true
+    weights = sensor.weights(differences)
+    told = weights * sensor.scores(differences)
+    # Four standard deviations of means of so many.
+    assert abs(np.mean(told)) < 4.0 * np.std(told) / np.sqrt(len(told))
+    assert np.mean(told**2) == pytest.approx(np.mean(weights**2), abs=4.0 * np.std(told**2) / np.sqrt(len(told)))
+
+
+def test_noise_is_found_below_the_step_that_hides_it() -> None:
+    rng = np.random.default_rng(2)
+    true = np.linspace(0.0, 0.01, 3000)
+    differences = rounded(true + 0.08 * STEP * rng.standard_normal(len(true))) - true
+    found = Sensor(STEP, STEP).with_noise_of(differences)
+    assert found.is_coarse and found.noise == pytest.approx(0.08 * STEP, rel=0.1)
+    fine = Sensor(STEP, STEP).with_noise_of(30.0 * STEP * rng.standard_normal(3000))
+    assert not fine.is_coarse and fine.noise == pytest.approx(30.0 * STEP, rel=0.1)
+
+
+def test_speed_of_a_slow_carriage_is_found_without_the_bias_of_rounding() -> None:
+    """Half a step in a second: least squares of readings that are nearly all the same err, always by the same."""
+    time = np.arange(0.0, 1.0, 1e-3)
+    sensor = Sensor(0.08 * STEP, STEP, is_coarse=True)
+    plain, ours = [], []
+    for seed in range(20):
+        noise = 0.08 * STEP * np.random.default_rng(seed).standard_normal(len(time))
+        seen = rounded(0.3 * STEP + 0.5 * STEP * time + noise)
+        plain.append(float(time @ (seen - 0.3 * STEP) / (time @ time)))
+        ours.append(brentq(lambda speed, seen=seen: np.sum(
+            sensor.residuals(seen - 0.3 * STEP - speed * time) * sensor.slopes(seen - 0.3 * STEP - speed * time) * time
+        ), 0.1 * STEP, 2.0 * STEP))  # fmt: skip
+    spread = float(np.std(ours)) / np.sqrt(len(ours))
+    assert abs(np.mean(ours) - 0.5 * STEP) < 4.0 * spread
+    assert abs(np.mean(plain) - 0.5 * STEP) > 20.0 * spread
