@@ -1,0 +1,49 @@
+"""Fits to what others have measured; the data lie beside the repository, and docs/identification.md says where from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT.parent / "shared" / "data"
+
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"there are no measurements in {DATA}")
+
+
+@pytest.fixture(autouse=True)
+def _studies(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+
+
+@pytest.mark.parametrize("ring", ["O-ring", "NAPN", "NAP310", "PK", "KDN"])
+def test_friction_of_a_seal_at_7_bar_is_within_what_lower_pressures_predict(ring: str) -> None:
+    from measured_data import seal
+
+    found = seal(DATA / "seals", ring)
+    assert found.fit.converged and not found.fit.undetermined.keys() - {"friction.coulomb.Fc"}
+    _, low, high = found.predicted
+    assert low < found.measured[7].value < high
+    # The bore of 25 mm has 490.9 mm2; the printed one was found up to 2 % wider.
+    assert found.fit.values["area"] == pytest.approx(np.pi / 4.0 * 0.025**2, rel=0.02)
+    if ring == "O-ring":
+        # Half the difference of the medians of both directions, which noise and the ends of the strokes move by 5 %.
+        halves = {1: 3.98, 3: 5.51, 5: 7.16, 7: 7.98}
+        assert {p: e.value for p, e in found.measured.items()} == pytest.approx(halves, rel=0.05)
+        base, kappa = found.fit.parameters["friction.coulomb.Fc"], found.fit.parameters["friction.kappaA"]
+        assert base.low < 3.4 < base.high and kappa.low < 2.0e-6 < kappa.high
+        assert base.value == pytest.approx(3.4, rel=0.1) and kappa.value == pytest.approx(2.0e-6, rel=0.15)
+
+
+def test_tribometer_tells_laws_whose_presliding_fits_from_others() -> None:
+    from measured_data import ranking, tribometer
+
+    data = tribometer(DATA / "presliding" / "tribometer.csv", every=20)
+    fits = ranking(data, ["MaxwellSlip", "GMS", "Leuven", "LuGre", "BlimanSorine"])
+    # What ten elastic elements by non-negative least squares leave of the second half.
+    reference = 0.159
+    good = {found.law for found in fits if found.hold_out_rms["frictionForce"] < reference}
+    assert good == {"MaxwellSlip", "GMS", "Leuven"}
+    assert fits[0].law in good and fits[0].converged
