@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, OSError, MissingPackage) as error:
         return _fail(error, 2)
     except KeyboardInterrupt as error:
-        return _fail(error or "interrupted", 130)
+        return _fail(str(error) or "interrupted", 130)
     return 0
 
 

@@ -17,7 +17,7 @@ from pneumatic_servo.variables import Value
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""Relative tolerance of the solver, so that differences of runs are differences of parameters."""
+"""Relative tolerance of the solver at which differences of runs are differences of parameters."""
 
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
@@ -55,6 +55,8 @@ class Problem:
     free: tuple[Free, ...]
     sensors: Mapping[str, Sensor]
     workers: int | None = None
+    tolerance: float = TOLERANCE
+    """Relative tolerance of the solver."""
     refusals: list[str] = field(default_factory=list, compare=False)
     """Why a single vector could not be simulated, last time."""
 
@@ -94,6 +96,11 @@ class Problem:
                 for name in window.begin.loose:
                     begin[name] += MAGNITUDES[name] * float(next(inner))
         return begins
+
+    @property
+    def size(self) -> int:
+        """Number of the residuals."""
+        return sum(window.fitted for window in self.windows) * len(self.experiment.compared)
 
     @property
     def loose(self) -> tuple[int, ...]:
@@ -259,7 +266,7 @@ class Problem:
         grid = record.grid
         runs = experiment.simulated.simulate_many(
             settings,
-            common={"solver.relativeTolerance": TOLERANCE},
+            common={"solver.relativeTolerance": self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
             stop=(len(grid) - 1) * record.step,
             step=record.step,

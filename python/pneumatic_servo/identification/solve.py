@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.problem import TOLERANCE, Problem
 from pneumatic_servo.identification.sensor import Sensor
 
 Array = NDArray[np.float64]
@@ -23,10 +23,36 @@ REFINED = 3
 """How many of the best starts are refined."""
 SPREAD = 1.6
 """Starts without bounds lie within a factor of five, or within so many magnitudes, of the first."""
-ROUGH, FINE = 1e-4, 1e-6
-"""Relative changes of the cost at which a search ends: for the next to begin there, and for good."""
+AT_NOISE = 1.5
+"""Mean square of residuals, in units of the noise, at which no other start can lead to anything better."""
 CHUNK = 32
 """Starts that are simulated in one task."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How exactly a search goes down.
+
+    Attributes
+    ----------
+    cost, step : float
+        Relative changes of cost and vector at which it ends.
+    tolerance : float
+        Relative tolerance of the solver.
+    is_central : bool
+        Whether derivatives are central differences, which take twice as many runs as those to one side.
+    """
+
+    cost: float
+    step: float
+    tolerance: float
+    is_central: bool
+
+
+ROUGH = Effort(1e-4, 1e-5, 1e-5, is_central=False)
+"""For a search that another one continues."""
+FINE = Effort(1e-6, 1e-8, TOLERANCE, is_central=True)
+"""For the last one."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +65,8 @@ class Solution:
     message: str
 
 
-def sensitivities(problem: Problem, x: Array) -> tuple[Array, Array]:
-    """Return the derivatives of the differences by central differences within the bounds, and the differences.
+def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tuple[Array, Array]:
+    """Return the derivatives of the differences by finite differences within the bounds, and the differences.
 
     All runs are made at once on all cores. What windows begin with is moved in all of them together, since none sees
     that of another.
@@ -48,16 +74,22 @@ def sensitivities(problem: Problem, x: Array) -> tuple[Array, Array]:
     moves = _moves(problem)
     low, high = problem.bounds
     ups = [np.minimum(x + STEP * move, high) for move in moves]
-    downs = [np.maximum(x - STEP * move, low) for move in moves]
-    stacked = problem.stacked([*ups, *downs, x])
-    widths = np.array([np.max(up - down) for up, down in zip(ups, downs, strict=True)])
-    slopes = (stacked[: len(moves)] - stacked[len(moves) : -1]) / widths[:, None]
-    return np.nan_to_num(_by_column(problem, slopes), posinf=0.0, neginf=0.0), stacked[-1]
+    downs = [np.maximum(x - STEP * move, low) if is_central or np.array_equal(up, x) else x
+             for up, move in zip(ups, moves, strict=True)]  # fmt: skip
+    below = [down for down in downs if down is not x]
+    stacked = problem.stacked([x, *ups, *below])
+    rows = iter(stacked[1 + len(moves) :])
+    lower = [stacked[0] if down is x else next(rows) for down in downs]
+    slopes = [
+        (above - under) / np.max(up - down)
+        for above, under, up, down in zip(stacked[1:], lower, ups, downs, strict=False)
+    ]
+    return np.nan_to_num(_by_column(problem, np.array(slopes)), posinf=0.0, neginf=0.0), stacked[0]
 
 
-def jacobian(problem: Problem, x: Array) -> Array:
+def jacobian(problem: Problem, x: Array, *, is_central: bool = True) -> Array:
     """Return the derivatives of the residuals."""
-    slopes, differences = sensitivities(problem, x)
+    slopes, differences = sensitivities(problem, x, is_central=is_central)
     return np.asarray(slopes * np.nan_to_num(problem.by_sensor(Sensor.slopes, differences))[:, None])
 
 
@@ -83,9 +115,10 @@ def _by_column(problem: Problem, slopes: Array) -> Array:
 
 
 def refine(
-    problem: Problem, start: Array, loss: str = "linear", tell: Tell | None = None, tolerance: float = FINE
+    problem: Problem, start: Array, loss: str = "linear", tell: Tell | None = None, effort: Effort = FINE
 ) -> Solution:
     """Go down from a start."""
+    problem = replace(problem, tolerance=effort.tolerance)
     low, high = problem.bounds
     margin = 1e-9 * (1.0 + np.abs(start))
     inside = np.clip(start, low + margin, high - margin)
@@ -102,11 +135,11 @@ def refine(
         return found
 
     def slopes(x: Array) -> Array:
-        return np.vstack([jacobian(problem, x), np.diag(problem.pull)])
+        return np.vstack([jacobian(problem, x, is_central=effort.is_central), np.diag(problem.pull)])
 
     found: Any = least_squares(
         residuals, inside, jac=slopes, bounds=(low, high), loss=loss,
-        x_scale="jac", ftol=tolerance, xtol=1e-2 * tolerance, gtol=1e-10, max_nfev=80,
+        x_scale="jac", ftol=effort.cost, xtol=effort.step, gtol=1e-10, max_nfev=80,
     )  # fmt: skip
     return Solution(found.x, float(found.cost), bool(found.status > 0), str(found.message))
 
@@ -116,7 +149,8 @@ def solve(
 ) -> tuple[Solution, list[Solution]]:
     """Return the best solution and all that were refined.
 
-    Starts are simulated once; the best are refined. A Dask client as `cluster` does both on its workers.
+    Starts are simulated once; the best are refined, until one leaves no more than noise. A Dask client as `cluster`
+    does both on its workers.
     """
     candidates = [problem.start, *scattered(problem, starts, seed)]
     chunks = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
@@ -135,7 +169,11 @@ def solve(
         tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
         solutions = list(cluster.gather(tasks))
     else:
-        solutions = [refine(problem, candidates[index], loss, tell, ROUGH) for index in best]
+        solutions = []
+        for index in best:
+            solutions.append(refine(problem, candidates[index], loss, tell, ROUGH))
+            if 2.0 * solutions[-1].cost < AT_NOISE * problem.size:
+                break
     solutions.sort(key=lambda solution: (solution.cost, not solution.converged))
     return solutions[0], solutions
 
@@ -153,4 +191,5 @@ def scattered(problem: Problem, number: int, seed: int) -> list[Array]:
 
 
 def _costs(problem: Problem, vectors: Sequence[Array]) -> Array:
+    problem = replace(problem, tolerance=ROUGH.tolerance)
     return np.asarray(np.sum(problem.residuals(vectors) ** 2, axis=1))

@@ -1,0 +1,70 @@
+"""Ways to fit that are chosen by an option: other intervals, windows, a cluster; and the end by Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pneumatic_servo as ps
+import pytest
+from dask.distributed import Client, LocalCluster
+from test_identification import RIG, RIG_COLUMNS, TRUE_FRICTION, bench, write
+from test_package_cli import COMMAND
+
+FREE = ["friction.stribeck.Fc", "friction.stribeck.sigma2"]
+KNOWN: dict[str, ps.Value] = {"friction.stribeck.Fs": 11.0, "friction.stribeck.vs": 0.012}
+
+
+@pytest.mark.parametrize("method", ["profile", "bootstrap"])
+def test_other_intervals_agree_where_everything_is_nearly_linear(method: str) -> None:
+    plain, other = (
+        ps.fit(bench(), experiment="motion", law="Stribeck", fit=FREE, settings=KNOWN, play=0.0, starts=0,
+               intervals=chosen).parameters
+        for chosen in ("jacobian", method)
+    )  # fmt: skip
+    for name, estimate in plain.items():
+        # Twenty blocks tell a width to a sixth; two such widths are compared.
+        assert other[name].high - other[name].low == pytest.approx(estimate.high - estimate.low, rel=0.5), name
+        assert other[name].low < estimate.value < other[name].high
+
+
+def test_windows_start_anew_from_what_was_measured() -> None:
+    """As records of closed loops need it, in which errors of an open-loop simulation would grow."""
+    free = [f"friction.stribeck.{name}" for name in ("Fc", "sigma2")] + ["valve.C"]
+    known: dict[str, ps.Value] = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "friction.stribeck.Fs": 12.4,
+                                  "friction.stribeck.vs": 0.018}  # fmt: skip
+    found = ps.fit(RIG, experiment="rig", law="Stribeck", fit=free, columns=RIG_COLUMNS, settings=known, starts=0,
+                   window=0.6)  # fmt: skip
+    assert len(found.problem.windows) == 5
+    truth = {"valve.C": 4.4e-9} | {name: TRUE_FRICTION[name.rpartition(".")[2]] for name in free[:2]}
+    for name, value in truth.items():
+        estimate = found.parameters[name]
+        # Each window begins with a closed valve, whose opening, 3 ms, costs some of the certainty.
+        assert abs(estimate.value - value) < estimate.high - estimate.low < 0.1 * value, (name, estimate)
+
+
+def test_cluster_finds_the_same() -> None:
+    given = {"experiment": "motion", "law": "Stribeck", "fit": FREE, "settings": KNOWN, "play": 0.0, "starts": 40}
+    here = ps.fit(bench(), **given)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        there = ps.fit(bench(), **given, cluster=client)
+    # Both searches end where the cost changes by less than a millionth.
+    assert there.values == pytest.approx(here.values, rel=1e-5)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="interrupts are sent differently there")
+def test_interrupt_leaves_no_file(tmp_path: Path) -> None:
+    file = write(tmp_path / "data.csv", bench())
+    outputs = [f"--{kind}={tmp_path / 'result'}.{kind}" for kind in ("out", "json", "report")]
+    command = [*COMMAND, "fit", str(file), "--experiment", "motion",
+               "--law", "LuGre", "--columns", "time=t,position=x[mm],frictionForce=f", "--starts", "1000000",
+               *outputs]  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(timeout=4.0)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=20.0)
+    assert process.returncode == 130 and told.endswith("error: interrupted\n"), told
+    assert [left.name for left in tmp_path.iterdir()] == ["data.csv"]
