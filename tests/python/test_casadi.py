@@ -1,0 +1,80 @@
+"""CasADi takes the FMUs for model exchange: Jacobians by its own check, and a simulation between events.
+
+The optimal move, planned and replayed, is `examples/optimal_move.py`, which `test_examples.py` runs.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from fmpy import extract, simulate_fmu
+
+LAWS = {"SmoothCoulomb": 4, "Stribeck": 7, "LuGre": 14}
+START = {
+    "velocity0": 0.05,
+    "chamberA.pressure0": 4e5,
+    "chamberB.pressure0": 3e5,
+    "supplyPressure": 6e5,
+    "valveVoltage": 7.0,
+    "valve.hysteresis": 0.0,
+}
+"""The carriage slides, and goes on to do so."""
+
+
+@pytest.fixture(params=[".", "fmi3"], ids=["FMI 2.0", "FMI 3.0"])
+def file(request: pytest.FixtureRequest, fmus: Path) -> Path:
+    """The FMU of either version."""
+    return fmus / request.param / "PneumaticServoCylinder.fmu"
+
+
+def imported(file: Path, law: str, folder: Path) -> ca.DaeBuilder:
+    """The plant as CasADi imports it, with its start values."""
+    extract(str(file), unzipdir=str(folder))
+    plant = ca.DaeBuilder("plant", str(folder))
+    for name, value in {**START, "friction.lawNumber": LAWS[law]}.items():
+        plant.set(name, value)
+    return plant
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_jacobians_pass_the_check_of_casadi(file: Path, law: str, tmp_path: Path) -> None:
+    """CasADi compares derivatives with differences, and writes down those that do not agree."""
+    plant = imported(file, law, tmp_path / "fmu")
+    failures = tmp_path / "failures.txt"
+    check = {"validate_forward": True, "validate_ad_file": str(failures)}
+    rates = plant.create("rates", ["x", "u"], ["ode"], check)
+    x, u = (ca.DM(plant.get(names)) for names in (plant.x(), plant.u()))
+    x[plant.x().index("velocity")] = START["velocity0"]
+    by_states, by_inputs = rates.jacobian()(x, u, 0)
+    place = plant.x().index("velocity")
+    assert float(by_inputs[place, plant.u().index("externalForce")]) == pytest.approx(1 / 0.88, rel=1e-12)
+    assert float(by_states[plant.x().index("position"), place]) == 1.0
+    assert len(failures.read_text(encoding="utf-8").splitlines()) == 1, "more than the head of the table"
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_simulation_between_events_is_that_of_co_simulation(file: Path, law: str, tmp_path: Path) -> None:
+    plant = imported(file, law, tmp_path / "fmu")
+    rates = plant.create("rates", ["x", "u"], ["ode"])
+    scales = ca.DM([plant.nominal(name) for name in plant.x()])
+    x = ca.MX.sym("x", plant.nx())
+    ode = rates(scales * x, ca.DM(plant.get(plant.u()))) / scales
+    options = {"abstol": 1e-10, "reltol": 1e-10}
+    run = ca.integrator("run", "cvodes", {"x": x, "ode": ode}, 0, 0.1, options)
+    start = ca.DM(plant.get(plant.x())) / scales
+    start[plant.x().index("velocity")] = START["velocity0"] / scales[plant.x().index("velocity")]
+    found = dict(zip(plant.x(), np.array(run(x0=start)["xf"] * scales).ravel(), strict=True))
+    bounds = {"position": 1e-7, "velocity": 1e-6, "chamberA.pressure": 1.0, "chamberB.pressure": 1.0}
+    inside = simulate_fmu(
+        str(file),
+        fmi_type="CoSimulation",
+        stop_time=0.1,
+        start_values={**START, "friction.lawNumber": LAWS[law], "solver.relativeTolerance": 1e-9},
+        output=[*bounds, "solver.events"],
+    )
+    assert inside["solver.events"][-1] == 0, "it slides all the time"
+    for name, bound in bounds.items():
+        assert abs(found[name] - inside[name][-1]) < bound, (name, found[name], inside[name][-1])
