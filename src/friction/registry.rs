@@ -166,7 +166,7 @@ registry! {
     4 SmoothCoulomb "smoothCoulomb" OfVelocity<smooth_coulomb::SmoothCoulomb>, "Coulomb friction smoothed by a hyperbolic tangent (creeps)";
     5 VelocityBased "velocityBased" OfVelocity<velocity_based::VelocityBased>, "Magic-formula curve through zero with Stribeck peak (creeps)";
     6 StribeckRegularised "stribeckRegularised" OfVelocity<stribeck_regularised::StribeckRegularised>, "Stribeck curve with a linear part through zero (creeps)";
-    7 Stribeck "stribeck" StickSlip<stribeck_law::Stribeck>, "Stribeck curve with true stiction";
+    7 Stribeck "stribeck" stribeck_law::Stribeck, "Stribeck curve with true stiction";
     8 Karnopp "karnopp" karnopp::Karnopp, "Stribeck curve with a zero-velocity band that holds the mass";
     9 Polito "polito" polito::Polito, "Different Stribeck curves while accelerating and decelerating, true stiction";
     10 Dahl "dahl" OneBristle<dahl::Dahl>, "Bristle with rate-independent presliding, no stiction peak";

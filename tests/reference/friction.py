@@ -27,6 +27,7 @@ class Contact(NamedTuple):
     """The sum of all other forces on the mass."""
     level: float
     """The factor on the force-valued parameters of the law."""
+    time: float
 
 
 class Regime(ABC):
@@ -220,6 +221,71 @@ class Sliding(Regime):
     def force(self, c: Contact) -> float:
         sliding = self.friction.sliding(self.direction * c.v)
         return self.direction * c.level * sliding + self.friction.sigma2 * c.v
+
+    def at_rest(self, c: Contact) -> Regime:
+        return self.friction.rest(c)
+
+
+# Stribeck with a memory of its rest
+
+
+@dataclass(frozen=True)
+class Ageing:
+    """Stribeck friction whose static part grows at rest, and with the load at a pace of its own."""
+
+    steady: Stribeck
+    rested: float
+    gamma: float
+    ratio: float
+    sigma2: float
+
+    def law(self) -> Law:
+        return Law(lambda c: AgeingStuck(self, -math.inf) if c.v == 0.0 else AgeingSliding(self, _sign(c.v)))
+
+    def rest(self, c: Contact) -> Regime:
+        """The regime of a mass that has just come to rest."""
+        stuck = AgeingStuck(self, c.time)
+        return stuck if stuck.margins(c)[0] >= 0.0 else AgeingSliding(self, _sign(c.applied))
+
+    def static_level(self, level: float) -> float:
+        return max(0.0, 1.0 - self.ratio + self.ratio * level)
+
+
+@dataclass(frozen=True)
+class AgeingStuck(Undirected):
+    """At rest since a time."""
+
+    friction: Ageing
+    since: float
+    held = True
+    sticking = True
+
+    def force(self, c: Contact) -> float:
+        return c.applied
+
+    def margins(self, c: Contact) -> Sequence[float]:
+        law, rest = self.friction, c.time - self.since
+        grown = 1.0 if math.isinf(rest) else rest / (rest + law.gamma)
+        rested = law.rested if law.rested > 0.0 else law.steady.fs
+        force = (1.0 - grown) * law.steady.fs + grown * rested
+        return (law.static_level(c.level) * force - abs(c.applied),)
+
+    def expired(self, c: Contact, which: int) -> Regime:
+        return AgeingSliding(self.friction, _sign(c.applied))
+
+
+@dataclass(frozen=True)
+class AgeingSliding(Regime):
+    """The mass slides along a Stribeck curve between levels that grow apart."""
+
+    friction: Ageing
+    direction: int
+
+    def force(self, c: Contact) -> float:
+        law = self.friction
+        static, coulomb = law.static_level(c.level) * law.steady.fs, c.level * law.steady.fc
+        curve = replace(law.steady, fs=static, fc=coulomb)
+        return self.direction * curve(self.direction * c.v) + law.sigma2 * c.v
 
     def at_rest(self, c: Contact) -> Regime:
         return self.friction.rest(c)
@@ -913,6 +979,12 @@ def _steady(p: Settings) -> Stribeck:
     return Stribeck(p["Fs"], p["Fc"], p["vs"], p["delta"])
 
 
+def _stribeck(p: Settings) -> Law:
+    if p["FsInf"] == 0.0 and p["kappaRatio"] == 1.0:
+        return DryFriction(p["Fs"], _steady(p), p["sigma2"]).law()
+    return Ageing(_steady(p), p["FsInf"], p["gamma"], p["kappaRatio"], p["sigma2"]).law()
+
+
 LAWS: dict[str, Entry] = {
     "None": Entry("none", {}, lambda p: none()),
     "Coulomb": Entry(
@@ -942,8 +1014,8 @@ LAWS: dict[str, Entry] = {
     ),
     "Stribeck": Entry(
         "stribeck",
-        {**STRIBECK_DEFAULTS, "sigma2": 30.0},
-        lambda p: DryFriction(p["Fs"], _steady(p), p["sigma2"]).law(),
+        {**STRIBECK_DEFAULTS, "sigma2": 30.0, "FsInf": 0.0, "gamma": 0.1, "kappaRatio": 1.0},
+        _stribeck,
     ),
     "Karnopp": Entry(
         "karnopp",

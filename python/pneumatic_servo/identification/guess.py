@@ -69,7 +69,9 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     starts = {}
     for free in own:
         kind = free.name.rsplit(".", 1)[1].partition("[")[0]
-        if kind in levels:
+        if free.name.endswith("stribeck.FsInf"):
+            starts[free.name] = 1.2 * statics
+        elif kind in levels:
             starts[free.name] = levels[kind]
         elif kind in ("sigma2", "c1", "c2"):
             starts[free.name] = max(viscous, 0.05 * coulomb / fastest)

@@ -184,6 +184,8 @@ def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
         has_no_unit = variable.name.startswith(f"{group}alpha[") or variable.name == f"{group}n"
         if not variable.name.startswith(group) or not (variable.unit in units or has_no_unit):
             continue
+        if variable.name.endswith("stribeck.FsInf"):
+            continue
         if "[" in variable.name and (int(variable.name.split("[")[1][:-1]) > number or variable.default == 0.0):
             continue
         names.append(variable.name)

@@ -6,7 +6,7 @@ use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::delay::DelayLine;
-use crate::friction::parts::parameters::{coulomb_force, damping, force, stiffness, velocity, viscous};
+use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
 use crate::variables::{ParameterError, Variable, units};
@@ -41,9 +41,7 @@ parameters! {
         viscous: f64 = viscous(30.0);
         static_excess: f64 = force(5, "FsInf", 2.7)
             .text("Excess of static over Coulomb friction after a long time at rest");
-        dwell_time: f64 = Variable::parameter(6, "gamma", units::SECOND, 0.1)
-            .range(1e-6, 1e6)
-            .tunable()
+        dwell_time: f64 = dwell_time(6, 0.1)
             .text("Time at rest in which half of the missing static excess comes back");
         lag: f64 = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
             .range(0.0, 10.0)

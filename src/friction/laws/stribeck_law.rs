@@ -1,41 +1,207 @@
 //! The Stribeck curve with true stiction.
 
+use serde::{Deserialize, Serialize};
+
+use crate::friction::event::{Event, Indicators};
+use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
-use crate::friction::parts::parameters::viscous;
-use crate::friction::parts::stick_slip::SetValued;
+use crate::friction::parts::parameters::{dwell_time, force, viscous};
+use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
     /// Stribeck friction, set-valued at rest.
     ///
     /// ```text
-    /// stuck:    v = 0, F = F_applied         while |F_applied| <= lambda*F_s
+    /// stuck:    v = 0, F = F_applied         while |F_applied| <= lambda_s*F_s(t)
     /// sliding:  F = s(v)*sgn(v) + sigma2*v   [N], s the Stribeck curve
+    /// F_s(t)   = F_s + (FsInf - F_s)*t/(t + gamma)                              [N]
+    /// s(v)     = lambda*F_c + (lambda_s*F_s - lambda*F_c)*exp(-(|v|/v_s)^delta) [N]
+    /// lambda_s = max(1 + kappaRatio*(lambda - 1), 0)
     /// ```
+    ///
+    /// `t` in s is the time at rest: break-away takes the more, the longer the contact has rested, and nothing of that is
+    /// left once it slides, be it by micrometres. A run that starts at rest has rested for ever. `FsInf` = 0 stands for
+    /// `F_s`: then break-away does not depend on time.
+    ///
+    /// Static and Coulomb friction grow with the load level `lambda` alike, or in the ratio `kappaRatio`: with 2, a level
+    /// of 1.1 gives 20 % more static friction.
     ///
     /// With `delta = 1` this is Benson's velocity-dependent law; with `delta = 1` and `F_c = F_s/2` the
     /// Coulomb-Stribeck law of the vibro-impact literature.
     ///
+    /// # Validity
+    /// A contact that slips every now and then over less than its asperities forgets its rest here, and may not in truth.
+    ///
     /// # Errors
-    /// [`ParameterError`] for `F_c > F_s`.
+    /// [`ParameterError`] for `F_c > F_s`, and for an `FsInf` other than 0 below `F_s`.
+    ///
+    /// # Source
+    /// The growth is that of [`Armstrong`](super::armstrong::Armstrong)'s law after sliding that left no excess.
     Stribeck {
         curve: StribeckCurve = StribeckCurve::variables();
         viscous: f64 = viscous(30.0);
+        rested_force: f64 = force(5, "FsInf", 0.0)
+            .nominal(15.0)
+            .text("Static friction after a long time at rest; 0: as Fs, whatever the time");
+        dwell_time: f64 = dwell_time(6, 0.1)
+            .text("Time at rest in which half of the growth from Fs to FsInf is done");
+        kappa_ratio: f64 = Variable::parameter(7, "kappaRatio", units::ONE, 1.0)
+            .range(0.0, 100.0)
+            .tunable()
+            .text("Growth of the static friction with the load level relative to that of the Coulomb friction");
     }
 }
 
-impl SetValued for Stribeck {
+/// The mode, and since when it rests.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    mode: Mode,
+    /// Time in s at which the last rest began.
+    since: f64,
+}
+
+impl FrictionLaw for Stribeck {
+    type Memory = Memory;
+
+    const STICTION: Stiction = Stiction::Exact;
+    const EVENTS: &'static [Event] = Mode::EVENTS;
+    const IS_GENTLE: bool = true;
+    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
+
     fn check(&self) -> Result<(), ParameterError> {
-        self.curve.check()
+        self.curve.check()?;
+        let (least, value) = (self.curve.static_force, self.rested_force);
+        if value != 0.0 && value < least {
+            let reason = format!("it must be 0, for no growth, or at least the static friction Fs = {least}");
+            return Err(ParameterError::new("FsInf", value, &reason));
+        }
+        Ok(())
     }
 
-    fn break_away(&self, level: f64) -> f64 {
-        level * self.curve.static_force
+    fn start(&self, contact: &Contact<f64>) -> Memory {
+        let break_away = self.break_away(contact.level, f64::INFINITY);
+        Memory { mode: Mode::at(contact, contact.velocity, break_away), since: f64::NEG_INFINITY }
     }
 
-    fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
-        self.curve.at(velocity.abs(), level) * direction + velocity * self.viscous
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+        match memory.mode {
+            Mode::Stuck => {
+                let dwell = contact.time.value() - memory.since;
+                Mode::holding_force(contact, self.break_away(contact.level.value(), dwell))
+            }
+            Mode::Sliding(direction) => {
+                self.dry(contact.velocity.abs(), contact.level) * direction + contact.velocity * self.viscous
+            }
+        }
+    }
+
+    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+        memory.mode.indicators(contact, self.break_away(contact.level, contact.time - memory.since), out);
+    }
+
+    fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+        let mode = memory.mode.switched(contact, velocity, self.break_away(contact.level, 0.0));
+        *memory = Memory { mode, since: contact.time };
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+        let mode = Mode::at(contact, contact.velocity, self.break_away(contact.level, contact.time - memory.since));
+        if mode != memory.mode {
+            *memory = Memory { mode, since: contact.time };
+        }
+    }
+
+    fn is_sticking(memory: &Memory) -> bool {
+        memory.mode == Mode::Stuck
+    }
+}
+
+impl Stribeck {
+    /// Largest force in N that holds the mass after a time at rest in s.
+    fn break_away(&self, level: f64, dwell: f64) -> f64 {
+        let fresh = self.curve.static_force;
+        let force = if self.rested_force == 0.0 {
+            fresh
+        } else {
+            // In a form that has its limits at 0 and at infinity.
+            fresh + (self.rested_force - fresh) / (1.0 + self.dwell_time / dwell)
+        };
+        self.static_level(level) * force
+    }
+
+    /// Friction in N at a speed without the viscous part.
+    fn dry<S: Scalar>(&self, speed: S, level: S) -> S {
+        if self.kappa_ratio == 1.0 {
+            return self.curve.at(speed, level);
+        }
+        let (statics, coulomb) = (self.static_level(level) * self.curve.static_force, level * self.curve.coulomb_force);
+        coulomb + (statics - coulomb) * self.curve.decay(speed)
+    }
+
+    /// The load level `lambda_s` of the static friction.
+    fn static_level<S: Scalar>(&self, level: S) -> S {
+        if self.kappa_ratio == 1.0 {
+            return level;
+        }
+        ((level - 1.0) * self.kappa_ratio + 1.0).max(S::zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::ParameterSet;
+
+    fn law(rested_force: f64, kappa_ratio: f64) -> Stribeck {
+        Stribeck::read(&[10.0, 6.0, 0.01, 2.0, 30.0, rested_force, 0.5, kappa_ratio]).unwrap()
+    }
+
+    fn contact(time: f64, velocity: f64, applied: f64, level: f64) -> Contact<f64> {
+        Contact { time, position: 0.0, velocity, applied, level, drive: Drive::Force }
+    }
+
+    /// Half of the growth is done after `gamma`, two thirds after twice that, all of it before the first break-away.
+    #[test]
+    fn break_away_grows_with_the_time_at_rest() {
+        let law = law(16.0, 1.0);
+        for (dwell, expected) in [(0.0, 10.0), (0.5, 13.0), (1.0, 14.0), (f64::INFINITY, 16.0)] {
+            assert_eq!(law.break_away(1.0, dwell), expected, "after {dwell} s");
+        }
+        let reserve = |memory: &Memory, time: f64| {
+            let mut out = Indicators::default();
+            law.indicators(&contact(time, 0.0, -9.0, 1.0), &[], memory, &mut out);
+            out[Event::BreakAway]
+        };
+        let mut memory = law.start(&contact(3.0, 0.0, 0.0, 1.0));
+        assert_eq!(reserve(&memory, 3.0), 16.0 - 9.0);
+        let mut velocity = 0.0;
+        law.switch(Event::BreakAway, &contact(3.0, 0.0, 17.0, 1.0), &mut velocity, &mut [], &mut memory);
+        assert!(!Stribeck::is_sticking(&memory));
+        law.switch(Event::Stop, &contact(4.0, 0.0, -9.0, 1.0), &mut velocity, &mut [], &mut memory);
+        assert!(Stribeck::is_sticking(&memory));
+        assert_eq!([4.0, 4.5, 5.0].map(|time| reserve(&memory, time)), [1.0, 4.0, 5.0]);
+    }
+
+    /// At a level of 1.5 the Coulomb friction has grown by half, the static friction by none, as much, or twice that.
+    #[test]
+    fn static_friction_has_a_load_level_of_its_own() {
+        for (ratio, static_force) in [(0.0, 10.0), (1.0, 15.0), (2.0, 20.0)] {
+            let law = law(0.0, ratio);
+            assert_eq!(law.break_away(1.5, 7.0), static_force);
+            assert_eq!([law.dry(0.0, 1.5), law.dry(1e3, 1.5)], [static_force, 9.0]);
+            let middle = law.dry(0.01, 1.5);
+            assert!((middle - 9.0 - (static_force - 9.0) * (-1.0f64).exp()).abs() < 1e-14, "{middle}");
+        }
+        assert_eq!(law(0.0, 4.0).break_away(0.5, 1.0), 0.0);
+    }
+
+    #[test]
+    fn rested_friction_below_the_static_one_is_refused() {
+        let error = law(9.0, 1.0).check().unwrap_err();
+        assert_eq!((error.variable.as_str(), error.value), ("FsInf", 9.0));
+        assert!(law(0.0, 1.0).check().is_ok() && law(10.0, 1.0).check().is_ok());
     }
 }

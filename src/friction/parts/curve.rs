@@ -52,8 +52,12 @@ impl StribeckCurve {
 
     /// Friction in N at a speed (a velocity's magnitude) and load level.
     pub fn at<S: Scalar>(&self, speed: S, level: S) -> S {
-        let decay = (-(speed / self.stribeck_velocity).powf(self.exponent)).exp();
-        level * (decay * (self.static_force - self.coulomb_force) + self.coulomb_force)
+        level * (self.decay(speed) * (self.static_force - self.coulomb_force) + self.coulomb_force)
+    }
+
+    /// What is left of the static excess at a speed.
+    pub fn decay<S: Scalar>(&self, speed: S) -> S {
+        (-(speed / self.stribeck_velocity).powf(self.exponent)).exp()
     }
 }
 

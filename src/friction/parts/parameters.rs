@@ -62,6 +62,11 @@ pub fn damping(reference: u32, name: &str, default: f64) -> Variable {
     Variable::parameter(reference, name, units::NEWTON_SECOND_PER_METRE, default).range(0.0, 1e7).tunable()
 }
 
+/// A time at rest `gamma`.
+pub fn dwell_time(reference: u32, default: f64) -> Variable {
+    Variable::parameter(reference, "gamma", units::SECOND, default).range(1e-6, 1e6).tunable()
+}
+
 /// A contact stiffness.
 pub fn stiffness(reference: u32, name: &str, default: f64) -> Variable {
     Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10).tunable()

@@ -69,8 +69,7 @@ impl SharedForces {
         match last(name) {
             "Fs" => Some(self.statics.force),
             "Fc" | "Fc1" | "Fc2" => Some(self.coulomb.force),
-            // The excess of static over Coulomb friction.
-            "FsInf" => Some(self.statics.force - self.coulomb.force),
+            _ if is_excess(name) => Some(self.statics.force - self.coulomb.force),
             _ => None,
         }
     }
@@ -78,7 +77,8 @@ impl SharedForces {
     /// An error about a parameter that the model does not show, as one about the variable that sets it.
     fn explain(&self, error: ParameterError) -> ParameterError {
         let shared = match last(&error.variable) {
-            "Fs" | "FsInf" => self.statics,
+            "Fs" => self.statics,
+            _ if is_excess(&error.variable) => self.statics,
             "Fc" | "Fc1" | "Fc2" => self.coulomb,
             _ => return error,
         };
@@ -89,7 +89,12 @@ impl SharedForces {
 
 /// Whether the model sets this parameter.
 fn is_shared(variable: &Variable) -> bool {
-    matches!(last(&variable.name), "Fs" | "Fc" | "Fc1" | "Fc2" | "FsInf")
+    matches!(last(&variable.name), "Fs" | "Fc" | "Fc1" | "Fc2") || is_excess(&variable.name)
+}
+
+/// Whether a parameter is the excess of static over Coulomb friction.
+fn is_excess(name: &str) -> bool {
+    name.ends_with("armstrong.FsInf")
 }
 
 /// Whether a parameter stands for viscous friction.
