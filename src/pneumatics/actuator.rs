@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
-use super::{regulator, valve};
+use super::{regulator, switching, valve};
 use crate::enumeration;
+use crate::hybrid::Sample;
 use crate::numbers::{Pair, Scalar};
 use crate::variables::{Choice, ParameterError, ParameterSet, Variable};
 
@@ -13,7 +14,7 @@ use crate::variables::{Choice, ParameterError, ParameterSet, Variable};
 /// that no rig integrates what it does not have.
 pub const STATES: usize = 2;
 
-/// Place of the state that sets the flow; the others only lead to it.
+/// Place of the state that sets the flow of a valve or a regulator; the other only leads to it.
 pub const FLOW: usize = 1;
 
 /// Value reference of the input that commands an actuator, a voltage.
@@ -51,6 +52,9 @@ pub trait Actuating: Sized {
     /// Number of its computed variables.
     const COMPUTED: usize;
 
+    /// Whether it changes by itself at points in time.
+    const IS_SAMPLED: bool = false;
+
     /// Builds it.
     ///
     /// # Errors
@@ -72,13 +76,21 @@ pub trait Actuating: Sized {
     /// Lets the memory follow the voltage.
     fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
 
-    /// What flows into the chambers, for the state that sets the flow.
-    fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
+    /// The next point in time at which it changes by itself.
+    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
+        Sample::NEVER
+    }
+
+    /// Changes at that point, under a voltage.
+    fn sample(&self, _states: &mut [f64; STATES], _voltage: f64, _memory: &mut Self::Memory) {}
+
+    /// What flows into the chambers.
+    fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
     /// Mass flows in kg/s that it draws from the supply for the chambers: all that flows into them, unless it has an
     /// exhaust.
-    fn drawn<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
-        self.feed(state, ports, gas).mass
+    fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        self.feed(states, ports, gas).mass
     }
 
     /// Writes its computed variables.
@@ -200,15 +212,30 @@ macro_rules! actuators {
                 }
             }
 
-            /// What flows into the chambers, for the state that sets the flow.
+            /// Whether it changes by itself at points in time.
+            pub fn is_sampled(&self) -> bool {
+                match self { $(Self::$item(_) => <$module::$type as Actuating>::IS_SAMPLED),* }
+            }
+
+            /// What flows into the chambers.
             #[inline(always)]
-            pub fn feed<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-                match self { $(Self::$item(actuator) => actuator.feed(state, ports, gas)),* }
+            pub fn feed<S: Scalar>(
+                &self,
+                states: [S; STATES],
+                ports: &Ports<S>,
+                gas: GasState<Pair<S>>,
+            ) -> Inflow<Pair<S>> {
+                match self { $(Self::$item(actuator) => actuator.feed(states, ports, gas)),* }
             }
 
             /// Mass flows in kg/s that it draws from the supply for the chambers.
-            pub fn drawn<S: Scalar>(&self, state: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
-                match self { $(Self::$item(actuator) => actuator.drawn(state, ports, gas)),* }
+            pub fn drawn<S: Scalar>(
+                &self,
+                states: [S; STATES],
+                ports: &Ports<S>,
+                gas: GasState<Pair<S>>,
+            ) -> Pair<S> {
+                match self { $(Self::$item(actuator) => actuator.drawn(states, ports, gas)),* }
             }
 
             /// Writes the computed variables of every actuator, and returns the rest of the slots.
@@ -244,6 +271,7 @@ macro_rules! actuators {
 actuators! {
     1 ProportionalValve valve::ProportionalValve "5/3 proportional valve between supply and both chambers";
     2 PressureRegulator regulator::PressureRegulator "Pressure regulator feeding chamber A, chamber B plugged";
+    3 SwitchingValves switching::SwitchingValves "Two switching valves driven by pulses, between supply and both chambers";
 }
 
 impl Actuator {
@@ -257,5 +285,15 @@ impl Actuator {
     #[inline(always)]
     pub fn follow(&self, voltage: f64, memory: &mut Memory) {
         dispatch!(self, memory, |actuator, memory| actuator.follow(voltage, memory));
+    }
+
+    /// The next point in time at which it changes by itself.
+    pub fn next_sample(&self, memory: &Memory) -> Sample {
+        dispatch!(self, memory, |actuator, memory| actuator.next_sample(memory))
+    }
+
+    /// Changes at that point, under a voltage.
+    pub fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
+        dispatch!(self, memory, |actuator, memory| actuator.sample(states, voltage, memory));
     }
 }

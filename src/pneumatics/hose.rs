@@ -14,18 +14,24 @@ pub const VISCOSITY: f64 = 1.813e-5;
 /// A hose at a constant temperature.
 ///
 /// ```text
-/// dp_i/dt  = R*T/V_i*(mdot_i-1 - mdot_i)                                              volumes 1 to 4
+/// dp_i/dt  = R*T/V_i*(w_i-1 - w_i),  w_i = mdot_i + theta*dmdot_i/dt                  volumes 1 to 4
 /// dmdot_i/dt = A/l*(p_i - p_i+1) - phi*mu*mdot_i/(2*rho*d^2)                          columns 1 to 3
 /// phi = max(64, 0.3164*Re^(3/4)),  Re = |mdot_i|*d/(A*mu),  rho = (p_i + p_i+1)/(2*R*T)
+/// theta = d/c,  c = sqrt(R*T)
 /// ```
 ///
 /// The columns have a third of the length each, `l = L/3`; the volumes at both ends have a sixth of that of the hose, those
 /// between them a third. `phi` is the friction factor times the Reynolds number: laminar below `Re` = 1187, where it meets
-/// the law of Blasius.
+/// the law of Blasius. `w_i` is what passes through column `i`. Its difference from `mdot_i` is what passes by the inertia
+/// of the column in `theta`, the time that sound takes across the hose: waves as short as the hose is wide do not run along
+/// it, they spread into fittings and chamber and do not come back. It vanishes in steady flow, and damps a wave of angular
+/// frequency `w` with the ratio `w*theta/2`: the quarter wave with `pi*d/(4*L)`, 0.3 % for 1 m of 4 mm, and everything in a
+/// hose half as long as wide beyond the critical ratio. So a hose that is ever shorter becomes its volume, and no waves are
+/// left that a solver would have to follow.
 ///
 /// # Validity
 /// A hose much longer than wide, in exchange of heat with its surroundings: however short, it brings the air to their
-/// temperature, which changes the flow out of a chamber whose gas is warmer or colder. Waves run at `c = sqrt(R*T)`, 290 m/s. The
+/// temperature, which changes the flow out of a chamber whose gas is warmer or colder. Waves run at `c`, 290 m/s. The
 /// lowest frequency of a hose open at one end, `c/(4*L)`, comes out 1.1 % too low, higher ones worse. At constant flow
 /// `p_1^2 - p_4^2 = R*T*phi*mu*L*mdot/(A*d^2)`, exactly that of isothermal flow without the change of velocity along the
 /// hose. Losses at the ends and choking in the hose are not part of it.
@@ -41,14 +47,20 @@ pub struct Hose {
     per_inertia: f64,
     /// `R*T` in J/kg.
     gas: f64,
+    /// `theta` in s.
+    crossing: f64,
 }
 
 impl Hose {
+    /// The shortest hose in m: one that is shorter is none.
+    pub const SHORTEST: f64 = 1e-4;
+
     /// A hose of a length and an inner diameter in m, at a temperature in K.
     pub fn new(length: f64, diameter: f64, temperature: f64) -> Self {
         let area = PI * diameter * diameter / 4.0;
         let per_inertia = area * COLUMNS as f64 / length;
-        Self { area, diameter, volume: area * length, per_inertia, gas: GAS_CONSTANT * temperature }
+        let gas = GAS_CONSTANT * temperature;
+        Self { area, diameter, volume: area * length, per_inertia, gas, crossing: diameter / gas.sqrt() }
     }
 
     /// Volume in m3 at either end.
@@ -68,9 +80,14 @@ impl Hose {
         sum * self.volume / self.gas
     }
 
-    /// Rates in Pa/s of the four pressures for mass flows in kg/s into the hose, in the columns, and out of it.
-    pub fn pressure_rates<S: Scalar>(&self, inflow: S, columns: [S; COLUMNS], outflow: S) -> [S; 4] {
-        let [first, second, third] = columns;
+    /// Mass flows in kg/s through the columns, for those of their inertia and their rates in kg/s2.
+    pub fn through<S: Scalar>(&self, columns: [S; COLUMNS], rates: [S; COLUMNS]) -> [S; COLUMNS] {
+        std::array::from_fn(|i| columns[i] + rates[i] * self.crossing)
+    }
+
+    /// Rates in Pa/s of the four pressures for mass flows in kg/s into the hose, through the columns, and out of it.
+    pub fn pressure_rates<S: Scalar>(&self, inflow: S, through: [S; COLUMNS], outflow: S) -> [S; 4] {
+        let [first, second, third] = through;
         let (end, inner) = (6.0 * self.gas / self.volume, 3.0 * self.gas / self.volume);
         [(inflow - first) * end, (first - second) * inner, (second - third) * inner, (third - outflow) * end]
     }
@@ -103,7 +120,8 @@ const TRANSITION: f64 = 1_187.384_381_946_929;
 mod tests {
     use super::*;
 
-    const HOSE: Hose = Hose { area: 1e-5, diameter: 4e-3, volume: 2e-5, per_inertia: 1.5e-5, gas: 287.05 * 293.15 };
+    const HOSE: Hose =
+        Hose { area: 1e-5, diameter: 4e-3, volume: 2e-5, per_inertia: 1.5e-5, gas: 287.05 * 293.15, crossing: 14e-6 };
 
     #[test]
     fn friction_is_continuous_where_flow_becomes_turbulent() {
@@ -122,6 +140,13 @@ mod tests {
         let loss = 32.0 * VISCOSITY * velocity * (HOSE.area / HOSE.per_inertia) / HOSE.diameter.powi(2);
         let [rate, ..] = HOSE.flow_rates([pressure; 4], [flow; 3]);
         assert!((rate / (-loss * HOSE.per_inertia) - 1.0).abs() < 1e-12, "{rate}");
+    }
+
+    /// With the same flow at both ends a hose passes it on, whatever its columns did before: nothing is left of `theta`.
+    #[test]
+    fn steady_flow_passes_through() {
+        assert_eq!(HOSE.through([5e-4; 3], [0.0; 3]), [5e-4; 3]);
+        assert_eq!(HOSE.pressure_rates(5e-4, [5e-4; 3], 5e-4), [0.0; 4]);
     }
 
     /// What flows in and not out is in the volumes.

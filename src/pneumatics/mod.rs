@@ -1,4 +1,5 @@
-//! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator, hoses and the chambers.
+//! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator, switching valves, hoses and the
+//! chambers.
 
 pub mod actuator;
 pub mod chamber;
@@ -6,4 +7,5 @@ pub mod gas;
 pub mod hose;
 pub mod orifice;
 pub mod regulator;
+pub mod switching;
 pub mod valve;

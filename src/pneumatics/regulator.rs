@@ -108,7 +108,7 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn feed<S: Scalar>(&self, pressure: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+    fn feed<S: Scalar>(&self, [_, pressure]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([pressure; 2])), gas))
     }

@@ -1,6 +1,8 @@
 //! A host that integrates a model by itself: the method of Dormand and Prince (1980), J. Computational and Applied
 //! Mathematics 6(1):19-26, with events located by steps of its own.
 
+#![allow(dead_code, reason = "each test uses a part of it")]
+
 use pneumatic_servo::model_exchange::Exchange;
 
 const TIMES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];

@@ -76,19 +76,29 @@ class Hose:
         """What flows from the hose into the chamber."""
         if self.restriction is not None:
             return self.restriction.stream(self.gas(states, COLUMNS), chamber, distance)
-        flow = states[-1]
+        flow = self._passing(states, chamber)[-1]
         return Stream(flow, self.temperature if flow > 0.0 else chamber.temperature)
 
     def rates(self, states: list[float], inflow: float, out: Stream, chamber: Gas) -> list[float]:
         count = len(self.volumes)
-        flows = states[count:]
-        through = [inflow, *flows, out.mass_flow][: count + 1]
+        through = [inflow, *self._passing(states, chamber), out.mass_flow][: count + 1]
         masses = [before - after for before, after in pairwise(through)]
+        return masses + self._accelerations(states, chamber)
+
+    def _passing(self, states: list[float], chamber: Gas) -> list[float]:
+        """What passes each column: its flow, and what sound brings across the hose in the time of its width."""
+        crossing = self.diameter / math.sqrt(GAS_CONSTANT * self.temperature)
+        flows = states[len(self.volumes) :]
+        accelerations = self._accelerations(states, chamber)
+        return [flow + crossing * rate for flow, rate in zip(flows, accelerations, strict=True)]
+
+    def _accelerations(self, states: list[float], chamber: Gas) -> list[float]:
+        count = len(self.volumes)
         pressures = [self.gas(states, number).pressure for number in range(count)]
         pressures += [chamber.pressure] if self.restriction is None else []
-        return masses + [
+        return [
             self._acceleration(flow, before, after)
-            for flow, before, after in zip(flows, pressures, pressures[1:], strict=False)
+            for flow, before, after in zip(states[count:], pressures, pressures[1:], strict=False)
         ]
 
     def _acceleration(self, flow: float, before: float, after: float) -> float:

@@ -14,9 +14,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from actuator import Actuator
 from gas import CP, CV, GAMMA, GAS_CONSTANT, Gas, Stream, orifice
 from lines import Hose, hose, vessel
 from scipy.interpolate import PchipInterpolator  # type: ignore[import-untyped]
+from switching import SwitchingValves
 
 GRAVITY = 9.80665
 
@@ -79,6 +81,13 @@ DEFAULTS: dict[str, Value] = {
     "regulator.tau": 0.02,
     "regulator.C": 4e-9,
     "regulator.b": 0.3,
+    "switching.C": 3.93e-9,
+    "switching.b": 0.3,
+    "switching.centre": "Vented",
+    "switching.frequency": 100.0,
+    "switching.openingDelay": 1e-3,
+    "switching.closingDelay": 1e-3,
+    "switching.travelTime": 5e-4,
     "friction.kappaA": 0.0,
     "friction.kappaB": 0.0,
     "friction.kappaDifference": 0.0,
@@ -227,6 +236,7 @@ class Plant:
         b: Gas,
         command: float,
         supply_pressure: float,
+        time: float,
     ) -> list[float]:
         """The derivatives of the state, with ``v`` the velocity the carriage really has."""
         x = state[0]
@@ -239,7 +249,7 @@ class Plant:
             line.gas(own[side], 0) if line else chamber
             for (side, line), chamber in zip(self.hoses.items(), (a, b), strict=True)
         )
-        streams_a, streams_b = self.actuator.streams(actuator, port_a, port_b, supply_pressure)
+        streams_a, streams_b = self.actuator.streams(self.actuator.at(time, actuator), port_a, port_b, supply_pressure)
         # The first stream of each chamber comes from the supply.
         drawn = sum(stream.mass_flow for stream in [*streams_a[:1], *streams_b[:1]])
         rates = []
@@ -393,32 +403,6 @@ class PolytropicServoChamber(Chamber):
         return sum(stream.mass_flow for stream in streams), growth
 
 
-class Actuator(ABC):
-    """What exchanges air with the chambers; it has two states."""
-
-    units: tuple[float, float]
-
-    @abstractmethod
-    def command(self, voltage: float) -> float:
-        """What a newly sampled voltage tells the actuator to do."""
-
-    @abstractmethod
-    def start(self, command: float) -> tuple[float, float]:
-        """The initial states."""
-
-    @abstractmethod
-    def rates(self, state: list[float], command: float) -> tuple[float, float]:
-        """The derivatives of the states."""
-
-    @abstractmethod
-    def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
-        """The flows into chambers A and B."""
-
-    @abstractmethod
-    def spool(self, state: list[float]) -> float:
-        """The position of the valve spool, -1 to 1."""
-
-
 class ProportionalValve(Actuator):
     """A spool valve: play on the command, second-order spool, four metering edges."""
 
@@ -440,7 +424,7 @@ class ProportionalValve(Actuator):
         self._supply_temperature = _number(parameters, "supplyTemperature")
         self._played: float = 0.0
 
-    def command(self, voltage: float) -> float:
+    def command(self, voltage: float, time: float) -> float:
         u = self._polarity * _clamp((voltage + self._offset - 5.0) / 5.0, -1.0, 1.0)
         # The play narrows towards the ends, where it leaves nothing: there the command is the set point.
         below = min(self._half_play, 1.0 - u)
@@ -525,7 +509,7 @@ class PressureRegulator(Actuator):
         self._critical_ratio = _number(parameters, "regulator.b")
         self._temperature = _number(parameters, "supplyTemperature")
 
-    def command(self, voltage: float) -> float:
+    def command(self, voltage: float, time: float) -> float:
         return self._low + (self._high - self._low) * _clamp(voltage, 0.0, 10.0) / 10.0
 
     def start(self, command: float) -> tuple[float, float]:
@@ -570,6 +554,8 @@ def _actuator(parameters: Parameters) -> Actuator:
             return ProportionalValve(parameters)
         case "PressureRegulator":
             return PressureRegulator(parameters)
+        case "SwitchingValves":
+            return SwitchingValves(parameters)
         case other:
             raise ValueError(f"unknown actuation {other!r}")
 

@@ -65,11 +65,11 @@ def _rows(run: Run, case: Mapping[str, Any]) -> Iterator[Row]:
     step = case["communicationStep"]
     steps_per_row = round(case["outputStep"] / step)
     signals = INPUT_DEFAULTS | case["inputs"]
-    run.sample(_inputs(signals, 0.0))
+    run.sample(_inputs(signals, 0.0), 0.0)
     run.start()
     yield run.row(0.0)
     for k in range(round(case["stopTime"] / step)):
-        run.sample(_inputs(signals, k * step))
+        run.sample(_inputs(signals, k * step), k * step)
         run.advance(step)
         if (k + 1) % steps_per_row == 0:
             yield run.row((k + 1) * step)
@@ -114,33 +114,38 @@ class Run:
         self._size = len(plant.units())
         self._absolute = tolerance * np.array([*plant.units(), *law.units])
         self._inputs: Inputs
+        self._begin: float
         self._command: float
         self._regime: Regime
         self._state: list[float]
 
-    def sample(self, inputs: Inputs) -> None:
-        """Takes new inputs, to be held until the next sample."""
-        self._inputs = inputs
-        self._command = self._plant.actuator.command(inputs.voltage)
+    def sample(self, inputs: Inputs, time: float) -> None:
+        """Takes new inputs, to be held until the next sample, at the beginning of a communication step."""
+        self._inputs, self._begin = inputs, time
+        self._command = self._plant.actuator.command(inputs.voltage, time)
 
     def start(self) -> None:
         """Sets the initial state and regime."""
         self._state = self._plant.start(self._command, self._inputs.supply_pressure) + [0.0] * len(self._law.units)
-        self._regime = self._law.start(self._instant(self._state, held=False).contact)
+        self._regime = self._law.start(self._instant(0.0, self._state, held=False).contact)
 
     def advance(self, duration: float) -> None:
-        """Integrates over one communication step."""
+        """Integrates over one communication step; times within it count from its beginning."""
         self._adopt_inputs()
         time = 0.0
+        kinks = self._plant.actuator.kinks(self._begin, self._begin + duration)
+        ends = [*(kink - self._begin for kink in kinks), duration]
         for _ in range(MAX_EVENTS_PER_STEP):
-            time = self._integrate(time, duration)
-            if time >= duration:
+            time = self._integrate(time, ends[0])
+            if time >= ends[0]:
+                ends.pop(0)
+            if not ends:
                 return
         raise RuntimeError(f"no progress in regime {self._regime}")
 
     def row(self, time: float) -> Row:
         """The outputs at the current state, with the inputs in force up to now."""
-        now = self._instant(self._state, self._regime.held)
+        now = self._instant(time - self._begin, self._state, self._regime.held)
         return Row(
             round(time, 9),
             self._state[0],
@@ -156,7 +161,7 @@ class Run:
 
     def _adopt_inputs(self) -> None:
         """Leaves a regime that a jump of the inputs has ended."""
-        contact = self._contact()
+        contact = self._contact(0.0)
         for which, margin in enumerate(self._regime.margins(contact)):
             if margin < 0.0:
                 self._regime = self._regime.expired(contact, which)
@@ -164,9 +169,9 @@ class Run:
 
     def _integrate(self, time: float, end: float) -> float:
         """Integrates to ``end`` or to the end of the regime, and returns the time reached."""
-        events = self._events()
+        events = self._events(time)
         solution = solve_ivp(
-            lambda t, y: self._rates(y.tolist()),
+            lambda t, y: self._rates(t, y.tolist()),
             (time, end),
             np.array(self._state),
             method="DOP853",
@@ -178,37 +183,38 @@ class Run:
         if not solution.success:
             raise RuntimeError(solution.message)
         self._state = solution.y[:, -1].tolist()
+        reached = float(solution.t[-1])
         if solution.status == 1:
-            self._change_regime(next(i for i, hits in enumerate(solution.t_events) if len(hits)))
-        return float(solution.t[-1])
+            self._change_regime(reached, next(i for i, hits in enumerate(solution.t_events) if len(hits)))
+        return reached
 
-    def _change_regime(self, event: int) -> None:
+    def _change_regime(self, time: float, event: int) -> None:
         directed = self._regime.direction != 0
         if directed and event == 0:
             # The event leaves a velocity of rounding size; the mass is exactly at rest.
             self._state[1] = 0.0
-            self._regime = self._regime.at_rest(self._contact())
+            self._regime = self._regime.at_rest(self._contact(time))
         else:
-            self._regime = self._regime.expired(self._contact(), event - int(directed))
+            self._regime = self._regime.expired(self._contact(time), event - int(directed))
 
-    def _events(self) -> list[Callable[[float, Any], float]]:
+    def _events(self, time: float) -> list[Callable[[float, Any], float]]:
         """The event functions of the regime: reversal first, if it has a direction."""
         regime = self._regime
-        count = len(regime.margins(self._contact()))
+        count = len(regime.margins(self._contact(time)))
         events = [self._margin_event(regime, i) for i in range(count)]
         if regime.direction != 0:
             events.insert(0, _terminal(lambda t, y: regime.direction * y[1]))
         return events
 
     def _margin_event(self, regime: Regime, which: int) -> Callable[[float, Any], float]:
-        return _terminal(lambda t, y: regime.margins(self._instant(y.tolist(), regime.held).contact)[which])
+        return _terminal(lambda t, y: regime.margins(self._instant(t, y.tolist(), regime.held).contact)[which])
 
-    def _rates(self, state: list[float]) -> list[float]:
+    def _rates(self, time: float, state: list[float]) -> list[float]:
         if not all(content > 0.0 for content in state[2:6]):
             # A trial step far too long has left the physical states; NaN makes it be rejected.
             return [math.nan] * len(state)
         regime = self._regime
-        now = self._instant(state, regime.held)
+        now = self._instant(time, state, regime.held)
         acceleration = (now.contact.applied - regime.force(now.contact)) / self._plant.mass
         return [
             *self._plant.rates(
@@ -219,19 +225,20 @@ class Run:
                 now.b,
                 self._command,
                 self._inputs.supply_pressure,
+                self._begin + time,
             ),
             *regime.rates(now.contact),
         ]
 
-    def _contact(self) -> Contact:
-        return self._instant(self._state, self._regime.held).contact
+    def _contact(self, time: float) -> Contact:
+        return self._instant(time, self._state, self._regime.held).contact
 
-    def _instant(self, state: list[float], held: bool) -> Instant:
+    def _instant(self, time: float, state: list[float], held: bool) -> Instant:
         x, v = state[0], 0.0 if held else state[1]
         a, b = self._plant.gases(state)
         applied = self._plant.applied_force(x, v, a, b, self._inputs.external_force)
         level = self._plant.friction_level(x, a, b)
-        contact = Contact(x, state[1], state[self._size :], applied, level)
+        contact = Contact(x, state[1], state[self._size :], applied, level, self._begin + time)
         return Instant(v, a, b, contact)
 
 

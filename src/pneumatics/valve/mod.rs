@@ -166,7 +166,7 @@ impl Actuating for ProportionalValve {
     }
 
     #[inline(always)]
-    fn feed<S: Scalar>(&self, spool: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+    fn feed<S: Scalar>(&self, [_, spool]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let opening = self.opening.at(spool);
         let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
         let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
@@ -174,7 +174,7 @@ impl Actuating for ProportionalValve {
             + Inflow::from(self.exhaust.flow(opening.swapped(), exhaust, gas))
     }
 
-    fn drawn<S: Scalar>(&self, spool: S, ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+    fn drawn<S: Scalar>(&self, [_, spool]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
         let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
         self.supply.flow(self.opening.at(spool), supply, gas).mass
     }

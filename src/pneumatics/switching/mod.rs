@@ -1,0 +1,159 @@
+//! Two solenoid valves that are driven by pulses.
+
+mod pulses;
+
+use super::actuator::{Actuating, Ports, STATES, SUPPLY};
+use super::gas::GasState;
+use super::orifice::Inflow;
+use super::valve::{Edges, Port};
+use crate::hybrid::Sample;
+use crate::numbers::{Pair, Scalar};
+use crate::variables::{ParameterError, Variable, units};
+use crate::{enumeration, outputs, parameters};
+
+pub use self::pulses::{Armature, Driver, Memory};
+
+enumeration! {
+    /// What the valves do at 5 V, and between the pulses; ids are never reused.
+    SwitchingCentre "SwitchingCentre": "What switching valves connect a chamber to that is not fed" {
+        1 Vented: "Two 3/2 valves: a chamber that its valve does not feed is vented";
+        2 Closed: "Two pairs of 2/2 valves: one feeds chamber A and vents chamber B, the other the other way round; between pulses both chambers are closed";
+    }
+}
+
+parameters! {
+    /// The parameters of [`SwitchingValves`].
+    Parameters {
+        conductance: f64 = Variable::parameter(1250, "switching.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
+            .text("Sonic conductance of an open switching valve, either way");
+        critical_ratio: f64 = Variable::parameter(1251, "switching.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio of the switching valves");
+        centre: SwitchingCentre = Variable::choice(1252, "switching.centre", SwitchingCentre::Vented)
+            .text("What the valves do at 5 V and between the pulses");
+        frequency: f64 = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
+            .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period");
+        opening_delay: f64 = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
+            .text("Time from the beginning of a pulse until a valve begins to open; a shorter pulse does nothing");
+        closing_delay: f64 = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
+            .text("Time from the end of a pulse until a valve begins to close; a shorter pause does nothing");
+        travel_time: f64 = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
+            .text("Time in which a valve opens or closes, at a constant rate");
+    }
+}
+
+/// Value references of the states.
+const OPENINGS: [u32; STATES] = [230, 231];
+
+outputs! {
+    /// The computed variables of [`SwitchingValves`].
+    Outputs {
+        opening_a = opening(0, "switching.openingA", "feeds chamber A");
+        opening_b = opening(1, "switching.openingB", "feeds chamber B");
+        rate_a = rate(0, "switching.openingA");
+        rate_b = rate(1, "switching.openingB");
+        duty = Variable::output(234, "switching.duty", units::ONE).local().nominal(1.0)
+            .text("Duty cycle of the present pulse, positive if it feeds chamber A; 0 on another rig");
+    }
+}
+
+fn opening(valve: usize, name: &str, what: &str) -> Variable {
+    let variable = Variable::output(OPENINGS[valve], name, units::ONE).local().nominal(1.0);
+    variable
+        .depends_on(&[OPENINGS[valve]])
+        .text(&format!("Opening of the switching valve that {what}; 0 on another rig"))
+}
+
+fn rate(valve: usize, name: &str) -> Variable {
+    let variable = Variable::output(OPENINGS[valve] + 2, &format!("der({name})"), units::PER_SECOND).local();
+    variable.nominal(1e3).derivative_of(OPENINGS[valve]).text("Rate of the opening of a switching valve")
+}
+
+/// Two solenoid valves driven by pulses of one voltage. States: how far the valves that feed the chambers are open.
+///
+/// ```text
+/// u   = clamp((V - 5)/5, -1, 1)    duty cycle, taken at the beginning of each period (see Driver)
+/// C_A = C*y_A from the supply,     C*(1 - y_A) to the exhaust if vented,  C*y_B if closed
+/// C_B = C*y_B from the supply,     C*(1 - y_B) to the exhaust if vented,  C*y_A if closed
+/// ```
+///
+/// `u > 0` drives the valve A with the opening `y_A`, `u < 0` the valve B. Each beginning and end of a pulse, of a motion
+/// and of a period is a point in time that the solver meets exactly.
+///
+/// # Validity
+/// The effective areas grow linearly with the time of opening. Without delays and travel the mean flow of fast pulses is
+/// that of a proportional valve of the opening `|u|`; a delay and a travel that are the same both ways shift the pulses
+/// and leave their mean, as long as the pulses are longer than both.
+#[derive(Clone, Debug)]
+pub struct SwitchingValves {
+    driver: Driver,
+    centre: SwitchingCentre,
+    edges: Edges,
+}
+
+impl Actuating for SwitchingValves {
+    type Memory = Memory;
+    type Parameters = Parameters;
+
+    const VARIABLES: [Option<u32>; STATES] = [Some(OPENINGS[0]), Some(OPENINGS[1])];
+    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, OPENINGS[0], OPENINGS[1]]; 2];
+    const COMPUTED: usize = Outputs::<f64>::LEN;
+    const IS_SAMPLED: bool = true;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        let Parameters { opening_delay, closing_delay, travel_time: travel, .. } = p;
+        let armature = Armature { opening_delay, closing_delay, travel };
+        let port = Port { conductance: p.conductance, critical_ratio: p.critical_ratio };
+        let driver = Driver { frequency: p.frequency, armature };
+        Ok(Self { driver, centre: p.centre, edges: Edges::new([port; 2], 0.0) })
+    }
+
+    fn computed() -> Vec<Variable> {
+        Outputs::<f64>::table()
+    }
+
+    fn scales(&self) -> [f64; STATES] {
+        [1.0; STATES]
+    }
+
+    fn start(&self, _voltage: f64) -> ([f64; STATES], Memory) {
+        ([0.0; STATES], Memory::default())
+    }
+
+    fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory) -> [S; STATES] {
+        self.driver.rates(memory).map(S::constant)
+    }
+
+    fn next_sample(&self, memory: &Memory) -> Sample {
+        self.driver.next(memory)
+    }
+
+    fn sample(&self, openings: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
+        self.driver.happen(openings, ((voltage - 5.0) / 5.0).clamp(-1.0, 1.0), memory);
+    }
+
+    #[inline(never)]
+    fn feed<S: Scalar>(&self, openings: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let feeding = Pair(openings);
+        let venting = match self.centre {
+            SwitchingCentre::Vented => -feeding + 1.0,
+            SwitchingCentre::Closed => feeding.swapped(),
+        };
+        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
+        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        Inflow::from(self.edges.flow(feeding, supply, gas)) + Inflow::from(self.edges.flow(venting, exhaust, gas))
+    }
+
+    fn drawn<S: Scalar>(&self, openings: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        let supply = ports.supply.at(Pair([ports.supply_pressure; 2]));
+        self.edges.flow(Pair(openings), supply, gas).mass
+    }
+
+    fn write<S: Scalar>(&self, openings: [S; STATES], voltage: S, memory: &Memory, slots: &mut [S]) {
+        let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, voltage, memory));
+        Outputs { opening_a, opening_b, rate_a, rate_b, duty: S::constant(memory.duty()) }.write(slots);
+    }
+
+    fn fits(&self, memory: &Memory) -> bool {
+        memory.is_sound()
+    }
+}

@@ -1,0 +1,247 @@
+//! Pulses of a driver, and armatures that follow them after a delay, at a constant speed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::hybrid::Sample;
+
+/// A driver that turns a duty cycle into pulses of a fixed frequency, for two coils of which one is driven at a time.
+///
+/// ```text
+/// period k:  from k/f on;  the duty cycle u that holds for it is taken at its beginning
+/// coil on:   from k/f to k/f + |u|/f, that of the first valve for u > 0, of the second for u < 0
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Driver {
+    /// Frequency `f` in Hz.
+    pub frequency: f64,
+    /// What the armatures do.
+    pub armature: Armature,
+}
+
+/// How an armature follows its coil.
+///
+/// ```text
+/// coil on  for longer than the opening delay: dy/dt = +1/travel until y = 1
+/// coil off for longer than the closing delay: dy/dt = -1/travel until y = 0
+/// ```
+///
+/// A shorter pulse, or a shorter pause, does nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Armature {
+    /// Time in s that the coil must be on until the armature opens.
+    pub opening_delay: f64,
+    /// Time in s that the coil must be off until the armature closes.
+    pub closing_delay: f64,
+    /// Time in s from one end to the other.
+    pub travel: f64,
+}
+
+/// Where the driver is in its period, and what the armatures do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Number of the period that begins next.
+    next: u64,
+    /// Duty cycle of the present period.
+    duty: f64,
+    /// Time in s at which the pulse of the present period ends; infinite if it lasts on.
+    fall: f64,
+    motions: [Motion; 2],
+}
+
+/// An armature. Times are infinite if nothing is to happen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Motion {
+    /// Whether it opens or is open.
+    opens: bool,
+    /// Time in s at which it turns to the other end.
+    turns: f64,
+    /// Time in s at which it arrives.
+    arrives: f64,
+}
+
+/// What happens next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Happening {
+    Arrival(usize),
+    Turn(usize),
+    Period,
+}
+
+impl Default for Memory {
+    /// Both valves closed, before the first period.
+    fn default() -> Self {
+        let still = Motion { opens: false, turns: f64::INFINITY, arrives: f64::INFINITY };
+        Self { next: 0, duty: 0.0, fall: f64::INFINITY, motions: [still; 2] }
+    }
+}
+
+impl Memory {
+    /// Duty cycle of the present period.
+    pub fn duty(&self) -> f64 {
+        self.duty
+    }
+
+    /// Whether a driver can have left it.
+    pub fn is_sound(&self) -> bool {
+        let times = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]);
+        self.duty.abs() <= 1.0 && times.chain([self.fall]).all(|time| !time.is_nan())
+    }
+}
+
+impl Driver {
+    /// When something happens next.
+    pub fn next(&self, memory: &Memory) -> Sample {
+        self.next_happening(memory).0
+    }
+
+    /// The next happening. Of several at one time armatures come first, so that a period finds them where they are.
+    fn next_happening(&self, memory: &Memory) -> (Sample, Happening) {
+        let period = Sample::periodic(memory.next as f64 / self.frequency, 1.0 / self.frequency);
+        let mut first = (period, Happening::Period);
+        for (valve, motion) in memory.motions.iter().enumerate() {
+            for (time, happening) in
+                [(motion.turns, Happening::Turn(valve)), (motion.arrives, Happening::Arrival(valve))]
+            {
+                if time <= first.0.time {
+                    first = (Sample::exact(time), happening);
+                }
+            }
+        }
+        first
+    }
+
+    /// Lets the next thing happen: moves openings to their ends, and takes the duty cycle where a period begins.
+    pub fn happen(&self, openings: &mut [f64; 2], duty: f64, memory: &mut Memory) {
+        let (Sample { time, .. }, happening) = self.next_happening(memory);
+        match happening {
+            Happening::Period => self.begin(time, duty, memory),
+            Happening::Turn(valve) => {
+                let (motion, opening) = (&mut memory.motions[valve], &mut openings[valve]);
+                motion.opens = !motion.opens;
+                motion.turns = if motion.opens { memory.fall + self.armature.closing_delay } else { f64::INFINITY };
+                let end = f64::from(motion.opens);
+                let duration = (end - *opening).abs() * self.armature.travel;
+                if duration > 0.0 {
+                    motion.arrives = time + duration;
+                } else {
+                    (*opening, motion.arrives) = (end, f64::INFINITY);
+                }
+            }
+            Happening::Arrival(valve) => {
+                let motion = &mut memory.motions[valve];
+                (openings[valve], motion.arrives) = (f64::from(motion.opens), f64::INFINITY);
+            }
+        }
+    }
+
+    /// Begins a period with a duty cycle, at a time in s.
+    fn begin(&self, time: f64, duty: f64, memory: &mut Memory) {
+        (memory.next, memory.duty) = (memory.next + 1, duty);
+        memory.fall = if duty.abs() < 1.0 { time + duty.abs() / self.frequency } else { f64::INFINITY };
+        let Armature { opening_delay, closing_delay, .. } = self.armature;
+        for (motion, has_pulse) in memory.motions.iter_mut().zip([duty > 0.0, duty < 0.0]) {
+            // A coil that has been on through all of the last period has a turn pending, or none.
+            let pending = motion.turns.is_finite();
+            motion.turns = match (has_pulse, motion.opens) {
+                (true, true) => memory.fall + closing_delay,
+                (true, false) => {
+                    let turn = if pending { motion.turns } else { time + opening_delay };
+                    if turn < memory.fall { turn } else { f64::INFINITY }
+                }
+                (false, true) if pending => motion.turns,
+                (false, true) => time + closing_delay,
+                (false, false) => f64::INFINITY,
+            };
+        }
+    }
+
+    /// Rates in 1/s of the openings.
+    pub fn rates(&self, memory: &Memory) -> [f64; 2] {
+        memory.motions.map(|motion| match (motion.arrives.is_finite(), motion.opens) {
+            (false, _) => 0.0,
+            (true, true) => 1.0 / self.armature.travel,
+            (true, false) => -1.0 / self.armature.travel,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 10 Hz; opens 20 ms after the coil is on, closes 30 ms after it is off, moves for 10 ms.
+    const DRIVER: Driver =
+        Driver { frequency: 10.0, armature: Armature { opening_delay: 0.02, closing_delay: 0.03, travel: 0.01 } };
+
+    /// Times in ms and openings after everything that happens before a time in s, for a duty cycle.
+    fn course(driver: Driver, duty: impl Fn(f64) -> f64, end: f64) -> Vec<(f64, [f64; 2])> {
+        let (mut memory, mut openings, mut last, mut course) = (Memory::default(), [0.0; 2], 0.0, Vec::new());
+        loop {
+            let time = driver.next(&memory).time;
+            if time > end {
+                return course;
+            }
+            let rates = driver.rates(&memory);
+            openings.iter_mut().zip(rates).for_each(|(opening, rate)| *opening += rate * (time - last));
+            driver.happen(&mut openings, duty(time), &mut memory);
+            last = time;
+            course.push(((time * 1e3).round(), openings.map(|opening| (opening * 1e9).round() / 1e9)));
+        }
+    }
+
+    /// A pulse of 60 ms: on at 0, open from 20 to 30, off at 60, closed from 90 to 100.
+    #[test]
+    fn armature_follows_its_coil_after_a_delay() {
+        let (shut, open) = ([0.0; 2], [1.0, 0.0]);
+        let expected = [(0.0, shut), (20.0, shut), (30.0, open), (90.0, open), (100.0, shut), (100.0, shut)];
+        assert_eq!(course(DRIVER, |_| 0.6, 0.1), expected);
+        let other = course(DRIVER, |_| -0.6, 0.1);
+        assert_eq!(other[2], (30.0, [0.0, 1.0]));
+    }
+
+    /// A pulse shorter than the opening delay opens nothing; a pause shorter than the closing delay closes nothing.
+    #[test]
+    fn short_pulse_and_short_pause_do_nothing() {
+        assert!(course(DRIVER, |_| 0.19, 1.0).iter().all(|(_, openings)| *openings == [0.0; 2]));
+        let long = course(DRIVER, |_| 0.71, 1.0);
+        assert!(long.iter().skip(2).all(|(_, openings)| *openings == [1.0, 0.0]), "{long:?}");
+    }
+
+    /// A delay longer than a period: only a coil that is on without a pause opens, and only a long pause closes.
+    #[test]
+    fn delay_may_be_longer_than_a_period() {
+        let armature = Armature { opening_delay: 0.25, closing_delay: 0.15, ..DRIVER.armature };
+        let driver = Driver { armature, ..DRIVER };
+        assert!(course(driver, |_| 0.9, 1.0).iter().all(|(_, openings)| *openings == [0.0; 2]));
+        let found = course(driver, |time| if time < 0.35 { 1.0 } else { 0.0 }, 0.7);
+        let moved: Vec<f64> = found.windows(2).filter(|pair| pair[0].1 != pair[1].1).map(|pair| pair[1].0).collect();
+        assert_eq!(moved, [260.0, 560.0], "{found:?}");
+        let cut = course(driver, |time| if time < 0.15 { 1.0 } else { 0.49 }, 1.0);
+        assert!(cut.iter().all(|(_, openings)| *openings == [0.0; 2]), "{cut:?}");
+    }
+
+    /// Where the pulse ends while the armature is on its way, it goes on to the end of the delay, and turns back there.
+    #[test]
+    fn armature_turns_back_on_its_way() {
+        let driver = Driver { armature: Armature { closing_delay: 0.002, ..DRIVER.armature }, ..DRIVER };
+        let found = course(driver, |_| 0.21, 0.05);
+        let expected = [(0.0, 0.0), (20.0, 0.0), (23.0, 0.3), (26.0, 0.0)];
+        assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
+    }
+
+    /// No pulse at 0; one that never ends at 1; the sign decides which valve.
+    #[test]
+    fn ends_of_the_duty_cycle_have_no_pulses() {
+        assert_eq!(course(DRIVER, |_| 0.0, 0.95).len(), 10);
+        assert_eq!(course(DRIVER, |_| 1.0, 0.95).len(), 12);
+        let swapped = course(DRIVER, |time| if time < 0.5 { 1.0 } else { -1.0 }, 0.95);
+        assert_eq!(swapped.last(), Some(&(900.0, [0.0, 1.0])));
+    }
+
+    #[test]
+    fn armature_without_travel_jumps() {
+        let driver = Driver { armature: Armature { opening_delay: 0.0, closing_delay: 0.0, travel: 0.0 }, ..DRIVER };
+        let found = course(driver, |_| 0.5, 0.06);
+        assert_eq!(found.iter().map(|(_, [first, _])| *first).collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+    }
+}

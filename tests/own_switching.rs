@@ -1,0 +1,161 @@
+//! Switching valves under pulses, against closed forms and against the proportional valve that is their mean.
+
+mod outside;
+mod rig;
+
+use std::f64::consts::TAU;
+
+use outside::Host;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use rig::{Rig, Running};
+
+const CONDUCTANCE: f64 = 3.93e-9;
+/// `R*T` in J/kg.
+const GAS: f64 = 287.05 * 293.15;
+
+/// Switching valves with the given values changed.
+fn switched(law: &str, centre: &str, values: &[(&str, f64)]) -> Rig {
+    let rig = Rig::cylinder(law).choose("actuation", "SwitchingValves").choose("switching.centre", centre);
+    values.iter().fold(rig, |rig, (name, value)| rig.set(name, *value))
+}
+
+/// The piston held, gas at constant temperature, a chamber A as large as a room, so that choked flow stays choked.
+fn filling(values: &[(&str, f64)]) -> Running {
+    let held = [("friction.coulombStiction.Fs", 1e6), ("chamberA.deadVolume", 1.0), ("supplyPressure", 20e5)];
+    switched("CoulombStiction", "Closed", &[&held, values].concat())
+        .choose("thermal.model", "Isothermal")
+        .start()
+        .unwrap()
+}
+
+/// Choked, a pulse brings `C*p*rho0` times its length, more by what closing starts later than opening: the travels, of
+/// the same length, make up for each other. Ten pulses of 4 ms.
+#[test]
+fn pulses_bring_what_their_length_says() {
+    for (opening, closing, travel, open) in
+        [(0.0, 0.0, 0.0, 4e-3), (1e-3, 1e-3, 5e-4, 4e-3), (2e-3, 1e-3, 1e-3, 3e-3), (5e-4, 2e-3, 7e-4, 5.5e-3)]
+    {
+        let delays = [("switching.openingDelay", opening), ("switching.closingDelay", closing)];
+        let values = [&delays[..], &[("switching.travelTime", travel), ("valveVoltage", 7.0)]].concat();
+        let mut running = filling(&values);
+        let before = running.get("chamberA.pressure");
+        running.advance(0.1).unwrap();
+        let volume = 1.0 + 0.25 * std::f64::consts::PI * 0.016f64.powi(2) / 4.0;
+        let expected = 10.0 * open * CONDUCTANCE * 20e5 * 1.185 * GAS / volume;
+        let found = running.get("chamberA.pressure") - before;
+        assert!((found / expected - 1.0).abs() < 1e-7, "{found} Pa, not {expected}, with delays {opening}, {closing}");
+    }
+}
+
+/// 5 V: both chambers end at the pressure of the surroundings, or keep what they have.
+#[test]
+fn centre_vents_or_closes_both_chambers() {
+    for (centre, expected) in [("Vented", 101_325.0), ("Closed", 4e5)] {
+        let pressures =
+            [("chamberA.pressure0", 4e5), ("chamberB.pressure0", 4e5), ("friction.coulombStiction.Fs", 1e6)];
+        let rig = switched("CoulombStiction", centre, &pressures).choose("thermal.model", "Isothermal");
+        let mut running = rig.start().unwrap();
+        running.advance(3.0).unwrap();
+        for name in ["chamberA.pressure", "chamberB.pressure"] {
+            let found = running.get(name);
+            assert!((found - expected).abs() < 1e-3, "{name}: {found}, not {expected}");
+        }
+    }
+}
+
+/// The position of a carriage under a slow sine of the voltage, sampled each 10 ms.
+fn course(rig: &Rig) -> Vec<f64> {
+    let mut running = rig.start().unwrap();
+    let mut positions = Vec::new();
+    for step in 0..500 {
+        let time = f64::from(step) * 1e-3;
+        running.set("valveVoltage", 5.0 + 2.0 * (TAU * 2.0 * time).sin());
+        running.advance(time + 1e-3).unwrap();
+        positions.push(running.get("position"));
+    }
+    positions
+}
+
+/// Pulses without delay and travel are in the mean the valve without dead zone, play and leakage: the faster, the closer.
+#[test]
+fn fast_pulses_are_the_proportional_valve_of_their_mean() {
+    let valve = [("valve.deadZone", 0.0), ("valve.hysteresis", 0.0), ("valve.leakage", 0.0), ("valve.bandwidth", 1e4)];
+    let averaged = valve.iter().fold(Rig::cylinder("Coulomb"), |rig, (name, value)| rig.set(name, *value));
+    let expected = course(&averaged);
+    let moved = expected.iter().fold(0.0f64, |far, position| far.max((position - 0.25).abs()));
+    assert!(moved > 0.02, "the carriage moves by {moved} m");
+    let apart = |frequency: f64| {
+        let direct = [("switching.openingDelay", 0.0), ("switching.closingDelay", 0.0), ("switching.travelTime", 0.0)];
+        let values = [&direct[..], &[("switching.frequency", frequency)]].concat();
+        let found = course(&switched("Coulomb", "Closed", &values));
+        found.iter().zip(&expected).fold(0.0f64, |far, (found, expected)| far.max((found - expected).abs()))
+    };
+    let (slow, fast) = (apart(1000.0), apart(4000.0));
+    // The pulses lie in the first part of their period; the spool of 10 kHz adds its lag of 20 us at 0.9 m/s.
+    assert!(slow < 3e-4 && fast < 0.25 * slow + 2e-5, "{slow} m at 1 kHz, {fast} m at 4 kHz");
+}
+
+/// Ten seconds of 100 Hz have 4,000 beginnings and ends of motions, each of which the solver meets, and 1,000 voltages to
+/// take: it costs three steps for each of them, wherever the pulses are between the communication points.
+#[test]
+fn pulses_cost_their_edges() {
+    let mut running = switched("Stribeck", "Vented", &[("valveVoltage", 7.0)]).start().unwrap();
+    running.advance(10.0).unwrap();
+    let [steps, rejected] = ["solver.steps", "solver.rejectedSteps"].map(|name| running.get(name));
+    assert!((5e3..2e4).contains(&(steps + rejected)), "{steps} steps, {rejected} rejected");
+}
+
+/// A duty cycle counts from the period on that begins after it is set, on a communication point or not.
+#[test]
+fn voltage_counts_at_the_beginning_of_a_period() {
+    let mut running = switched("Stribeck", "Vented", &[("valveVoltage", 7.0)]).start().unwrap();
+    running.advance(0.005).unwrap();
+    running.set("valveVoltage", 9.0);
+    running.advance(0.01).unwrap();
+    assert!((running.get("switching.duty") - 0.4).abs() < 1e-15);
+    running.set("valveVoltage", 2.0);
+    running.advance(0.011).unwrap();
+    assert!((running.get("switching.duty") + 0.6).abs() < 1e-15);
+}
+
+#[test]
+fn saved_state_between_edges_goes_on_bit_for_bit() {
+    let mut running = switched("LuGre", "Closed", &[("valveVoltage", 7.0)]).start().unwrap();
+    // On the way of an armature.
+    running.advance(0.1013).unwrap();
+    let opening = running.get("switching.openingA");
+    assert!(0.0 < opening && opening < 1.0, "{opening}");
+    let saved = running.simulation().save();
+    let names = ["position", "switching.openingA", "chamberB.pressure", "frictionForce"];
+    running.advance(0.2).unwrap();
+    let first = names.map(|name| running.get(name).to_bits());
+    running.simulation().restore(&saved).unwrap();
+    running.advance(0.2).unwrap();
+    assert_eq!(names.map(|name| running.get(name).to_bits()), first);
+}
+
+/// A host with a solver of its own is told every edge as a time event, and comes to the same states.
+#[test]
+fn solver_outside_sees_every_edge() {
+    let setup = Setup::of(&MODEL).set("actuation", "SwitchingValves").unwrap().set("valveVoltage", 7.0).unwrap();
+    let setup = setup.set("friction.law", "LuGre").unwrap().set("solver.relativeTolerance", 1e-9).unwrap();
+    let model = setup.exchange(0.0).unwrap().unwrap();
+    let table = setup.table();
+    let counts = [table.inputs().count(), table.number_of_states(), (MODEL.indicators)().len()];
+    let mut host = Host::new(model, counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
+    let mut inside = setup.start(0.0).unwrap();
+    for step in 1..=100 {
+        let time = f64::from(step) * 1e-3;
+        host.advance(time);
+        inside.advance_to(time).unwrap();
+        let mut computed = vec![0.0; table.computed().count()];
+        host.model.values(&mut computed);
+        for (name, allowed) in [("position", 1e-8), ("chamberA.pressure", 1e-1), ("switching.openingA", 1e-9)] {
+            let place = table.computed().position(|variable| variable.name == name).unwrap();
+            let (found, expected) = (computed[place], inside.get(name).unwrap());
+            assert!((found - expected).abs() < allowed, "{name} at {time} s: {found}, inside {expected}");
+        }
+    }
+    assert!(inside.get("position").unwrap() > 0.25);
+}
