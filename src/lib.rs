@@ -23,7 +23,7 @@
 //! | [`numbers`], [`variables`] | numbers with exact derivatives; the variable table |
 //! | [`hybrid`] | what a hybrid system is |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
-//! | [`friction`], [`pneumatics`], [`mechanics`] | the physics |
+//! | [`friction`], [`pneumatics`], [`mechanics`], [`sensor`] | the physics |
 //! | [`models`] | complete systems: equations, events and the variable table |
 //! | [`model`] | a model built by name |
 //! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
@@ -39,6 +39,7 @@ pub mod model_exchange;
 pub mod models;
 pub mod numbers;
 pub mod pneumatics;
+pub mod sensor;
 pub mod solver;
 pub mod variables;
 

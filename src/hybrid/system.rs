@@ -77,6 +77,10 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Takes the samples that are due at a time in s.
     fn sample(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
+    /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
+    /// alone all that the equations depend on.
+    fn arrive(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
     /// Longest step in s the solver may take.
     fn max_step(&self) -> f64 {
         f64::INFINITY

@@ -178,6 +178,12 @@ static void run(const char *label) {
         int value = (int)whole();
         CALL(fmi.set_integer(instance, &reference, 1, &value));
     }
+    size_t reals = whole();
+    for (size_t i = 0; i < reals; i++) {
+        Reference reference = (Reference)whole();
+        double value = real();
+        CALL(fmi.set_real(instance, &reference, 1, &value));
+    }
     CALL(fmi.setup(instance, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     CALL(fmi.enter_initialization(instance));
     CALL(fmi.exit_initialization(instance));

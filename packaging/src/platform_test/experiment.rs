@@ -1,16 +1,54 @@
-//! The default experiment of every model under every friction law, as text for `tests/platforms/host.c`, and what
-//! comes back.
+//! The default experiment of every model under every friction law, and of cylinders with options, as text for
+//! `tests/platforms/host.c`, and what comes back.
 
 use std::fmt::Write;
 
 use anyhow::{Result, bail, ensure};
 use pneumatic_servo::model::{Course, Experiment, Model};
 use pneumatic_servo::models;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::guid;
 
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";
+
+/// What changes together in a run with options: names and values.
+type Changes = &'static [(&'static str, f64)];
+
+/// Cylinders with options: everything a valve with hoses can have, and switching valves.
+const OPTIONS: [(&str, Changes); 2] = [
+    (
+        "lines",
+        &[
+            ("friction.law", 14.0),
+            ("valve.characteristic", 2.0),
+            ("hoseA.length", 0.8),
+            ("hoseB.length", 1.5),
+            ("throttleA.C", 2e-9),
+            ("cushion.length", 0.02),
+            ("supply.volume", 1e-4),
+            ("load.stiffness", 50.0),
+            ("load.rest", 0.25),
+            ("friction.position.amplitude", 0.2),
+            ("friction.kappaDifference", 1e-6),
+            ("sensor.position.lag", 5e-3),
+            ("sensor.pressureA.noise", 500.0),
+            ("sensor.pressureA.sampleTime", 2e-3),
+        ],
+    ),
+    (
+        "pulses",
+        &[
+            ("actuation", 3.0),
+            ("friction.stribeck.FsInf", 14.0),
+            ("friction.stribeck.kappaRatio", 1.5),
+            ("friction.kappaA", 3e-7),
+            ("sensor.force.resolution", 0.1),
+            ("sensor.force.sampleTime", 1e-3),
+        ],
+    ),
+];
 
 /// The experiments of all models.
 pub fn all() -> String {
@@ -34,16 +72,38 @@ fn experiment(model: &Model) -> String {
             .filter(|variable| variable.role == Role::Output && is_real(variable))
             .map(|variable| variable.reference),
     );
-    let law = variables.iter().find(|variable| variable.name == LAW);
-    match law.map(|law| (law.reference, law.kind)) {
-        Some((reference, Kind::Enumeration(laws))) => {
+    match variables.find(LAW).map(|law| law.variable.kind) {
+        Some(Kind::Enumeration(laws)) => {
             for (id, name, _) in laws.items {
-                push_word(&mut text, format_args!("run {}_{name} 1 {reference} {id}\n", model.name));
+                push_run(&mut text, &format!("{}_{name}", model.name), model, &[(LAW, f64::from(*id))]);
             }
         }
-        _ => push_word(&mut text, format_args!("run {} 0\n", model.name)),
+        _ => push_run(&mut text, model.name, model, &[]),
+    }
+    if model.name == MODEL.name {
+        for (name, changes) in OPTIONS {
+            push_run(&mut text, &format!("{}_{name}", model.name), model, changes);
+        }
     }
     text
+}
+
+/// A run with changed parameters: the integers and choices among them, then the real ones.
+fn push_run(text: &mut String, label: &str, model: &Model, changes: &[(&str, f64)]) {
+    let entries = changes.iter().map(|(name, value)| {
+        let entry = (model.variables)().find(name).unwrap_or_else(|| panic!("{name} is no variable of {}", model.name));
+        (entry.variable, *value)
+    });
+    let (reals, others): (Vec<_>, Vec<_>) = entries.partition(|(variable, _)| is_real(variable));
+    push_word(text, format_args!("run {label} {}", others.len()));
+    for (variable, value) in others {
+        push_word(text, format_args!("{} {value}", variable.reference));
+    }
+    push_word(text, format_args!("{}", reals.len()));
+    for (variable, value) in reals {
+        push_word(text, format_args!("{} {:x}", variable.reference, value.to_bits()));
+    }
+    text.push('\n');
 }
 
 /// The inputs that move, by their references. Where the default experiment moves none, the first one swings, so that
@@ -142,7 +202,8 @@ mod tests {
     fn every_model_has_its_experiment() {
         let text = all();
         assert_eq!(text.matches("experiment ").count(), models::ALL.len());
-        assert!(text.contains("run PneumaticServoCylinder_LuGre 1 "));
+        assert!(text.contains("run PneumaticServoCylinder_LuGre 1 10000 14 0 \n"), "one choice, and no real parameter");
+        assert!(text.contains("run PneumaticServoCylinder_pulses 1 1032 3 5 "), "one choice, and five real parameters");
         assert!(models::ALL.iter().all(|model| !courses(model).is_empty()));
     }
 }

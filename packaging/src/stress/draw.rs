@@ -10,7 +10,8 @@ use pneumatic_servo::variables::{Kind, Variable};
 /// How far parameters are from their defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
-    /// Real parameters within a factor of their defaults; all choices.
+    /// Real parameters within a factor of their defaults; all choices. What is 0 by default stays off in every second set,
+    /// and is else within the factor of its nominal value.
     Factor(f64),
     /// The whole legal range of every parameter.
     Legal,
@@ -81,7 +82,9 @@ fn value(variable: &Variable, spread: Spread, random: &mut Random) -> Option<f64
         (Kind::Integer, Spread::Factor(_)) => None,
         (Kind::Integer, Spread::Legal) => Some(random.between(least - 1.0, most).ceil().clamp(least, most)),
         (Kind::Real(_), Spread::Factor(factor)) => {
-            (start != 0.0).then(|| (start * factor.powf(random.between(-1.0, 1.0))).clamp(least, most))
+            let on = |nominal: f64, random: &mut Random| (random.choice(2) == 1).then_some(nominal);
+            let usual = if start == 0.0 { on(variable.nominal?, random)? } else { start };
+            Some((usual * factor.powf(random.between(-1.0, 1.0))).clamp(least, most))
         }
         (Kind::Real(_), Spread::Legal) if least > 0.0 => {
             Some((least * (most / least).powf(random.uniform())).clamp(least, most))

@@ -1,8 +1,8 @@
 //! The air in the chambers: what flows in, and how pressures and temperatures follow.
 
-use super::{FLOW, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, lines};
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, lines, of_actuator};
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::Ports;
+use crate::pneumatics::actuator::{self, Ports};
 use crate::pneumatics::chamber::ChamberRates;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState};
 use crate::pneumatics::orifice::{Flow, Inflow};
@@ -49,28 +49,38 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         rates: &mut [S; N],
     ) -> Inflow<Pair<S>> {
         if !(EXTENDED && self.lines.are_used()) {
-            return self.inflow(x[FLOW], supply, gas);
+            return self.inflow(of_actuator(x), supply, gas);
         }
         let flows = self.through_lines(x, supply, gas);
-        rates[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&flows.rates);
+        rates[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&flows.rates);
         flows.into
     }
 
     /// What flows into the chambers from the supply, from the exhaust and from each other, without lines between.
     #[inline(always)]
-    pub(super) fn inflow<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+    pub(super) fn inflow<S: Scalar>(
+        &self,
+        actuator: [S; actuator::STATES],
+        supply: S,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
         let fed = self.feed(actuator, supply, gas);
         if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
     }
 
     /// What flows into the chambers from the supply and from the exhaust; a supply below ambient acts as ambient.
     #[inline(always)]
-    pub(super) fn feed<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+    pub(super) fn feed<S: Scalar>(
+        &self,
+        actuator: [S; actuator::STATES],
+        supply: S,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
         self.actuator.feed(actuator, &self.ports(supply), gas)
     }
 
     /// Mass flow in kg/s that the actuator draws from the supply.
-    pub(super) fn drawn<S: Scalar>(&self, actuator: S, supply: S, gas: GasState<Pair<S>>) -> S {
+    pub(super) fn drawn<S: Scalar>(&self, actuator: [S; actuator::STATES], supply: S, gas: GasState<Pair<S>>) -> S {
         let Pair([for_a, for_b]) = self.actuator.drawn(actuator, &self.ports(supply), gas);
         if self.options.opens_b { for_a } else { for_a + for_b }
     }

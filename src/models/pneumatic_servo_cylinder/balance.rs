@@ -10,10 +10,9 @@
 //! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::variables::{Inputs, State};
-use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
 use crate::hybrid::QUANTITIES;
 use crate::numbers::Pair;
-use crate::pneumatics::actuator::FLOW;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
@@ -24,7 +23,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(N)]));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
-        let mass = if self.has_lines() { mass + self.lines.mass(&Self::of_lines(x)) } else { mass };
+        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
         let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
         [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }]
@@ -45,7 +44,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             let flows = self.through_lines(x, u.supply_pressure, gas);
             (flows.into, flows.received)
         } else {
-            let inflow = self.inflow(x[FLOW], u.supply_pressure, gas);
+            let inflow = self.inflow(of_actuator(x), u.supply_pressure, gas);
             (inflow, self.closed(inflow.mass))
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));

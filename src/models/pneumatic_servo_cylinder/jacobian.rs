@@ -63,7 +63,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         // Each chamber in the directions of its own states, and what flows into it in the first three of them.
         let seeded = |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<3>::variable(x[i], direction)));
         let gas = self.chambers.gas(seeded([PRESSURE_A, PRESSURE_B], 1), seeded([TEMPERATURE_A, TEMPERATURE_B], 2));
-        let Pair([actuator, _]) = seeded([FLOW, FLOW], 0);
+        let actuator = [Dual::constant(x[0]), Dual::variable(x[FLOW], 0)];
         let inflow = self.inflow(actuator, Dual::constant(u.supply_pressure), gas);
         let position_ = Dual::<5>::variable(x[State::Position.at(N)], 3);
         let rate = self.friction.rate(Dual::variable(x[State::Velocity.at(N)], 4), &memory.friction);

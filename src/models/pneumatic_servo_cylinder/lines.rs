@@ -4,7 +4,7 @@
 
 use super::options::Options;
 use super::variables::State;
-use super::{FLOW, PneumaticServoCylinder};
+use super::{PneumaticServoCylinder, of_actuator};
 use crate::enumeration;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::SUPPLY;
@@ -190,13 +190,14 @@ impl Restriction {
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Index of the first state of the lines among `n` states.
-    pub(super) const fn first_of_lines(n: usize) -> usize {
-        State::Position.at(n) - STATES
+    pub(super) fn first_of_lines(&self, n: usize) -> usize {
+        State::Position.at(n) - self.sensors.states() - STATES
     }
 
     /// The states of the lines, which must be among the states.
-    pub(super) fn of_lines<S: Scalar, const N: usize>(x: &[S; N]) -> [S; STATES] {
-        std::array::from_fn(|place| x[Self::first_of_lines(N) + place])
+    pub(super) fn of_lines<S: Scalar, const N: usize>(&self, x: &[S; N]) -> [S; STATES] {
+        let first = self.first_of_lines(N);
+        std::array::from_fn(|place| x[first + place])
     }
 
     /// What flows in lines that are there.
@@ -206,7 +207,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         supply: S,
         gas: GasState<Pair<S>>,
     ) -> LineFlows<S> {
-        let (states, mut rates) = (Self::of_lines(x), [S::zero(); STATES]);
+        let (states, mut rates) = (self.of_lines(x), [S::zero(); STATES]);
         let lines = &self.lines;
         let mut at_valve = gas;
         for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
@@ -215,7 +216,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let supplied = if lines.vessel.is_some() { states[VESSEL] } else { supply };
-        let fed = self.feed(x[FLOW], supplied, at_valve);
+        let fed = self.feed(of_actuator(x), supplied, at_valve);
         let (mut into, Pair([to_a, to_b])) = (fed, fed.mass);
         let mut received = if self.options.opens_b { to_a } else { to_a + to_b };
         let Pair(distances) = self.lengths(x[State::Position.at(N)]);
@@ -228,7 +229,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
         }
         if let Some(vessel) = &lines.vessel {
-            let drawn = self.drawn(x[FLOW], supplied, at_valve);
+            let drawn = self.drawn(of_actuator(x), supplied, at_valve);
             let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(supplied));
             let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
             rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
@@ -252,23 +253,27 @@ impl Line {
         distance: S,
     ) -> ([S; HOSE], Flow<S>) {
         let mut pressures: [S; VOLUMES] = std::array::from_fn(|i| states[i]);
+        if self.restriction.is_none() {
+            // The last volume is part of the chamber.
+            pressures[VOLUMES - 1] = chamber.pressure;
+        }
         let columns: [S; COLUMNS] = std::array::from_fn(|i| states[VOLUMES + i]);
+        let flow_rates = self.hose.flow_rates(pressures, columns);
+        let through = self.hose.through(columns, flow_rates);
         let air = S::constant(temperature);
         let out = match &self.restriction {
             Some(restriction) => restriction.flow(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),
             None => {
-                // The last volume is part of the chamber.
-                pressures[VOLUMES - 1] = chamber.pressure;
-                let mass = columns[COLUMNS - 1];
+                let mass = through[COLUMNS - 1];
                 Flow { mass, temperature: if mass.value() >= 0.0 { air } else { chamber.temperature } }
             }
         };
         let mut rates = [S::zero(); HOSE];
-        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, columns, out.mass));
+        rates[..VOLUMES].copy_from_slice(&self.hose.pressure_rates(inflow, through, out.mass));
         if self.restriction.is_none() {
             rates[VOLUMES - 1] = S::zero();
         }
-        rates[VOLUMES..].copy_from_slice(&self.hose.flow_rates(pressures, columns));
+        rates[VOLUMES..].copy_from_slice(&flow_rates);
         (rates, out)
     }
 }
@@ -283,9 +288,9 @@ const fn reference(place: usize) -> u32 {
 }
 
 /// Value references of the states that set the flow into a chamber, and of the pressure of the vessel.
-pub fn feeds(chamber: usize) -> [u32; 3] {
+pub fn feeds(chamber: usize) -> [u32; 4] {
     let first = chamber * HOSE;
-    [reference(first + VOLUMES - 1), reference(first + HOSE - 1), reference(VESSEL)]
+    [first + VOLUMES - 2, first + VOLUMES - 1, first + HOSE - 1, VESSEL].map(reference)
 }
 
 impl Lines {
@@ -342,7 +347,7 @@ fn state(place: usize) -> Variable {
             let number = place % HOSE + 1 - VOLUMES;
             (
                 format!("{hose}.massFlow[{number}]"),
-                format!("Mass flow in column {number} of the hose, towards the chamber"),
+                format!("Mass flow in column {number} of the hose, towards the chamber, by its inertia"),
                 1e-3,
             )
         }
@@ -358,31 +363,41 @@ fn state(place: usize) -> Variable {
 fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
     let (first, number) = (place / HOSE * HOSE, place % HOSE);
     let pressure = |number: usize| reference(first + number);
-    let column = |number: usize| reference(first + VOLUMES + number);
-    match number {
-        0 => [of_valve, &[column(0)]].concat(),
-        _ if number == VOLUMES - 1 => [&[pressure(number), column(COLUMNS - 1)], &gas[..]].concat(),
-        _ if number < VOLUMES => vec![column(number - 1), column(number)],
-        _ => {
-            let of_column = number - VOLUMES;
-            let mut depends = vec![pressure(of_column), pressure(of_column + 1), column(of_column)];
-            depends.extend((of_column == COLUMNS - 1).then_some(gas[0]));
-            depends
-        }
-    }
+    // What flows in a column, and through it: its own flow and the pressures at its ends, of which the last one may be
+    // that of the chamber.
+    let column = |number: usize| {
+        let mut depends = vec![pressure(number), pressure(number + 1), reference(first + VOLUMES + number)];
+        depends.extend((number == COLUMNS - 1).then_some(gas[0]));
+        depends
+    };
+    let mut depends = match number {
+        0 => [of_valve, &column(0)].concat(),
+        _ if number == VOLUMES - 1 => [&column(COLUMNS - 1), &gas[..]].concat(),
+        _ if number < VOLUMES => [column(number - 1), column(number)].concat(),
+        _ => column(number - VOLUMES),
+    };
+    depends.sort_unstable();
+    depends.dedup();
+    depends
 }
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
-    /// Writes the states of the lines and their rates.
+    /// Writes the states of the lines and their rates, and returns the rest of the slots.
     #[inline(always)]
-    pub(super) fn write_lines<S: Scalar, const N: usize>(&self, x: &[S; N], rates: &[S; N], slots: &mut [S]) {
-        if !(EXTENDED && self.lines.are_used()) {
-            slots.fill(S::zero());
-            return;
+    pub(super) fn write_lines<'s, S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        rates: &[S; N],
+        slots: &'s mut [S],
+    ) -> &'s mut [S] {
+        let (own, rest) = slots.split_at_mut(2 * STATES);
+        if EXTENDED && self.lines.are_used() {
+            own[..STATES].copy_from_slice(&self.of_lines(x));
+            own[STATES..].copy_from_slice(&self.of_lines(rates));
+        } else {
+            own.fill(S::zero());
         }
-        let (states, derivatives) = slots.split_at_mut(STATES);
-        states.copy_from_slice(&Self::of_lines(x));
-        derivatives.copy_from_slice(&Self::of_lines(rates));
+        rest
     }
 }
 

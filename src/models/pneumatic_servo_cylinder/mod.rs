@@ -19,6 +19,7 @@ mod jacobian;
 mod lines;
 mod options;
 mod outputs;
+mod sensors;
 mod variables;
 
 use std::f64::consts::PI;
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use self::lines::Lines;
 use self::options::Options;
+use self::sensors::Sensors;
 use self::variables::{Inputs, Parameters, State, TABLE};
 use super::equations::state_name;
 use super::references;
@@ -38,9 +40,10 @@ use crate::hybrid::{Groups, HybridSystem, QUANTITIES, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{self, Actuator, FLOW, STATES};
+use crate::pneumatics::actuator::{self, Actuator, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
+use crate::sensor;
 use crate::solver::{Settings, Tuning};
 use crate::variables::{ParameterError, ParameterSet};
 
@@ -69,12 +72,14 @@ pub const MODEL: Model = Model {
     },
 };
 
-/// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options.
+/// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
+/// an actuator that changes by itself.
 #[derive(Clone, Debug)]
 pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
     p: Parameters,
     options: Options,
     lines: Lines,
+    sensors: Sensors,
     actuator: Actuator,
     /// Chambers A and B.
     chambers: Chambers,
@@ -97,6 +102,7 @@ pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
 pub struct Memory {
     actuator: actuator::Memory,
     friction: friction::Memory,
+    sensors: sensors::Memory,
 }
 
 // In front of the friction law the places do not depend on its number of states.
@@ -117,16 +123,19 @@ fn of_actuator<S: Scalar, const N: usize>(x: &[S; N]) -> [S; STATES] {
 /// position and friction force stays far below the promised accuracy, and they would take most of the steps.
 const FRICTION_ALLOWANCE: f64 = 10.0;
 
-/// Starts a run with as many states as the friction law needs.
+/// States of a cylinder that has them all.
+const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
+
+/// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    if Options::read(&start.parameters[Parameters::LEN..])?.are_used() {
-        let (equations, _) = build::<true>(start)?;
-        if equations.lines.are_used() {
-            return Ok(Box::new(equations.simulator::<{ State::OTHERS + lines::STATES + MAX_STATES }>(start)?));
-        }
-        return match equations.friction.count() {
-            0..=2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
-            _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
+    let (equations, _) = build::<true>(start)?;
+    if equations.is_extended() {
+        return match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
+            (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
+            (false, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
+            (false, _, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + sensors::COUNT }>(start)?)),
+            (true, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES + lines::STATES }>(start)?)),
+            _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
         };
     }
     let (equations, _) = build::<false>(start)?;
@@ -149,6 +158,7 @@ pub fn build<const EXTENDED: bool>(
     let parameters = TABLE.chosen(start.parameters);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (options, rest) = rest.split_at(Options::LEN);
+    let (sensors, rest) = rest.split_at(Sensors::LEN);
     let (actuator, rest) = rest.split_at(Actuator::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let parameters = Parameters::read(own)?;
@@ -157,12 +167,14 @@ pub fn build<const EXTENDED: bool>(
     parameters.check()?;
     let options = Options::read(options)?;
     options.check(parameters.bore)?;
+    let sensors = Sensors::read(sensors)?;
+    sensors.check()?;
     let friction = Friction::new(friction, "friction")?;
-    Ok((PneumaticServoCylinder::new(parameters, options, Actuator::new(actuator)?, friction), settings))
+    Ok((PneumaticServoCylinder::new(parameters, options, sensors, Actuator::new(actuator)?, friction), settings))
 }
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
-    fn new(p: Parameters, options: Options, actuator: Actuator, friction: Friction) -> Self {
+    fn new(p: Parameters, options: Options, sensors: Sensors, actuator: Actuator, friction: Friction) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
         let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
@@ -202,13 +214,29 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             p,
             options,
             lines,
+            sensors,
         }
+    }
+
+    /// Whether any of what these parameters ask for is compiled for extended equations only.
+    fn is_extended(&self) -> bool {
+        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
     }
 
     /// Number of states that are integrated.
     pub fn states(&self) -> usize {
         let lines = if self.lines.are_used() { lines::STATES } else { 0 };
-        State::OTHERS + self.friction.count() + lines
+        State::OTHERS + self.friction.count() + lines + self.sensors.states()
+    }
+
+    /// The next point in time at which a part changes by itself.
+    fn next_change(&self, memory: &Memory) -> Sample {
+        let of_friction = self.friction.next_sample(&memory.friction);
+        if !EXTENDED {
+            return of_friction;
+        }
+        let of_sensors = self.sensors.next_sample(&memory.sensors);
+        self.actuator.next_sample(&memory.actuator).earlier(of_friction).earlier(of_sensors)
     }
 
     fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
@@ -229,13 +257,19 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
         if EXTENDED && self.lines.are_used() {
             let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
-            x[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&states);
+            x[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&states);
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
         let contact = self.contact(0.0, &x, &u, x[State::Velocity.at(N)]);
         let friction = self.friction.start(&contact);
-        (x, Memory { actuator, friction })
+        let force = self.friction.force(&contact, &x, &friction, &mut [0.0; N]);
+        let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
+        let quantities = self.measured(&x, &u, acceleration);
+        if EXTENDED && self.sensors.states() > 0 {
+            x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
+        }
+        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities) })
     }
 }
 
@@ -258,6 +292,11 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
         rates[State::Position.at(N)] = rate;
         rates[State::Velocity.at(N)] = acceleration;
+        if EXTENDED && self.sensors.states() > 0 {
+            let quantities = self.measured(x, u, self.friction.rate(acceleration, &memory.friction));
+            let own = self.sensors.rates(quantities, self.lagged(x));
+            rates[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&own);
+        }
         rates
     }
 
@@ -297,7 +336,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {
-        self.friction.next_sample(&memory.friction)
+        self.next_change(memory)
     }
 
     fn state_name(&self, state: usize) -> &'static str {
@@ -339,8 +378,25 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
         let u = &Inputs::read(u);
+        // One part at a time, the earliest; the others follow when they are the earliest.
+        if EXTENDED && self.actuator.next_sample(&memory.actuator) == self.next_change(memory) {
+            let mut states = of_actuator(x);
+            self.actuator.sample(&mut states, u.valve_voltage, &mut memory.actuator);
+            x[..STATES].copy_from_slice(&states);
+            return;
+        }
+        if EXTENDED && self.sensors.next_sample(&memory.sensors) == self.next_change(memory) {
+            self.take_readings(time, x, u, memory);
+            return;
+        }
         let rate = self.rate(x, memory);
         self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
+    }
+
+    fn arrive(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
+        if EXTENDED {
+            self.take_readings(time, x, &Inputs::read(u), memory);
+        }
     }
 
     fn admit(&self, x: &[f64; N]) -> Result<(), &'static str> {
@@ -359,7 +415,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
                 return Err(reason);
             }
         }
-        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&Self::of_lines(x)) {
+        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(x)) {
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
         Ok(())
@@ -369,7 +425,10 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
         scales[..STATES].copy_from_slice(&self.actuator.scales());
         if EXTENDED && self.lines.are_used() {
-            scales[Self::first_of_lines(N)..][..lines::STATES].copy_from_slice(&Lines::scales());
+            scales[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&Lines::scales());
+        }
+        if EXTENDED && self.sensors.states() > 0 {
+            scales[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&Sensors::scales());
         }
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
@@ -385,6 +444,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     }
 
     fn fits(&self, memory: &Memory) -> bool {
-        self.actuator.fits(&memory.actuator) && self.friction.fits(&memory.friction)
+        self.actuator.fits(&memory.actuator)
+            && self.friction.fits(&memory.friction)
+            && memory.sensors.iter().all(sensor::Memory::is_sound)
     }
 }

@@ -8,22 +8,23 @@ use std::f64::consts::TAU;
 use super::lines::ThrottledFlow;
 use crate::numbers::{Pair, Scalar};
 use crate::parameters;
+use crate::pneumatics::hose::Hose;
 use crate::variables::{ParameterError, Variable, units};
 
 parameters! {
     /// The parameters of what is off by default.
     Options {
-        rod_a: f64 = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).shown_in("mm")
+        rod_a: f64 = Variable::parameter(1201, "cylinder.rodA", units::METRE, 0.0).range(0.0, 1.0).nominal(5e-3).shown_in("mm")
             .text("Diameter of a second rod, through chamber A, smaller than the bore; equal to cylinder.rod: a symmetric cylinder");
         opens_b: bool = Variable::option(1202, "chamberB.open", false)
             .text("Chamber B is open to the surroundings (single-acting): its pressure is ambient, whatever its initial pressure and the valve, whose port B is plugged");
-        spring_stiffness: f64 = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8)
+        spring_stiffness: f64 = Variable::parameter(1203, "load.stiffness", units::NEWTON_PER_METRE, 0.0).range(0.0, 1e8).nominal(100.0)
             .text("Stiffness of a spring between carriage and frame: a load, or the return spring of a single-acting cylinder");
-        spring_rest: f64 = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).shown_in("mm")
+        spring_rest: f64 = Variable::parameter(1204, "load.rest", units::METRE, 0.0).range(-10.0, 10.0).nominal(0.1).shown_in("mm")
             .text("Position of the carriage at which the spring is relaxed; outside the stroke for a spring under preload");
-        kappa_difference: f64 = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
+        kappa_difference: f64 = Variable::parameter(1205, "friction.kappaDifference", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).nominal(1e-6).shown_in("1/bar")
             .text("Growth of the load level with the magnitude of the pressure difference between the chambers");
-        waviness: f64 = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0)
+        waviness: f64 = Variable::parameter(1206, "friction.position.amplitude", units::ONE, 0.0).range(0.0, 1.0).nominal(0.1)
             .text("Variation of the load level along the stroke, as a sine: largest deviation as a fraction of the mean");
         wave_length: f64 = Variable::parameter(1207, "friction.position.period", units::METRE, 0.05).range(1e-6, 10.0).shown_in("mm")
             .text("Period of the variation along the stroke; the level at position 0 is the mean, and rises from there");
@@ -39,11 +40,11 @@ parameters! {
             .text("Critical pressure ratio of flow controls and cushions");
         throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
             .text("Which flow the one-way flow controls throttle");
-        cushion_length: f64 = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).shown_in("mm")
+        cushion_length: f64 = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
             .text("Length of the end cushions at both ends of the stroke; 0: none. They need hoses at both chambers");
         cushion_conductance: f64 = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
-        vessel_volume: f64 = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).shown_in("cm3")
+        vessel_volume: f64 = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).shown_in("cm3")
             .text("Volume of a vessel between the supply and the valve, at the temperature of the supply; 0: none");
         vessel_conductance: f64 = Variable::parameter(1222, "supply.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 1e-8).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance between the supply and the vessel");
@@ -53,9 +54,9 @@ parameters! {
 }
 
 fn hose_length(reference: u32, chamber: &str) -> Variable {
-    Variable::parameter(reference, &format!("hose{chamber}.length"), units::METRE, 0.0).range(0.0, 100.0).text(
+    Variable::parameter(reference, &format!("hose{chamber}.length"), units::METRE, 0.0).range(0.0, 100.0).nominal(1.0).text(
         &format!(
-            "Length of the hose between the valve and chamber {chamber}, beyond chamber{chamber}.deadVolume; 0: none"
+            "Length of the hose between the valve and chamber {chamber}, beyond chamber{chamber}.deadVolume; 0: none, else at least 0.1 mm"
         ),
     )
 }
@@ -70,6 +71,7 @@ fn hose_diameter(reference: u32, chamber: &str) -> Variable {
 fn throttle(reference: u32, chamber: &str) -> Variable {
     Variable::parameter(reference, &format!("throttle{chamber}.C"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0)
         .range(0.0, 1e-5)
+        .nominal(2e-9)
         .shown_in("dm3/(s.bar)")
         .text(&format!("Sonic conductance of a one-way flow control between hose and chamber {chamber}; 0: none. It needs hose{chamber}.length"))
 }
@@ -99,7 +101,12 @@ impl Options {
             return Err(ParameterError::new("cylinder.rodA", self.rod_a, &reason));
         }
         for (side, chamber) in ["A", "B"].into_iter().enumerate() {
-            if self.hoses()[side][0] > 0.0 {
+            let [length, _] = self.hoses()[side];
+            if length > 0.0 {
+                if length < Hose::SHORTEST {
+                    let reason = format!("it must be 0, for no hose, or at least {}", Hose::SHORTEST);
+                    return Err(ParameterError::new(&format!("hose{chamber}.length"), length, &reason));
+                }
                 continue;
             }
             let reason = format!("it needs a hose: set hose{chamber}.length, too");

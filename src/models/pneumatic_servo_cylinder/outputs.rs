@@ -51,15 +51,18 @@ impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCyl
         let rest = outputs.write(computed);
         let rest = self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, rest);
         let rest = friction.write(rest);
-        self.write_lines(x, &rates, rest);
+        let rest = self.write_lines(x, &rates, rest);
+        self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, rest);
     }
 
     fn state_at(&self, reference: u32) -> Option<usize> {
         let own = State::of(reference).map(|state| state.at(N));
-        let of_lines = || self.lines.state_at(reference).map(|place| Self::first_of_lines(N) + place);
+        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(N) + place);
+        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(N) + place);
         own.or_else(|| self.friction.state_at(reference))
             .or_else(|| self.actuator.state_at(reference))
             .or_else(of_lines)
+            .or_else(of_sensors)
     }
 
     fn notices(&self, u: &[f64; 3]) -> Notices {

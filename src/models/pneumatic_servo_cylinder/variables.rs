@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use super::lines::{self, Lines};
 use super::options::Options;
+use super::sensors::Sensors;
 use crate::co_simulation::counters_table;
 use crate::friction::{Friction, Law, states};
 use crate::models::references;
@@ -26,10 +27,13 @@ pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
     table.extend(states::table("friction", references::CONTACT, depends::SLIDING));
     let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
     table.extend(Lines::computed([&Actuator::feeds(0), &Actuator::feeds(1)], at_ports));
+    let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
+    table.extend(Sensors::computed(measured, [&[], &[], &[], &[depends::FORCE]]));
     table.extend(residuals_table());
     table.extend(counters_table(references::COUNTERS));
     table.extend(Parameters::table());
     table.extend(Options::table());
+    table.extend(Sensors::table());
     table.extend(Actuator::parameters(1032));
     table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
     table.extend(Tuning::grouped(references::SOLVER));

@@ -249,6 +249,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                 self.attempt(limit.min(self.time + self.system.max_step()))?;
             }
         }
+        if self.pending.is_none() {
+            self.system.arrive(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
+        }
         Ok(())
     }
 

@@ -1,0 +1,214 @@
+//! The sensors of the rig: of position, of both pressures, and of the force between rod and carriage.
+//!
+//! Their readings stand beside the quantities themselves, and act on nothing. Sensors with a lag have states, in front of
+//! the position; a cylinder whose sensors have none has none of these.
+
+use super::variables::{Inputs, State};
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use crate::hybrid::Sample;
+use crate::numbers::{Scalar, random};
+use crate::parameters;
+use crate::sensor::{self, Quantity, Sensor};
+use crate::variables::{ParameterError, Variable, units};
+
+/// How many there are.
+pub const COUNT: usize = 4;
+
+/// What the sensors remember.
+pub type Memory = [sensor::Memory; COUNT];
+
+const NAMES: [&str; COUNT] = ["position", "pressureA", "pressureB", "force"];
+const TEXTS: [&str; COUNT] =
+    ["position", "absolute pressure in chamber A", "absolute pressure in chamber B", "force between rod and carriage"];
+const LENGTH: Quantity = Quantity { unit: units::METRE, display: Some("mm"), most: 10.0, error: 1e-4 };
+const PRESSURE: Quantity = Quantity { unit: units::PASCAL, display: Some("bar"), most: 1e8, error: 1e3 };
+const FORCE: Quantity = Quantity { unit: units::NEWTON, display: None, most: 1e6, error: 0.1 };
+const QUANTITIES: [Quantity; COUNT] = [LENGTH, PRESSURE, PRESSURE, FORCE];
+/// Magnitudes of the quantities, for error control.
+const SCALES: [f64; COUNT] = [0.1, 1e5, 1e5, 10.0];
+
+/// Value references of the readings; those of the states and of their rates follow.
+const READINGS: u32 = 240;
+const LAGGED: u32 = READINGS + COUNT as u32;
+const RATES: u32 = LAGGED + COUNT as u32;
+
+parameters! {
+    /// The parameters of the sensors.
+    Sensors {
+        position: Sensor = Sensor::variables("sensor.position", 1300, LENGTH);
+        pressure_a: Sensor = Sensor::variables("sensor.pressureA", 1310, PRESSURE);
+        pressure_b: Sensor = Sensor::variables("sensor.pressureB", 1320, PRESSURE);
+        force: Sensor = Sensor::variables("sensor.force", 1330, FORCE);
+        seed: u64 = Variable::count(1340, "sensor.seed", 1).range(0.0, f64::from(i32::MAX))
+            .text("Seed of the noise of all sensors");
+    }
+}
+
+impl Sensors {
+    fn all(&self) -> [&Sensor; COUNT] {
+        [&self.position, &self.pressure_a, &self.pressure_b, &self.force]
+    }
+
+    /// Whether any of them reads anything but its quantity.
+    pub fn are_used(&self) -> bool {
+        self.all().into_iter().any(Sensor::is_used)
+    }
+
+    /// Number of their states, of which those without a lag rest.
+    pub fn states(&self) -> usize {
+        if self.all().into_iter().any(Sensor::has_lag) { COUNT } else { 0 }
+    }
+
+    /// Place of the state that a variable stands for, if it is integrated.
+    pub fn state_at(&self, reference: u32) -> Option<usize> {
+        let place = reference.checked_sub(LAGGED)? as usize;
+        self.all().get(place)?.has_lag().then_some(place)
+    }
+
+    /// Refuses what has no meaning together.
+    ///
+    /// # Errors
+    /// [`ParameterError`] of the sensor.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        for (sensor, name) in self.all().into_iter().zip(NAMES) {
+            sensor.check().map_err(|error| error.within(name).within("sensor"))?;
+        }
+        Ok(())
+    }
+
+    /// What they remember at the start, of quantities that have been there for long.
+    pub fn start(&self, quantities: [f64; COUNT]) -> Memory {
+        let (all, mut seeds) = (self.all(), self.seed);
+        std::array::from_fn(|place| all[place].start(quantities[place], random::next(&mut seeds)))
+    }
+
+    /// The next sample of any of them.
+    pub fn next_sample(&self, memory: &Memory) -> Sample {
+        let samples = self.all().into_iter().zip(memory).map(|(sensor, memory)| sensor.next_sample(memory));
+        samples.fold(Sample::NEVER, Sample::earlier)
+    }
+
+    /// Takes the samples that are due at a time in s.
+    pub fn sample(&self, time: f64, quantities: [f64; COUNT], lagged: [f64; COUNT], memory: &mut Memory) {
+        for (place, (sensor, memory)) in self.all().into_iter().zip(memory).enumerate() {
+            if sensor.next_sample(memory).is_due_at(time) {
+                sensor.sample(quantities[place], lagged[place], memory);
+            }
+        }
+    }
+
+    /// Rates of their states.
+    pub fn rates<S: Scalar>(&self, quantities: [S; COUNT], lagged: [S; COUNT]) -> [S; COUNT] {
+        let all = self.all();
+        std::array::from_fn(|place| {
+            if all[place].has_lag() { all[place].rate(quantities[place], lagged[place]) } else { S::zero() }
+        })
+    }
+
+    /// The readings.
+    pub fn readings<S: Scalar>(&self, quantities: [S; COUNT], lagged: [S; COUNT], memory: &Memory) -> [S; COUNT] {
+        let all = self.all();
+        std::array::from_fn(|place| all[place].reading(quantities[place], lagged[place], &memory[place]))
+    }
+
+    /// Magnitudes of their states.
+    pub fn scales() -> [f64; COUNT] {
+        SCALES
+    }
+
+    /// Readings, states and rates as variables; `quantities` lists on what each quantity depends, `starts` on which inputs
+    /// it does at the start.
+    pub fn computed(quantities: [&[u32]; COUNT], starts: [&[u32]; COUNT]) -> Vec<Variable> {
+        let known = |place: usize| [quantities[place], &[LAGGED + place as u32]].concat();
+        let variable = |first: u32, place: usize, name: &str| {
+            let Quantity { unit, display, .. } = QUANTITIES[place];
+            let variable = Variable::output(first + place as u32, name, unit);
+            Variable { display, ..variable }.nominal(SCALES[place])
+        };
+        let reading = |place: usize| {
+            variable(READINGS, place, &format!("sensor.{}.reading", NAMES[place]))
+                .depends_on(&known(place))
+                .text(&format!("Reading of the sensor of the {}", TEXTS[place]))
+        };
+        let lagged = |place: usize| {
+            variable(LAGGED, place, &format!("sensor.{}.lagged", NAMES[place]))
+                .local()
+                .depends_on(&[LAGGED + place as u32])
+                .starts_from(starts[place])
+                .text(&format!("What the lag of the sensor hands on of the {}; 0 without a lag", TEXTS[place]))
+        };
+        let rate = |place: usize| {
+            let unit =
+                [units::METRE_PER_SECOND, units::PASCAL_PER_SECOND, units::PASCAL_PER_SECOND, units::NEWTON_PER_SECOND];
+            let name = format!("der(sensor.{}.lagged)", NAMES[place]);
+            Variable::output(RATES + place as u32, &name, unit[place])
+                .local()
+                .derivative_of(LAGGED + place as u32)
+                .depends_on(&known(place))
+                .text(&format!("Rate of what the lag of the sensor hands on of the {}", TEXTS[place]))
+        };
+        let all = 0..COUNT;
+        all.clone().map(reading).chain(all.clone().map(lagged)).chain(all.map(rate)).collect()
+    }
+}
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Takes the samples of the sensors that are due at a time in s.
+    pub(super) fn take_readings<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &Inputs<f64>,
+        memory: &mut super::Memory,
+    ) {
+        if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
+            return;
+        }
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; N]);
+        let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
+        self.sensors.sample(time, self.measured(x, u, acceleration), self.lagged(x), &mut memory.sensors);
+    }
+
+    /// Index of the first state of the sensors among `n` states, if they have any.
+    pub(super) const fn first_of_sensors(n: usize) -> usize {
+        State::Position.at(n) - COUNT
+    }
+
+    /// The states of the sensors, 0 if they have none.
+    pub(super) fn lagged<S: Scalar, const N: usize>(&self, x: &[S; N]) -> [S; COUNT] {
+        if self.sensors.states() == 0 {
+            return [S::zero(); COUNT];
+        }
+        std::array::from_fn(|place| x[Self::first_of_sensors(N) + place])
+    }
+
+    /// What the sensors measure, at an acceleration of the carriage.
+    pub(super) fn measured<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
+        let position = x[State::Position.at(N)];
+        [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
+    }
+
+    /// Writes readings, states and their rates, and returns the rest of the slots.
+    #[inline(always)]
+    pub(super) fn write_sensors<'s, S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        quantities: [S; COUNT],
+        memory: &Memory,
+        slots: &'s mut [S],
+    ) -> &'s mut [S] {
+        let (readings, rest) = slots.split_at_mut(COUNT);
+        let (states, rest) = rest.split_at_mut(2 * COUNT);
+        if !EXTENDED {
+            readings.copy_from_slice(&quantities);
+            states.fill(S::zero());
+            return rest;
+        }
+        let lagged = self.lagged(x);
+        readings.copy_from_slice(&self.sensors.readings(quantities, lagged, memory));
+        states[..COUNT].copy_from_slice(&lagged);
+        states[COUNT..].copy_from_slice(&self.sensors.rates(quantities, lagged));
+        rest
+    }
+}

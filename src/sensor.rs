@@ -1,0 +1,229 @@
+//! A sensor: what it makes of the quantity that it measures.
+
+use serde::{Deserialize, Serialize};
+
+use crate::hybrid::Sample;
+use crate::numbers::{Scalar, random};
+use crate::variables::{Field, ParameterError, Unit, Variable, units};
+
+/// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
+///
+/// ```text
+/// tau*dz/dt = y - z                                          lag of the quantity y; z = y if tau = 0
+/// reading   = z + offset                                     if T = 0
+/// reading   = r*round((z(t_k) + offset + noise*n_k)/r)       from t_k = k*T on, until the next sample
+/// ```
+///
+/// `n_k` are independent numbers of the standard normal distribution, the same in each run with the same seed. Without a
+/// resolution `r` nothing is rounded.
+///
+/// # Validity
+/// A linear sensor of first order without saturation. Aliasing is what the lag leaves of it.
+///
+/// # Errors
+/// [`ParameterError`] for noise or a resolution without a sample time, since only samples have them, and for a lag or a
+/// sample time shorter than a clock can follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// What is added to the quantity.
+    pub offset: f64,
+    /// Time constant `tau` in s of the lag.
+    pub lag: f64,
+    /// Standard deviation of the noise of a sample.
+    pub noise: f64,
+    /// Step `r` of the readings.
+    pub resolution: f64,
+    /// Sample time `T` in s.
+    pub sample_time: f64,
+}
+
+/// What a sensor measures.
+#[derive(Clone, Copy, Debug)]
+pub struct Quantity {
+    /// Its unit.
+    pub unit: Unit,
+    /// Unit to show it in.
+    pub display: Option<&'static str>,
+    /// What no sensor of it exceeds.
+    pub most: f64,
+    /// Magnitude of the errors of a sensor.
+    pub error: f64,
+}
+
+/// What a sensor with a sample time remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    reading: f64,
+    /// Number of the next sample.
+    next: u64,
+    random: u64,
+}
+
+/// Shortest lag and sample time in s but for 0.
+const SHORTEST: f64 = 1e-5;
+
+impl Field for Sensor {
+    const LEN: usize = 5;
+
+    fn read(values: &[f64]) -> Option<Self> {
+        let [offset, lag, noise, resolution, sample_time] = Field::read(values)?;
+        Some(Self { offset, lag, noise, resolution, sample_time })
+    }
+}
+
+impl Sensor {
+    /// Its parameters in a group, with value references from `base`.
+    pub fn variables(group: &str, base: u32, quantity: Quantity) -> [Variable; Self::LEN] {
+        let Quantity { unit, display, most, error } = quantity;
+        let own = |reference: u32, name: &str| {
+            let variable = Variable::parameter(reference, name, unit, 0.0);
+            Variable { display, ..variable }.range(0.0, most).nominal(error)
+        };
+        let time = |reference: u32, name: &str| {
+            Variable::parameter(reference, name, units::SECOND, 0.0).range(0.0, 1e3).nominal(5e-3).shown_in("ms")
+        };
+        [
+            own(0, "offset").range(-most, most).text("Error of the sensor at any value"),
+            time(1, "lag").text("Time constant of the sensor, first order; 0: none"),
+            own(2, "noise").text("Standard deviation of the noise of a sample; needs a sample time"),
+            own(3, "resolution").text("Step of the readings; 0: none; needs a sample time"),
+            time(4, "sampleTime").text("Time between samples, from the start on; 0: the reading is continuous"),
+        ]
+        .map(|variable| variable.within(group, base))
+    }
+
+    /// Refuses what has no meaning together.
+    ///
+    /// # Errors
+    /// [`ParameterError`] that names the variable without its group.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        for (name, value) in [("lag", self.lag), ("sampleTime", self.sample_time)] {
+            if value > 0.0 && value < SHORTEST {
+                return Err(ParameterError::new(name, value, &format!("it must be 0 or at least {SHORTEST}")));
+            }
+        }
+        for (name, value) in [("noise", self.noise), ("resolution", self.resolution)] {
+            if value > 0.0 && self.sample_time == 0.0 {
+                return Err(ParameterError::new(name, value, "only samples have it: set sampleTime, too"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it reads anything but the quantity.
+    pub fn is_used(&self) -> bool {
+        [self.offset, self.lag, self.noise, self.resolution, self.sample_time] != [0.0; Self::LEN]
+    }
+
+    /// Whether it has a state.
+    pub fn has_lag(&self) -> bool {
+        self.lag > 0.0
+    }
+
+    /// What it remembers at the start, with a seed of its own, of a quantity that has been there for long.
+    pub fn start(&self, quantity: f64, seed: u64) -> Memory {
+        let mut memory = Memory { reading: 0.0, next: 0, random: seed };
+        self.sample(quantity, quantity, &mut memory);
+        memory
+    }
+
+    /// Rate of its state, if it has a lag.
+    pub fn rate<S: Scalar>(&self, quantity: S, lagged: S) -> S {
+        (quantity - lagged) / self.lag
+    }
+
+    /// The reading.
+    pub fn reading<S: Scalar>(&self, quantity: S, lagged: S, memory: &Memory) -> S {
+        if self.sample_time > 0.0 { S::constant(memory.reading) } else { self.seen(quantity, lagged) }
+    }
+
+    /// The next sample.
+    pub fn next_sample(&self, memory: &Memory) -> Sample {
+        if self.sample_time == 0.0 {
+            return Sample::NEVER;
+        }
+        Sample::periodic(memory.next as f64 * self.sample_time, self.sample_time)
+    }
+
+    /// Takes a sample.
+    pub fn sample(&self, quantity: f64, lagged: f64, memory: &mut Memory) {
+        let mut reading = self.seen(quantity, lagged);
+        if self.noise > 0.0 {
+            reading += self.noise * random::normal(&mut memory.random);
+        }
+        if self.resolution > 0.0 {
+            reading = self.resolution * (reading / self.resolution).round();
+        }
+        (memory.reading, memory.next) = (reading, memory.next + 1);
+    }
+
+    fn seen<S: Scalar>(&self, quantity: S, lagged: S) -> S {
+        (if self.has_lag() { lagged } else { quantity }) + self.offset
+    }
+}
+
+impl Memory {
+    /// Whether a sensor can have left it.
+    pub fn is_sound(&self) -> bool {
+        self.reading.is_finite()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERFECT: Sensor = Sensor { offset: 0.0, lag: 0.0, noise: 0.0, resolution: 0.0, sample_time: 0.0 };
+
+    #[test]
+    fn sensor_without_faults_reads_the_quantity() {
+        assert!(!PERFECT.is_used());
+        let memory = PERFECT.start(3.0, 1);
+        assert_eq!(PERFECT.reading(4.0, 7.0, &memory), 4.0);
+        assert_eq!(PERFECT.next_sample(&memory), Sample::NEVER);
+    }
+
+    #[test]
+    fn sample_is_rounded_and_held() {
+        let sensor = Sensor { offset: 0.02, resolution: 0.25, sample_time: 1e-3, ..PERFECT };
+        let mut memory = sensor.start(1.0, 1);
+        assert_eq!(sensor.reading(5.0, 0.0, &memory), 1.0);
+        for (quantity, expected) in [(1.1, 1.0), (1.11, 1.25), (-0.2, -0.25)] {
+            sensor.sample(quantity, 0.0, &mut memory);
+            assert_eq!(sensor.reading(5.0, 0.0, &memory), expected);
+        }
+        assert_eq!(sensor.next_sample(&memory).time, 4e-3);
+    }
+
+    /// Of 10,000 numbers the mean is off by a hundredth of the deviation, that by 0.7 %.
+    #[test]
+    fn noise_has_its_standard_deviation() {
+        let sensor = Sensor { noise: 0.5, sample_time: 1e-3, ..PERFECT };
+        let mut memory = sensor.start(0.0, 12);
+        let errors: Vec<f64> = (0..10_000)
+            .map(|_| {
+                sensor.sample(2.0, 0.0, &mut memory);
+                sensor.reading(0.0, 0.0, &memory) - 2.0
+            })
+            .collect();
+        let mean = errors.iter().sum::<f64>() / 1e4;
+        let deviation = (errors.iter().map(|error| error * error).sum::<f64>() / 1e4).sqrt();
+        assert!(mean.abs() < 0.02 && (deviation / 0.5 - 1.0).abs() < 0.03, "{mean} {deviation}");
+        let next = errors.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / 1e4;
+        assert!(next.abs() < 0.03 * 0.25, "{next} from one to the next");
+    }
+
+    #[test]
+    fn noise_without_samples_is_refused_by_name() {
+        for (sensor, expected) in [
+            (Sensor { noise: 0.1, ..PERFECT }, "noise = 0.1 is refused: only samples have it: set sampleTime, too"),
+            (
+                Sensor { resolution: 2.0, ..PERFECT },
+                "resolution = 2 is refused: only samples have it: set sampleTime, too",
+            ),
+            (Sensor { lag: 1e-7, ..PERFECT }, "lag = 0.0000001 is refused: it must be 0 or at least 0.00001"),
+        ] {
+            assert_eq!(sensor.check().unwrap_err().to_string(), expected);
+        }
+    }
+}
