@@ -120,6 +120,14 @@ def test_bad_input_is_named_and_leaves_nothing(
     assert [left.name for left in tmp_path.iterdir()] == ["data.csv"]
 
 
+def test_position_that_only_jitters_is_at_rest() -> None:
+    rng = np.random.default_rng(0)
+    time = np.arange(0.0, 1.0, 1e-3)
+    data = {"time": time, "valveVoltage": 5.0 + np.sin(time), "position": 0.25 + 1e-5 * rng.standard_normal(len(time))}
+    with pytest.raises(ValueError, match="all at rest"):
+        ps.fit(data, experiment="rig", law="Stribeck", starts=0)
+
+
 def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code = main([
         "plan", "--experiment", "motion", "--law", "Stribeck", "--duration", "4", "--step", "0.01",

@@ -187,6 +187,9 @@ def _load(
 
 
 def _check_size(problem: Problem) -> None:
+    rests = [bool(np.all(problem.experiment.resting(window.record))) for window in problem.windows]
+    if "position" in problem.experiment.compared and all(rests):
+        raise ValueError("all at rest: the position never leaves its noise")
     if not any(window.fitted for window in problem.windows):
         raise ValueError("all at rest: no sample moves beyond the noise of the position")
     samples = sum(window.fitted for window in problem.windows)
@@ -223,8 +226,11 @@ def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Cer
         free.name: Estimate(values[free.name], float(sure.low[place]), float(sure.high[place]), free.unit)
         for place, free in enumerate(problem.free)
     }
+    rms = problem.rms(x)
+    if not all(np.isfinite(value) for value in rms.values()):
+        converged, message = False, f"the fitted values cannot be simulated: {next(iter(problem.refusals), '')}"
     return Fit(
-        converged=converged, law=problem.experiment.law, parameters=parameters, rms=problem.rms(x),
+        converged=converged, law=problem.experiment.law, parameters=parameters, rms=rms,
         hold_out_rms=problem.rms(x, held=True), undetermined=sure.reasons, aic=_aic(problem, x), notes=tuple(notes),
         problem=problem, x=x, certainty=sure, message=message,
     )  # fmt: skip
