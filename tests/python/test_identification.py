@@ -11,6 +11,7 @@ import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.identification.parameters import usual
 
 Array = NDArray[np.float64]
 COLUMNS = "time=t,position=x[mm],frictionForce=f"
@@ -126,6 +127,12 @@ def test_position_that_only_jitters_is_at_rest() -> None:
     data = {"time": time, "valveVoltage": 5.0 + np.sin(time), "position": 0.25 + 1e-5 * rng.standard_normal(len(time))}
     with pytest.raises(ValueError, match="all at rest"):
         ps.fit(data, experiment="rig", law="Stribeck", starts=0)
+
+
+def test_what_is_free_by_default_has_an_effect() -> None:
+    """Growth of static friction at rest is off by default: its level, 0, is no start for anything."""
+    found = usual("Stribeck", ps.Model("FrictionBench"), {})
+    assert found == [f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")]
 
 
 def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,10 +57,13 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     statics = coulomb + min(max(float(np.quantile(excess, 0.98)), 0.1 * coulomb), 2.0 * coulomb)
     length = _length(problem)
     levels = {
-        "Fc": coulomb, "Fc1": coulomb, "Fc2": coulomb, "Fs": statics, "FsInf": statics - coulomb, "f1": 0.6 * coulomb,
+        "Fc": coulomb, "Fc1": coulomb, "Fc2": coulomb, "Fs": statics, "FsInf": statics, "f1": 0.6 * coulomb,
         "vs": 0.1 * fastest, "sigma0": coulomb / length, "k1": 0.3 * coulomb / length, "f2": 3.0 / length,
         "vd": fastest, "deltaS": length, "z0": length, "Delta": length, "xe": length,
     }  # fmt: skip
+    if problem.experiment.law == "Armstrong":
+        # There it is what static friction has beyond sliding friction.
+        levels["FsInf"] = statics - coulomb
     if problem.experiment.law == "BlimanSorine":
         levels |= {"f1": 3.0 * coulomb, "f2": 2.0 * coulomb}
     if problem.experiment.law == "Bristle":

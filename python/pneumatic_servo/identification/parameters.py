@@ -173,7 +173,8 @@ def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
     """Return the parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths.
 
     Of the elements those that there are; of GMS their shares too, which make its levels; of Dahl and Leuven the
-    exponent that says how sharply presliding ends. The rate of GMS and what is 0 by default stay as they are.
+    exponent that says how sharply presliding ends. The rate of GMS, and forces and coefficients that are 0 by default,
+    without effect, stay as they are.
     """
     group = group_of(law, model) + "."
     elements = model.parameters.get(f"{group}N")
@@ -186,7 +187,10 @@ def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:
             continue
         if variable.name.endswith("stribeck.FsInf"):
             continue
-        if "[" in variable.name and (int(variable.name.split("[")[1][:-1]) > number or variable.default == 0.0):
+        is_element = "[" in variable.name
+        if is_element and int(variable.name.split("[")[1][:-1]) > number:
+            continue
+        if variable.default == 0.0 and (is_element or variable.unit == "N"):
             continue
         names.append(variable.name)
     # The shares multiply the level, so that one of both stays as it is.
