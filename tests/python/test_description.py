@@ -54,7 +54,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.providesDirectionalDerivative
     assert description.numberOfEventIndicators == 6
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
-    assert len(states) == 35
+    assert len(states) == 41
     # FMPy reads no such attribute.
     with zipfile.ZipFile(fmu) as archive:
         variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind(
@@ -102,6 +102,7 @@ def test_outputs(description: ModelDescription) -> None:
         *("position", "velocity", "acceleration", "rodForce", "pressureForce", "frictionForce"),
         *(f"chamber{c}.{q}" for q in ("pressure", "temperature", "massFlow") for c in "AB"),
         *("valve.spool", "sticking"),
+        *(f"sensor.{quantity}.reading" for quantity in ("position", "pressureA", "pressureB", "force")),
     ]
     assert sorted(outputs) == sorted(expected)
 

@@ -9,5 +9,5 @@ mod values;
 
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;
-const STATES: usize = 35;
+const STATES: usize = 41;
 const INDICATORS: usize = 6;
