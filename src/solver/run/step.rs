@@ -132,10 +132,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::RK3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::RK4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let is_bounded = |(value, scale): (&f64, f64)| value.abs() <= FAR_OUT * scale;
-        if !trial.end.iter().zip(self.scales).all(is_bounded) {
-            let state = trial.end.iter().zip(self.scales).position(|pair| !is_bounded(pair));
-            return Err(Nonsense::Unbounded(state.unwrap_or_default()));
+        let is_bounded: [bool; N] = std::array::from_fn(|i| trial.end[i].abs() <= FAR_OUT * self.scales[i]);
+        // All at once, since as a rule nothing is out of bounds.
+        if !is_bounded.iter().fold(true, |all, state| all & state) {
+            return Err(Nonsense::Unbounded(is_bounded.iter().position(|state| !state).unwrap_or_default()));
         }
         self.system.admit(&trial.end).map_err(Nonsense::Meaningless)?;
         Ok(trial)
@@ -145,12 +145,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     fn error_norm(&self, trial: &Trial<N>) -> f64 {
         // One instruction, where `f64::max` needs several to tell a missing number.
         let larger = |a: f64, b: f64| if a < b { b } else { a };
-        let magnitudes = self.scales.into_iter().zip(self.x).zip(trial.end);
-        let mut norm = 0.0;
-        for (((scale, start), end), error) in magnitudes.zip(trial.error) {
-            norm = larger(norm, error.abs() / larger(larger(scale, start.abs()), end.abs()));
-        }
-        norm / self.settings.tolerance
+        // All states side by side, then the largest.
+        let relative: [f64; N] = std::array::from_fn(|i| {
+            trial.error[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), trial.end[i].abs())
+        });
+        relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
     /// Name of the state whose error is largest.
