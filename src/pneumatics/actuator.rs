@@ -217,15 +217,23 @@ macro_rules! actuators {
                 match self { $(Self::$item(_) => <$module::$type as Actuating>::IS_SAMPLED),* }
             }
 
-            /// What flows into the chambers.
+            /// What flows into the chambers. Compiled without `SAMPLED`, it is for the other actuators only, which then pay
+            /// nothing for those that change by themselves.
             #[inline(always)]
-            pub fn feed<S: Scalar>(
+            pub fn feed<const SAMPLED: bool, S: Scalar>(
                 &self,
                 states: [S; STATES],
                 ports: &Ports<S>,
                 gas: GasState<Pair<S>>,
             ) -> Inflow<Pair<S>> {
-                match self { $(Self::$item(actuator) => actuator.feed(states, ports, gas)),* }
+                match self {
+                    $(Self::$item(actuator) => {
+                        if !SAMPLED && <$module::$type as Actuating>::IS_SAMPLED {
+                            unreachable!("a sampled actuator has equations of its own");
+                        }
+                        actuator.feed(states, ports, gas)
+                    })*
+                }
             }
 
             /// Mass flows in kg/s that it draws from the supply for the chambers.

@@ -76,7 +76,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         supply: S,
         gas: GasState<Pair<S>>,
     ) -> Inflow<Pair<S>> {
-        self.actuator.feed(actuator, &self.ports(supply), gas)
+        self.actuator.feed::<EXTENDED, S>(actuator, &self.ports(supply), gas)
     }
 
     /// Mass flow in kg/s that the actuator draws from the supply.
