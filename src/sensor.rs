@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::hybrid::Sample;
 use crate::numbers::{Scalar, random};
-use crate::variables::{Field, ParameterError, Unit, Variable, units};
+use crate::variables::{Field, ParameterError, Tunable, Unit, Variable, units};
 
 /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
 ///
@@ -65,7 +65,7 @@ const SHORTEST: f64 = 1e-5;
 impl Field for Sensor {
     const LEN: usize = 5;
 
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         let [offset, lag, noise, resolution, sample_time] = Field::read(values)?;
         Some(Self { offset, lag, noise, resolution, sample_time })
     }

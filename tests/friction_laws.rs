@@ -5,6 +5,7 @@ mod rig;
 use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, MAX_STATES, Memory};
 use pneumatic_servo::hybrid::UNUSED;
 use pneumatic_servo::numbers::{Dual, Scalar};
+use pneumatic_servo::variables::Tunable;
 use rig::Rig;
 
 fn laws() -> impl Iterator<Item = &'static str> {
@@ -116,8 +117,8 @@ fn mirrored_motion_gives_mirrored_friction() {
 /// The law with default parameters.
 fn default_law(law: &str) -> Friction {
     let table = Friction::table("friction", 0, Law::None);
-    let mut values: Vec<f64> = table.iter().map(|variable| variable.start.unwrap()).collect();
-    values[0] = f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0);
+    let mut values: Vec<_> = table.iter().map(|variable| Tunable::still(variable.start.unwrap())).collect();
+    values[0] = Tunable::still(f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0));
     Friction::new(&values, "friction").unwrap()
 }
 

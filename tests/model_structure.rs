@@ -1,123 +1,17 @@
 //! The dependencies that the tables declare, compared with derivatives and with differences: at initialization and
 //! between steps, under every law and on every rig.
 
+mod cases;
+
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use pneumatic_servo::co_simulation::{Direction, Simulation};
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Table, Variable};
 
-/// What is chosen or changed together.
-type Changes = Vec<(&'static str, f64)>;
-
-/// Rigs that differ in which variables have an effect.
-fn rigs(model: &Model) -> Vec<Changes> {
-    match model.name {
-        "PneumaticServoCylinder" => {
-            let leaking = |first: (&'static str, f64)| {
-                vec![first, ("piston.leakage", 1e-13), ("friction.kappaA", 1e-6), ("friction.kappaB", 1e-6)]
-            };
-            vec![
-                leaking(("chamberA.pressure0", 6e5)),
-                leaking(("chamberB.pressure0", 6e5)),
-                leaking(("actuation", 2.0)),
-                vec![("thermal.model", 2.0), ("valve.characteristic", 2.0)],
-                vec![("thermal.model", 3.0), ("balance.enabled", 1.0)],
-                vec![
-                    ("chamberB.open", 1.0),
-                    ("load.stiffness", 100.0),
-                    ("friction.position.amplitude", 0.3),
-                    ("friction.kappaDifference", 1e-6),
-                    ("sensor.force.lag", 0.01),
-                ],
-                vec![("hoseA.length", 1.0), ("hoseB.length", 1.0), ("supply.volume", 1e-4), ("supply.C", 1e-9)],
-                // In the range where the cushions of both ends close, air flowing out of both chambers.
-                vec![
-                    ("hoseA.length", 1.0),
-                    ("hoseB.length", 1.0),
-                    ("throttleA.C", 2e-9),
-                    ("throttleB.C", 2e-9),
-                    ("cushion.length", 0.26),
-                    ("chamberA.pressure0", 6e5),
-                    ("chamberB.pressure0", 6e5),
-                ],
-                vec![("actuation", 2.0), ("hoseA.length", 1.0), ("supply.volume", 1e-4)],
-                vec![("supply.volume", 1e-4), ("chamberA.pressure0", 6e5), ("chamberB.pressure0", 6e5)],
-                // Pressed against an end stop.
-                vec![("position0", 0.0), ("wireForce", 1e3)],
-            ]
-        }
-        "FrictionBench" => vec![
-            vec![("bench.drive", 1.0), ("spring.damping", 3.0)],
-            vec![("bench.drive", 2.0)],
-            vec![("bench.drive", 3.0), ("appliedForce", 20.0)],
-            vec![("bench.drive", 4.0)],
-        ],
-        "VibroImpact" => vec![vec![], vec![("form", 2.0)], vec![("velocity0", 0.1)]],
-        // Buffers pressed or ropes taut; each trolley once held by its friction while the others move.
-        "Festoon" => {
-            let held = ["friction.level[1]", "friction.level[2]", "friction.level[3]"];
-            let spacings = [0.15, 1.05];
-            let rig = |held: &'static str, spacing| vec![("spacing0", spacing), ("load.angle0", 0.3), (held, 10.0)];
-            held.into_iter().flat_map(|held| spacings.map(|spacing| rig(held, spacing))).collect()
-        }
-        _ => vec![vec![]],
-    }
-}
-
-/// Rigs whose particulars have nothing to do with the law, which is the default one.
-fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
-    if model.name != "PneumaticServoCylinder" {
-        return Vec::new();
-    }
-    vec![
-        vec![("actuation", 3.0), ("switching.centre", 2.0)],
-        vec![("actuation", 3.0), ("switching.centre", 2.0), ("hoseA.length", 1.0), ("hoseB.length", 1.0)],
-        vec![("actuation", 3.0), ("chamberA.pressure0", 6e5), ("supply.volume", 1e-4), ("hoseA.length", 1.0)],
-        vec![("sensor.position.lag", 0.01), ("sensor.pressureA.lag", 0.01), ("sensor.pressureB.lag", 0.01)],
-    ]
-}
-
-/// A model under all its laws on all its rigs; GMS with all its elements.
-fn cases(model: &Model) -> Vec<Changes> {
-    let table = (model.variables)();
-    let laws: Vec<i32> = match table.find("friction.law").map(|entry| entry.variable.kind) {
-        Some(Kind::Enumeration(of)) => of.items.iter().map(|(id, ..)| *id).collect(),
-        _ => return rigs(model),
-    };
-    const SHARES: [&str; 6] = [
-        "friction.gms.alpha[5]",
-        "friction.gms.alpha[6]",
-        "friction.gms.alpha[7]",
-        "friction.gms.alpha[8]",
-        "friction.gms.alpha[9]",
-        "friction.gms.alpha[10]",
-    ];
-    let elements = SHARES.map(|share| (share, 0.1)).into_iter().chain([("friction.gms.N", 10.0)]);
-    let of_law = |law: i32| {
-        let elements = elements.clone();
-        rigs(model).into_iter().map(move |rig| {
-            let law = [("friction.law", f64::from(law))];
-            rig.into_iter().chain(law).chain(elements.clone()).collect()
-        })
-    };
-    laws.into_iter().flat_map(of_law).chain(rigs_of_one_law(model)).collect()
-}
-
-fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>) {
-    let table = (model.variables)();
-    let start = |variable: &Variable| match changes.iter().find(|(name, _)| *name == variable.name) {
-        Some((_, value)) => *value,
-        None => variable.start.expect("a start value"),
-    };
-    let parameters: Vec<f64> = table.parameters().map(start).collect();
-    let inputs: Vec<f64> = table.inputs().map(start).collect();
-    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-    let simulation = (model.start)(&start).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
-    (simulation, inputs)
-}
+use cases::{Changes, cases, start};
 
 /// Pairs of value references: a computed variable, and a known on which it depends.
 type Pairs = BTreeSet<(u32, u32)>;
@@ -134,7 +28,8 @@ fn by_derivatives(table: &Table, simulation: &dyn Simulation, found: &mut Pairs)
     for (place, known) in knowns.iter().enumerate() {
         let mut seeds = vec![0.0; knowns.len()];
         seeds[place] = 1.0;
-        let direction = Direction { time: seeds[0], inputs: &seeds[1..=inputs], states: &seeds[1 + inputs..] };
+        let direction =
+            Direction { time: seeds[0], inputs: &seeds[1..=inputs], states: &seeds[1 + inputs..], parameters: &[] };
         simulation.directional_derivative(direction, &mut derivatives);
         let depends = table.computed().zip(&derivatives).filter(|(_, derivative)| **derivative != 0.0);
         found.extend(depends.map(|(variable, _)| (variable.reference, *known)));
@@ -177,7 +72,7 @@ fn differ((variable, (before, after)): &(&Variable, (&f64, &f64))) -> bool {
 fn found(model: &Model, changes: &Changes) -> Pairs {
     let table = (model.variables)();
     let mut found = Pairs::new();
-    let (mut simulation, starts) = start(model, changes);
+    let (mut simulation, _, starts) = start(model, changes);
     let duration = (0.1 * model.experiment.stop_time).min(1.0);
     for look in 0..7 {
         let phase = TAU * f64::from(look) / 6.0;
@@ -276,7 +171,7 @@ fn initial_values_follow_from_the_inputs_that_are_declared() {
 fn spool_follows_the_voltage_while_it_pushes_the_play() {
     let model = models::find("PneumaticServoCylinder").expect("a model");
     let table = (model.variables)();
-    let (mut simulation, mut inputs) = start(model, &Changes::new());
+    let (mut simulation, _, mut inputs) = start(model, &Changes::new());
     let still = vec![0.0; inputs.len()];
     let place = table.computed().position(|variable| variable.name == "der(valve.spoolVelocity)").expect("a variable");
     let mut values = vec![0.0; table.computed().count()];
@@ -292,7 +187,8 @@ fn spool_follows_the_voltage_while_it_pushes_the_play() {
         let mut seeds = vec![0.0; inputs.len()];
         seeds[0] = 1.0;
         let states = vec![0.0; table.number_of_states()];
-        simulation.directional_derivative(Direction { time: 0.0, inputs: &seeds, states: &states }, &mut values);
+        let direction = Direction { time: 0.0, inputs: &seeds, states: &states, parameters: &[] };
+        simulation.directional_derivative(direction, &mut values);
         values[place]
     };
     // wn^2/5: the command has the slope 1/5.

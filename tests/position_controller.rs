@@ -4,6 +4,7 @@ mod rig;
 
 use pneumatic_servo::pneumatics::valve::{Opening, Spool, Valve};
 use pneumatic_servo::solver::StepError;
+use pneumatic_servo::variables::Tunable;
 use rig::{Rig, Running};
 
 const PERIOD: f64 = 1e-3;
@@ -107,8 +108,8 @@ fn integral_part_leaves_the_limit() {
 /// The inverse in front of a valve with a dead zone opens it as far as the command opens one without.
 #[test]
 fn dead_zone_is_inverted_exactly() {
-    let valve = Valve { centre: 5.0, spool: Spool::new(100.0, 0.7), hysteresis: 0.0, polarity: 1.0 };
-    let conductance = |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(dead_zone).at(spool).0[0];
+    let valve = Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.0, polarity: 1.0 };
+    let conductance = |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(Tunable::still(dead_zone)).at(spool).0[0];
     for dead_zone in [0.0, 0.08, 0.5] {
         let rig = bare().set("valve.deadZone", dead_zone);
         for command in [-6.0, -5.0, -2.0, -0.01, 0.01, 0.5, 3.0, 5.0, 8.0] {

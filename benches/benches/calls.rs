@@ -18,7 +18,7 @@ fn equations(criterion: &mut Criterion) {
     for case in case::all() {
         let inputs = inputs();
         let start = Start { time: 0.0, parameters: &case.parameters, inputs: &inputs, tolerance: None };
-        let (system, _) = build::<false>(&start).expect("legal parameters");
+        let (system, _) = build::<false>(&start, &[]).expect("legal parameters");
         match system.states() {
             8 => time_equations::<8>(criterion, &case),
             9 => time_equations::<9>(criterion, &case),
@@ -36,7 +36,7 @@ where
     let moving = case.clone().with("velocity0", 0.05);
     let u = [6.0, 0.0, 5e5];
     let start = Start { time: 0.0, parameters: &moving.parameters, inputs: &u, tolerance: None };
-    let (system, _) = build::<false>(&start).expect("legal parameters");
+    let (system, _) = build::<false>(&start, &[]).expect("legal parameters");
     let (x, memory) = system.initial_state::<N>(&start);
     criterion.bench_function(&format!("right-hand side/{}", case.name), |bencher| {
         bencher.iter(|| system.derivatives(black_box(0.0), black_box(&x), black_box(&u), black_box(&memory)));

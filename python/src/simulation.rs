@@ -128,7 +128,7 @@ impl Simulation {
                 _ => return Err(refused(format!("{name} is neither a continuous state nor an input"))),
             };
             *seed = 1.0;
-            let direction = Direction { time: 0.0, inputs: &inputs, states: &states };
+            let direction = Direction { time: 0.0, inputs: &inputs, states: &states, parameters: &[] };
             plant.simulation().directional_derivative(direction, &mut computed);
             states.fill(0.0);
             inputs.fill(0.0);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::plant::{Plant, Saved};
 pub use self::simulator::{Build, Simulator, counters_table};
-pub(crate) use self::simulator::{COUNTERS, write_counters};
+pub(crate) use self::simulator::{COUNTERS, varied, write_counters};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::solver::StepError;
@@ -72,8 +72,8 @@ pub trait Simulation: Send {
     /// Writes the derivative of all computed variables with respect to time along the solution.
     fn rates(&self, computed: &mut [f64]);
 
-    /// Writes the derivative of all computed variables in a direction of time, inputs and continuous states, exact to
-    /// rounding.
+    /// Writes the derivative of all computed variables in a direction of time, inputs, continuous states and tunable
+    /// parameters, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
     /// What is unusual about the parameters and the present inputs; as a rule nothing.
@@ -115,6 +115,8 @@ pub struct Direction<'a> {
     /// Of the continuous states, in the order in which the table lists their derivatives
     /// ([`Variable::derivative_of`](crate::variables::Variable::derivative_of)).
     pub states: &'a [f64],
+    /// Of the parameters, in the order of the table: tunable ones alone may vary. Empty if none varies.
+    pub parameters: &'a [f64],
 }
 
 /// A saved state, free of pointers.

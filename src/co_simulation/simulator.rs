@@ -3,7 +3,7 @@
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
-use crate::models::equations::{Equations, differentiate};
+use crate::models::equations::{Equations, differentiate, differentiate_varied};
 use crate::solver::{Counters, StepError};
 use crate::solver::{Progress, Run, Settings};
 use crate::variables::{Notices, ParameterError, Variable};
@@ -32,13 +32,16 @@ pub(crate) fn write_counters(counters: Counters, slots: &mut [f64]) {
     }
 }
 
-/// Builds equations from all parameters of a model, and the solver settings of a run.
-pub type Build<E> = fn(&Start) -> Result<(E, Settings), ParameterError>;
+/// Builds equations from all parameters of a model, which vary with slopes or (without any) not at all, and the solver
+/// settings of a run.
+pub type Build<E> = fn(&Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError>;
 
 /// A model's equations in motion.
 pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,
     build: Build<E>,
+    /// All parameters, in the order of the table.
+    parameters: Vec<f64>,
     /// Clock of the host in s at the start. The run counts its time from there, so that late clocks, which resolve
     /// microseconds or less, cost no accuracy.
     start: f64,
@@ -49,16 +52,33 @@ pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
 impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// A simulator that starts from given states and memory.
     pub fn new(build: Build<E>, start: &Start, x: [f64; N], memory: E::Memory) -> Result<Self, ParameterError> {
-        let (equations, settings) = build(start)?;
+        let (equations, settings) = build(start, &[])?;
         let run = Run::new(equations, settings, 0.0, x, memory, inputs(start.inputs));
-        Ok(Self { run, build, start: start.time, time: start.time })
+        Ok(Self { run, build, parameters: start.parameters.to_vec(), start: start.time, time: start.time })
     }
 
-    /// The computed variables of the model for dual numbers in one direction of time, states and inputs.
-    fn differentiate(&self, time: f64, states: [f64; N], slopes: [f64; U], computed: &mut [f64]) {
+    /// The equations for parameters that vary with slopes.
+    fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
+        let (inputs, _) = self.run.inputs();
+        let start = Start { time: self.start, parameters, inputs: &inputs, tolerance: None };
+        (self.build)(&start, slopes).map(|(equations, _)| equations)
+    }
+
+    /// Writes the derivatives of the computed variables in a direction of time, states and inputs, and of the parameters
+    /// that vary in other equations of the model, if there are any.
+    fn differentiate(
+        &self,
+        varied: Option<&E>,
+        (time, states, slopes): (f64, [f64; N], [f64; U]),
+        computed: &mut [f64],
+    ) {
         let (u, _) = self.run.inputs();
         self.run.consistent(|x, memory| {
-            differentiate(self.run.system(), (self.run.time(), x, &u, memory), (time, &states, &slopes), computed);
+            let (at, seeds) = ((self.run.time(), x, &u, memory), (time, &states, &slopes));
+            match varied {
+                None => differentiate(self.run.system(), at, seeds, computed),
+                Some(equations) => differentiate_varied(equations, at, seeds, computed),
+            }
         });
     }
 }
@@ -73,10 +93,8 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
-        let (inputs, _) = self.run.inputs();
-        let start = Start { time: self.start, parameters, inputs: &inputs, tolerance: None };
-        let (equations, _) = (self.build)(&start)?;
-        self.run.replace_system(equations);
+        self.run.replace_system(self.build(parameters, &[])?);
+        self.parameters.copy_from_slice(parameters);
         Ok(())
     }
 
@@ -123,7 +141,7 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         let (u, slopes) = self.run.inputs();
         let derivatives =
             self.run.consistent(|x, memory| self.run.system().derivatives(self.run.time(), x, &u, memory));
-        self.differentiate(1.0, derivatives, slopes, computed);
+        self.differentiate(None, (1.0, derivatives, slopes), computed);
     }
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
@@ -133,7 +151,10 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
                 states[index] = *seed;
             }
         }
-        self.differentiate(direction.time, states, inputs(direction.inputs), computed);
+        let seeds = (direction.time, states, inputs(direction.inputs));
+        let varied = varied(direction.parameters)
+            .map(|slopes| self.build(&self.parameters, slopes).expect("parameters that have been accepted"));
+        self.differentiate(varied.as_ref(), seeds, computed);
     }
 
     fn notices(&self) -> Notices {
@@ -151,7 +172,8 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         let (x, memory) = run.state();
         let (equations, indicators) = (run.system().clone(), (model.indicators)());
         let at = (run.time(), *x, memory.clone(), u);
-        Some(Box::new(Exchanger::new((equations, self.build), at, (model.variables)(), indicators)))
+        let parameters = self.parameters.clone();
+        Some(Box::new(Exchanger::new((equations, self.build, parameters), at, (model.variables)(), indicators)))
     }
 
     fn save(&self) -> Snapshot {
@@ -180,6 +202,11 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         (self.start, self.time) = (start, snapshot.time);
         Ok(())
     }
+}
+
+/// The slopes of parameters, if any varies.
+pub(crate) fn varied(slopes: &[f64]) -> Option<&[f64]> {
+    slopes.iter().any(|slope| *slope != 0.0).then_some(slopes)
 }
 
 fn inputs<const U: usize>(values: &[f64]) -> [f64; U] {

@@ -11,7 +11,7 @@ use super::parts::stick_slip::StickSlip;
 use crate::enumeration;
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
-use crate::variables::{Choice, Enumeration, Notice, ParameterError, ParameterSet, Variable};
+use crate::variables::{Choice, Enumeration, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
 /// Makes the enumeration of laws, the parameter table and the dispatch from one line per law.
 macro_rules! registry {
@@ -69,9 +69,10 @@ macro_rules! registry {
             ///
             /// # Errors
             /// [`ParameterError`] when the values of the chosen law do not fit together.
-            pub fn new(values: &[f64], group: &str) -> Result<Self, ParameterError> {
-                let chosen = Law::from_id(values[0]).ok_or_else(|| {
-                    ParameterError::new("law", values[0], "it must be one of the items of FrictionLaw").within(group)
+            pub fn new(values: &[Tunable], group: &str) -> Result<Self, ParameterError> {
+                let id = values[0].value;
+                let chosen = Law::from_id(id).ok_or_else(|| {
+                    ParameterError::new("law", id, "it must be one of the items of FrictionLaw").within(group)
                 })?;
                 let rest = &values[1..];
                 $(

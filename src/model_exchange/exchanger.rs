@@ -1,10 +1,10 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::co_simulation::{Build, COUNTERS, Direction, Snapshot, SnapshotError, write_counters};
+use crate::co_simulation::{Build, COUNTERS, Direction, Snapshot, SnapshotError, varied, write_counters};
 use crate::hybrid::{Indicator, UNUSED};
 use crate::model::Start;
-use crate::models::equations::{Equations, differentiate};
+use crate::models::equations::{Equations, differentiate, differentiate_varied};
 use crate::solver::Counters;
 use crate::variables::{Notices, ParameterError, Table};
 
@@ -26,6 +26,8 @@ const MAX_SWITCHES: usize = 100;
 pub struct Exchanger<E: Equations<N, U>, const N: usize, const U: usize> {
     equations: E,
     build: Build<E>,
+    /// All parameters, in the order of the table.
+    parameters: Vec<f64>,
     indicators: Vec<Indicator>,
     states: Vec<State>,
     time: f64,
@@ -45,7 +47,7 @@ struct State {
 impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Equations at their start, for a table and with the indicators of their model.
     pub(crate) fn new(
-        (equations, build): (E, Build<E>),
+        (equations, build, parameters): (E, Build<E>, Vec<f64>),
         (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
         table: &Table,
         indicators: Vec<Indicator>,
@@ -53,6 +55,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, 
         let mut exchanger = Self {
             equations,
             build,
+            parameters,
             indicators,
             states: Vec::new(),
             time,
@@ -65,6 +68,12 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, 
         exchanger.values(&mut computed);
         exchanger.states = exchanger.table_states(table, &computed);
         exchanger
+    }
+
+    /// The equations for parameters that vary with slopes.
+    fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
+        let start = Start { time: self.time, parameters, inputs: &self.inputs, tolerance: None };
+        (self.build)(&start, slopes).map(|(equations, _)| equations)
     }
 
     /// The states as the table lists them, with the start values of those that are not integrated.
@@ -135,8 +144,8 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
-        let start = Start { time: self.time, parameters, inputs: &self.inputs, tolerance: None };
-        (self.equations, _) = (self.build)(&start)?;
+        self.equations = self.build(parameters, &[])?;
+        self.parameters.copy_from_slice(parameters);
         Ok(())
     }
 
@@ -214,7 +223,14 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
         }
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
         let at = (self.time, &self.x, &self.inputs, &self.memory);
-        differentiate(&self.equations, at, (direction.time, &states, &inputs), computed);
+        let seeds = (direction.time, &states, &inputs);
+        match varied(direction.parameters) {
+            None => differentiate(&self.equations, at, seeds, computed),
+            Some(slopes) => {
+                let equations = self.build(&self.parameters, slopes).expect("parameters that have been accepted");
+                differentiate_varied(&equations, at, seeds, computed);
+            }
+        }
     }
 
     fn notices(&self) -> Notices {

@@ -2,7 +2,7 @@
 
 use crate::co_simulation::COUNTERS;
 use crate::hybrid::HybridSystem;
-use crate::numbers::{Dual, Scalar};
+use crate::numbers::{Dual, Scalar, Tangent};
 use crate::variables::{Notices, Table};
 
 /// A hybrid system with computed variables, which come first among those of the model's table.
@@ -35,18 +35,40 @@ pub fn state_name<E: Equations<N, U>, const N: usize, const U: usize>(equations:
 /// states and inputs: exactly, by dual numbers.
 pub fn differentiate<E: Equations<N, U>, const N: usize, const U: usize>(
     equations: &E,
-    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
-    (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
+    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
     let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
+    write_slopes(equations, at, seeds, (dual, |number| number.slope[0]), computed);
+}
+
+/// The same in a direction in which the parameters, with which the equations have been built, may vary, too.
+pub fn differentiate_varied<E: Equations<N, U>, const N: usize, const U: usize>(
+    equations: &E,
+    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    seeds: (f64, &[f64; N], &[f64; U]),
+    computed: &mut [f64],
+) {
+    let tangent = |value: f64, slope: f64| Tangent { value, slope };
+    write_slopes(equations, at, seeds, (tangent, |number| number.slope), computed);
+}
+
+/// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.
+fn write_slopes<E: Equations<N, U>, S: Scalar, const N: usize, const U: usize>(
+    equations: &E,
+    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+    (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
+    (number, slope): (impl Fn(f64, f64) -> S, impl Fn(S) -> f64),
+    computed: &mut [f64],
+) {
     let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
-    let mut values = vec![dual(0.0, 0.0); own.len()];
-    let x = std::array::from_fn(|i| dual(x[i], x_seeds[i]));
-    let u = std::array::from_fn(|i| dual(u[i], u_seeds[i]));
-    equations.outputs(dual(time, time_seed), &x, &u, memory, &mut values);
+    let mut values = vec![S::zero(); own.len()];
+    let x = std::array::from_fn(|i| number(x[i], x_seeds[i]));
+    let u = std::array::from_fn(|i| number(u[i], u_seeds[i]));
+    equations.outputs(number(time, time_seed), &x, &u, memory, &mut values);
     for (slot, value) in own.iter_mut().zip(values) {
-        *slot = value.slope[0];
+        *slot = slope(value);
     }
     rest.fill(0.0);
 }

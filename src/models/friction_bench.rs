@@ -231,7 +231,7 @@ const OVERWHELMING: f64 = 1e12;
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start)?;
+    let (equations, _) = build(start, &[])?;
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -241,8 +241,8 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     }
 }
 
-fn build(start: &Start) -> Result<(FrictionBench, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters);
+fn build(start: &Start, slopes: &[f64]) -> Result<(FrictionBench, Settings), ParameterError> {
+    let parameters = TABLE.chosen(start.parameters, slopes);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);

@@ -25,7 +25,7 @@ use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::sign;
 use crate::solver::StepError;
-use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
@@ -117,27 +117,27 @@ parameters! {
     Parameters {
         sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
             .text("Sample time");
-        position_gain: f64 = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6).tunable()
+        position_gain: Tunable = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6)
             .text("Wanted velocity per position error");
-        velocity_gain: f64 = Variable::parameter(1003, "gain.velocity", units::VOLT_SECOND_PER_METRE, 8.0).range(0.0, 1e6).tunable()
+        velocity_gain: Tunable = Variable::parameter(1003, "gain.velocity", units::VOLT_SECOND_PER_METRE, 8.0).range(0.0, 1e6)
             .text("Command per velocity error");
-        integral_gain: f64 = Variable::parameter(1004, "gain.integral", units::VOLT_PER_METRE, 10.0).range(0.0, 1e6).tunable()
+        integral_gain: Tunable = Variable::parameter(1004, "gain.integral", units::VOLT_PER_METRE, 10.0).range(0.0, 1e6)
             .text("Rate of the integral part per velocity error");
-        feed_forward: f64 = Variable::parameter(1005, "feedForward.gain", units::VOLT_SECOND_PER_METRE, 1.6).range(0.0, 1e6).tunable()
+        feed_forward: Tunable = Variable::parameter(1005, "feedForward.gain", units::VOLT_SECOND_PER_METRE, 1.6).range(0.0, 1e6)
             .text("Command per wanted velocity");
         source: Source = Variable::choice(1006, "feedForward.source", Source::Difference)
             .text("Where the velocity of the reference comes from");
-        velocity_limit: f64 = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).shown_in("mm/s").tunable()
+        velocity_limit: Tunable = Variable::parameter(1007, "limit.velocity", units::METRE_PER_SECOND, 1.0).range(0.0, 1e3).shown_in("mm/s")
             .text("Largest wanted velocity");
-        integral_limit: f64 = Variable::parameter(1008, "limit.integral", units::VOLT, 2.0).range(0.0, 1e3).tunable()
+        integral_limit: Tunable = Variable::parameter(1008, "limit.integral", units::VOLT, 2.0).range(0.0, 1e3)
             .text("Largest integral part");
-        neutral: f64 = Variable::parameter(1009, "valve.neutral", units::VOLT, 5.0).range(-1e3, 1e3).tunable()
+        neutral: Tunable = Variable::parameter(1009, NEUTRAL, units::VOLT, 5.0).range(-1e3, 1e3)
             .text("Voltage at which the valve is closed");
-        range: f64 = Variable::parameter(1010, "valve.range", units::VOLT, 5.0).range(1e-3, 1e3).tunable()
+        range: Tunable = Variable::parameter(1010, "valve.range", units::VOLT, 5.0).range(1e-3, 1e3)
             .text("Distance from the neutral voltage to either end of the range");
-        dead_zone: f64 = Variable::parameter(1011, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
+        dead_zone: Tunable = Variable::parameter(1011, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9)
             .text("Dead zone of the valve as a fraction of its range, which the controller inverts");
-        transition: f64 = Variable::parameter(1012, "valve.transition", units::VOLT, 0.1).range(0.0, 1e3).tunable()
+        transition: Tunable = Variable::parameter(1012, "valve.transition", units::VOLT, 0.1).range(0.0, 1e3)
             .text("Commands smaller than this cross the dead zone on a line; 0: by a jump");
         polarity: i32 = Variable::count(1013, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than the neutral voltage moves the carriage towards +x; -1: towards -x");
@@ -148,7 +148,7 @@ parameters! {
 
 impl Parameters {
     fn checked(values: &[f64]) -> Result<Self, ParameterError> {
-        let parameters = Self::read(&TABLE.chosen(values))?;
+        let parameters = Self::read(&TABLE.chosen(values, &[]))?;
         if parameters.polarity == 0 {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
@@ -158,11 +158,14 @@ impl Parameters {
     /// Distance from the neutral voltage that gives a valve with the dead zone the opening that `command` gives one
     /// without; exact for commands from `transition` on.
     fn invert_dead_zone(&self, command: f64) -> f64 {
-        let step = self.dead_zone * self.range;
-        let side = if command.abs() < self.transition { command / self.transition } else { sign(command) };
-        command * (1.0 - self.dead_zone) + step * side
+        let Self { dead_zone, range, transition, .. } = self;
+        let side = if command.abs() < transition.value { command / *transition } else { sign(command) };
+        command * (1.0 - *dead_zone) + side * (*dead_zone * *range)
     }
 }
+
+/// The voltage at which the valve is closed, which the output voltage counts from.
+const NEUTRAL: &str = "valve.neutral";
 
 /// The controller between two samples.
 struct PositionController {
@@ -228,14 +231,14 @@ impl PositionController {
         };
         memory.reference = input.reference;
         memory.error = input.reference - input.position;
-        memory.wanted = (slope + p.position_gain * memory.error).clamp(-p.velocity_limit, p.velocity_limit);
+        memory.wanted = (slope + memory.error * p.position_gain).clamp(-p.velocity_limit.value, p.velocity_limit.value);
         let lack = memory.wanted - input.velocity;
-        memory.command = p.feed_forward * memory.wanted + p.velocity_gain * lack + memory.integral;
+        memory.command = memory.wanted * p.feed_forward + lack * p.velocity_gain + memory.integral;
         let inverted = p.invert_dead_zone(memory.command);
-        memory.effort = inverted.clamp(-p.range, p.range);
+        memory.effort = inverted.clamp(-p.range.value, p.range.value);
         if memory.effort == inverted || lack * inverted < 0.0 {
             let integral = memory.integral + p.sample_time * p.integral_gain * lack;
-            memory.integral = integral.clamp(-p.integral_limit, p.integral_limit);
+            memory.integral = integral.clamp(-p.integral_limit.value, p.integral_limit.value);
         }
         memory.count += 1;
     }
@@ -278,13 +281,13 @@ impl Simulation for PositionController {
     fn values(&self, computed: &mut [f64]) {
         let (p, memory) = (&self.p, &self.memory);
         let outputs = Outputs {
-            voltage: p.neutral + f64::from(p.polarity) * memory.effort,
+            voltage: f64::from(p.polarity) * memory.effort + p.neutral,
             error: memory.error,
             wanted: memory.wanted,
             command: memory.command,
             integral: memory.integral,
         };
-        let saturated = f64::from(memory.effort.abs() == p.range);
+        let saturated = f64::from(memory.effort.abs() == p.range.value);
         // FMI integers have 32 bits; a run that exceeds them shows the largest.
         let samples = f64::from(i32::try_from(memory.count).unwrap_or(i32::MAX));
         outputs.write(computed).copy_from_slice(&[saturated, samples]);
@@ -295,9 +298,13 @@ impl Simulation for PositionController {
         computed.fill(0.0);
     }
 
-    /// Between samples nothing reacts.
-    fn directional_derivative(&self, _direction: Direction, computed: &mut [f64]) {
+    /// Between samples nothing reacts but the voltage, which is shown from the neutral one on.
+    fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         computed.fill(0.0);
+        let places = TABLE.parameters().zip(direction.parameters);
+        let neutral = places.filter(|(variable, _)| variable.name == NEUTRAL).map(|(_, slope)| slope);
+        let [voltage, ..] = computed else { return };
+        *voltage = neutral.sum();
     }
 
     fn save(&self) -> Snapshot {

@@ -5,6 +5,7 @@
 //! | `number` | what all of them can do, without branches |
 //! | `scalar` | single numbers, with transcendental functions and branches by their value |
 //! | `dual` | single numbers with exact derivatives |
+//! | `tangent` | tunable parameters, and numbers with the slopes that these hand on |
 //! | `pair` | two numbers side by side |
 //! | `monotone` | a smooth curve through points |
 //! | `random` | random numbers that are the same everywhere |
@@ -15,9 +16,11 @@ mod number;
 mod pair;
 pub mod random;
 mod scalar;
+mod tangent;
 
 pub use dual::Dual;
 pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
 pub use scalar::{Scalar, sign};
+pub use tangent::{Tangent, Tangents};

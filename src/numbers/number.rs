@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::Tangent;
+
 /// A number or two of them side by side, for equations without branches.
 pub trait Number:
     Copy
@@ -14,9 +16,15 @@ pub trait Number:
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
+    + Add<Tangent, Output = Self>
+    + Sub<Tangent, Output = Self>
+    + Mul<Tangent, Output = Self>
+    + Div<Tangent, Output = Self>
 {
     /// A number whose derivatives are zero.
     fn constant(value: f64) -> Self;
+    /// A parameter, with its slope if these numbers are [`Tangent`]s.
+    fn tuned(parameter: Tangent) -> Self;
     /// Zero.
     fn zero() -> Self;
     /// Square root; its derivative at 0, which is infinite, is taken as 0.

@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Dual, Number, Scalar};
+use super::{Dual, Number, Scalar, Tangent, Tangents};
 
 /// Two numbers side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl<S: Scalar> Pair<S> {
         Self([rule(a, c), rule(b, d)])
     }
 
-    fn with(self, [c, d]: [f64; 2], rule: impl Fn(S, f64) -> S) -> Self {
+    fn with<T>(self, [c, d]: [T; 2], rule: impl Fn(S, T) -> S) -> Self {
         let Self([a, b]) = self;
         Self([rule(a, c), rule(b, d)])
     }
@@ -42,7 +42,7 @@ impl<const D: usize> Pair<Dual<D>> {
     }
 }
 
-/// Arithmetic with another pair, with one constant for both numbers, and with a constant for each.
+/// Arithmetic with another pair, and with constants and parameters: one for both numbers or one for each.
 macro_rules! pair_arithmetic {
     ($($operator:ident $name:ident;)*) => {$(
         impl<S: Scalar> $operator for Pair<S> {
@@ -61,6 +61,18 @@ macro_rules! pair_arithmetic {
             type Output = Self;
             fn $name(self, others: [f64; 2]) -> Self {
                 self.with(others, S::$name)
+            }
+        }
+        impl<S: Scalar> $operator<Tangent> for Pair<S> {
+            type Output = Self;
+            fn $name(self, other: Tangent) -> Self {
+                self.with([other; 2], S::$name)
+            }
+        }
+        impl<S: Scalar> $operator<Tangents> for Pair<S> {
+            type Output = Self;
+            fn $name(self, others: Tangents) -> Self {
+                self.with([others.side(0), others.side(1)], S::$name)
             }
         }
     )*};
@@ -83,6 +95,9 @@ impl<S: Scalar> Neg for Pair<S> {
 impl<S: Scalar> Number for Pair<S> {
     fn constant(value: f64) -> Self {
         Self([S::constant(value); 2])
+    }
+    fn tuned(parameter: Tangent) -> Self {
+        Self([S::tuned(parameter); 2])
     }
     fn zero() -> Self {
         Self([S::zero(); 2])

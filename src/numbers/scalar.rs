@@ -5,7 +5,7 @@
 
 use std::ops::{AddAssign, SubAssign};
 
-use super::Number;
+use super::{Number, Tangent};
 
 /// A real number the equations can be evaluated with.
 ///
@@ -15,8 +15,20 @@ pub trait Scalar: Number + AddAssign + SubAssign {
     fn value(self) -> f64;
     /// The number with a value and no derivatives.
     fn of(value: f64) -> Self;
+    /// A parameter, with its slope if these numbers are tangents.
+    fn along(parameter: Tangent) -> Self {
+        Self::of(parameter.value)
+    }
     /// Applies a function of one variable given its value and its derivative at `self`.
     fn chain(self, value: f64, derivative: f64) -> Self;
+    /// The same for a function that depends on a parameter, too, given its derivative by that.
+    fn chain_with(self, value: f64, derivative: f64, _parameter: Tangent, _by_parameter: f64) -> Self {
+        self.chain(value, derivative)
+    }
+    /// `self` to the power of a parameter, as [`powf`](Number::powf).
+    fn pow(self, exponent: Tangent) -> Self {
+        self.powf(exponent.value)
+    }
 
     /// `e` to the power `self`.
     fn exp(self) -> Self {
@@ -54,6 +66,9 @@ pub trait Scalar: Number + AddAssign + SubAssign {
 impl<S: Scalar> Number for S {
     fn constant(value: f64) -> Self {
         Self::of(value)
+    }
+    fn tuned(parameter: Tangent) -> Self {
+        Self::along(parameter)
     }
     fn zero() -> Self {
         Self::of(0.0)

@@ -8,7 +8,7 @@ use super::{regulator, switching, valve};
 use crate::enumeration;
 use crate::hybrid::Sample;
 use crate::numbers::{Pair, Scalar};
-use crate::variables::{Choice, ParameterError, ParameterSet, Variable};
+use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
 /// that no rig integrates what it does not have.
@@ -169,9 +169,10 @@ macro_rules! actuators {
             ///
             /// # Errors
             /// [`ParameterError`] when values do not fit together.
-            pub fn new(values: &[f64]) -> Result<Self, ParameterError> {
-                let chosen = Actuation::from_id(values[0])
-                    .ok_or_else(|| ParameterError::new("actuation", values[0], "it must be one of the items of Actuation"))?;
+            pub fn new(values: &[Tunable]) -> Result<Self, ParameterError> {
+                let id = values[0].value;
+                let chosen = Actuation::from_id(id)
+                    .ok_or_else(|| ParameterError::new("actuation", id, "it must be one of the items of Actuation"))?;
                 let (mut actuator, mut rest) = (None, &values[1..]);
                 $(
                     let own = <<$module::$type as Actuating>::Parameters as ParameterSet>::LEN;

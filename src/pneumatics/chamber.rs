@@ -7,6 +7,7 @@ use super::orifice::Inflow;
 use crate::enumeration;
 use crate::numbers::Scalar;
 use crate::numbers::{Number, Pair};
+use crate::variables::Tunable;
 
 enumeration! {
     /// The choice of a thermal model; ids are never reused.
@@ -24,7 +25,7 @@ pub enum Thermal {
     /// From the energy balance, with a heat transfer coefficient in W/(m2 K).
     EnergyBalance {
         /// Heat transfer coefficient in W/(m2 K).
-        heat_transfer: f64,
+        heat_transfer: Tunable,
     },
     /// From the pressure by `T = T_amb*(p/p0)^((n-1)/n)`; with `n = 1` isothermal.
     Polytropic {
@@ -107,7 +108,7 @@ impl Chambers {
     }
 
     #[inline(always)]
-    fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: f64) -> Pair<S> {
+    fn heat_flow<S: Scalar>(&self, temperature: Pair<S>, length: Pair<S>, heat_transfer: Tunable) -> Pair<S> {
         let wall = Pair::zero().max(length) * (PI * self.bore) + self.walls;
         (-temperature + self.ambient_temperature) * wall * heat_transfer
     }
@@ -170,7 +171,7 @@ mod tests {
             dead_volumes: [5e-6, 5e-6 + 1e-3],
             walls: [4e-4, 4e-4 + tank_wall(1e-3)],
             ambient_temperature: 293.15,
-            thermal: Thermal::EnergyBalance { heat_transfer: 60.0 },
+            thermal: Thermal::EnergyBalance { heat_transfer: Tunable::still(60.0) },
         };
         let Pair([without, with]) = chambers.heat(Pair([283.15; 2]), Pair([0.1; 2]));
         assert!((with - without - 60.0 * wall * 10.0).abs() < 1e-4, "{with} W and {without} W");

@@ -1,6 +1,7 @@
 //! Dry air as an ideal gas.
 
 use crate::numbers::{Number, Pair, Scalar};
+use crate::variables::Tunable;
 
 /// Specific gas constant in J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.05;
@@ -52,20 +53,20 @@ impl<S: Scalar> GasState<Pair<S>> {
 /// A reservoir of constant temperature and given pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reservoir {
-    temperature: f64,
-    sonic_density: f64,
+    temperature: Tunable,
+    sonic_density: Tunable,
 }
 
 impl Reservoir {
     /// A reservoir at a temperature in K.
-    pub fn new(temperature: f64) -> Self {
-        let GasState { sonic_density, .. } = GasState::new(0.0, temperature);
+    pub fn new(temperature: Tunable) -> Self {
+        let GasState { sonic_density, .. } = GasState::new(Tunable::zero(), temperature);
         Self { temperature, sonic_density }
     }
 
     /// Its gas at an absolute pressure in Pa.
     pub fn at<N: Number>(&self, pressure: N) -> GasState<N> {
-        let [temperature, sonic_density] = [self.temperature, self.sonic_density].map(N::constant);
+        let [temperature, sonic_density] = [self.temperature, self.sonic_density].map(N::tuned);
         GasState { pressure, temperature, sonic_density }
     }
 }

@@ -3,7 +3,8 @@
 use std::ops::{Add, Mul};
 
 use super::gas::GasState;
-use crate::numbers::Number;
+use crate::numbers::{Number, Scalar, Tangents};
+use crate::variables::Tunable;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
 pub const LAMINAR_RATIO: f64 = 0.995;
@@ -69,22 +70,24 @@ impl<N: Number> Add for Inflow<N> {
     }
 }
 
-impl Orifice {
+impl<K: Scalar> Orifice<K> {
     /// An orifice with critical pressure ratio `b` in `[0, 0.99]`.
-    pub fn new(critical_ratio: f64) -> Self {
-        let subsonic_scale = 1.0 / (1.0 - critical_ratio);
-        let at_laminar = (LAMINAR_RATIO - critical_ratio) * subsonic_scale;
-        let laminar_slope = (1.0 - at_laminar * at_laminar).sqrt() / (1.0 - LAMINAR_RATIO);
+    pub fn new(critical_ratio: K) -> Self {
+        let subsonic_scale = K::constant(1.0) / (-critical_ratio + 1.0);
+        let at_laminar = (-critical_ratio + LAMINAR_RATIO) * subsonic_scale;
+        let laminar_slope = (-at_laminar * at_laminar + 1.0).sqrt() / (1.0 - LAMINAR_RATIO);
         Self { critical_ratio, subsonic_scale, laminar_slope }
     }
+}
 
+impl Orifice<Tangents> {
     /// Two orifices side by side, each with its critical pressure ratio.
-    pub fn pair(critical_ratios: [f64; 2]) -> Orifice<[f64; 2]> {
-        let both = critical_ratios.map(Self::new);
-        Orifice {
-            critical_ratio: both.map(|orifice| orifice.critical_ratio),
-            subsonic_scale: both.map(|orifice| orifice.subsonic_scale),
-            laminar_slope: both.map(|orifice| orifice.laminar_slope),
+    pub fn pair(critical_ratios: [Tunable; 2]) -> Self {
+        let both = critical_ratios.map(Orifice::new);
+        Self {
+            critical_ratio: both.map(|orifice| orifice.critical_ratio).into(),
+            subsonic_scale: both.map(|orifice| orifice.subsonic_scale).into(),
+            laminar_slope: both.map(|orifice| orifice.laminar_slope).into(),
         }
     }
 }

@@ -1,33 +1,56 @@
 //! Structs of inputs, parameters and computed variables, declared together with their variables.
 
 use super::{ParameterError, Variable};
+use crate::numbers::Tangent;
+
+/// A parameter that may be changed between steps: a number that equations can be differentiated by.
+pub type Tunable = Tangent;
 
 /// Something that is read from one or more consecutive numbers of a table.
 pub trait Field: Sized {
     /// How many numbers it takes.
     const LEN: usize;
+    /// Whether it may be changed between steps.
+    const IS_TUNABLE: bool = false;
     /// Reads them from the front; `None` if they have no such meaning.
-    fn read(values: &[f64]) -> Option<Self>;
+    fn read(values: &[Tunable]) -> Option<Self>;
 }
 
+/// A number that is fixed once a run has started.
 impl Field for f64 {
     const LEN: usize = 1;
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
+        Some(values[0].value)
+    }
+}
+
+impl Field for Tunable {
+    const LEN: usize = 1;
+    const IS_TUNABLE: bool = true;
+    fn read(values: &[Tunable]) -> Option<Self> {
         Some(values[0])
     }
 }
 
 impl<const N: usize> Field for [f64; N] {
     const LEN: usize = N;
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
+        Some(std::array::from_fn(|index| values[index].value))
+    }
+}
+
+impl<const N: usize> Field for [Tunable; N] {
+    const LEN: usize = N;
+    const IS_TUNABLE: bool = true;
+    fn read(values: &[Tunable]) -> Option<Self> {
         Some(std::array::from_fn(|index| values[index]))
     }
 }
 
 impl Field for bool {
     const LEN: usize = 1;
-    fn read(values: &[f64]) -> Option<Self> {
-        match values[0] {
+    fn read(values: &[Tunable]) -> Option<Self> {
+        match values[0].value {
             0.0 => Some(false),
             1.0 => Some(true),
             _ => None,
@@ -38,16 +61,16 @@ impl Field for bool {
 /// An integer of the interface, which has 32 bits.
 impl Field for i32 {
     const LEN: usize = 1;
-    fn read(values: &[f64]) -> Option<Self> {
-        let whole = values[0] as i32;
-        (f64::from(whole) == values[0]).then_some(whole)
+    fn read(values: &[Tunable]) -> Option<Self> {
+        let whole = values[0].value as i32;
+        (f64::from(whole) == values[0].value).then_some(whole)
     }
 }
 
 /// A count.
 impl Field for usize {
     const LEN: usize = 1;
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         i32::read(values)?.try_into().ok()
     }
 }
@@ -55,7 +78,7 @@ impl Field for usize {
 /// A count or a seed.
 impl Field for u64 {
     const LEN: usize = 1;
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         i32::read(values)?.try_into().ok()
     }
 }
@@ -78,6 +101,12 @@ impl<const N: usize> Declaration for [Variable; N] {
     }
 }
 
+/// The variables that a declaration yields for a field, whose type says whether they are tunable.
+pub fn declared<F: Field>(declaration: impl Declaration) -> impl Iterator<Item = Variable> {
+    let role = |variable: Variable| if F::IS_TUNABLE { variable.tunable() } else { variable };
+    declaration.into_variables().into_iter().map(role)
+}
+
 /// A struct of parameters, made by [`parameters!`](crate::parameters).
 pub trait ParameterSet: Sized {
     /// How many variables there are.
@@ -88,12 +117,12 @@ pub trait ParameterSet: Sized {
     ///
     /// # Errors
     /// [`ParameterError`] for a value without a meaning, such as an id that no item of an enumeration has.
-    fn read(values: &[f64]) -> Result<Self, ParameterError>;
+    fn read(values: &[Tunable]) -> Result<Self, ParameterError>;
 }
 
 /// The error for values from the place of a field on that it cannot be read from.
-pub fn refused(table: &[Variable], place: usize, values: &[f64]) -> ParameterError {
-    let (variable, value) = (&table[place], values[place]);
+pub fn refused(table: &[Variable], place: usize, values: &[Tunable]) -> ParameterError {
+    let (variable, value) = (&table[place], values[place].value);
     let otherwise = || ParameterError::new(&variable.name, value, "it has no meaning");
     variable.check(value).err().unwrap_or_else(otherwise)
 }
@@ -113,12 +142,12 @@ macro_rules! parameters {
             fn table() -> Vec<$crate::variables::Variable> {
                 #[allow(unused_mut, reason = "a struct may have no fields")]
                 let mut table = Vec::new();
-                $(table.extend($crate::variables::Declaration::into_variables($declaration));)*
+                $(table.extend($crate::variables::declared::<$type>($declaration));)*
                 table
             }
 
             #[allow(unused, reason = "a struct may have no fields")]
-            fn read(values: &[f64]) -> Result<Self, $crate::variables::ParameterError> {
+            fn read(values: &[$crate::variables::Tunable]) -> Result<Self, $crate::variables::ParameterError> {
                 let mut next = 0;
                 $(
                     let $field = <$type as $crate::variables::Field>::read(&values[next..])
@@ -196,12 +225,12 @@ macro_rules! outputs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::units;
+    use crate::variables::{Role, units};
 
     parameters! {
         /// Parameters of all kinds.
         Mixed {
-            length: f64 = Variable::parameter(1, "length", units::METRE, 1.0);
+            length: Tunable = Variable::parameter(1, "length", units::METRE, 1.0);
             pair: [f64; 2] = Variable::parameter(2, "pair", units::METRE, 1.0).array([1.0, 2.0]);
             count: usize = Variable::count(4, "count", 3).range(0.0, 9.0);
             enabled: bool = Variable::option(5, "enabled", true);
@@ -210,14 +239,22 @@ mod tests {
 
     #[test]
     fn fields_are_read_in_the_order_of_the_table() {
-        let read = Mixed::read(&[0.5, 3.0, 4.0, 7.0, 0.0]);
-        assert_eq!(read, Ok(Mixed { length: 0.5, pair: [3.0, 4.0], count: 7, enabled: false }));
+        let read = Mixed::read(&[0.5, 3.0, 4.0, 7.0, 0.0].map(Tunable::still));
+        assert_eq!(read, Ok(Mixed { length: Tunable::still(0.5), pair: [3.0, 4.0], count: 7, enabled: false }));
         assert_eq!((Mixed::LEN, Mixed::table().len()), (5, 5));
     }
 
     #[test]
+    fn types_of_fields_say_what_is_tunable() {
+        let tunable = |variable: &Variable| variable.role == Role::Tunable;
+        assert_eq!(Mixed::table().iter().map(tunable).collect::<Vec<_>>(), [true, false, false, false, false]);
+    }
+
+    #[test]
     fn values_without_a_meaning_are_refused_by_name() {
-        let refused = |count: f64, enabled: f64| Mixed::read(&[0.5, 3.0, 4.0, count, enabled]).unwrap_err().to_string();
+        let refused = |count: f64, enabled: f64| {
+            Mixed::read(&[0.5, 3.0, 4.0, count, enabled].map(Tunable::still)).unwrap_err().to_string()
+        };
         assert_eq!(refused(2.5, 1.0), "count = 2.5 is refused: it must be a whole number");
         assert_eq!(refused(-1.0, 1.0), "count = -1 is refused: it must be at least 0");
         assert_eq!(refused(2.0, 0.5), "enabled = 0.5 is refused: it must be 0 (false) or 1 (true)");

@@ -67,8 +67,8 @@ macro_rules! enumeration {
 
         impl $crate::variables::Field for $type {
             const LEN: usize = 1;
-            fn read(values: &[f64]) -> Option<Self> {
-                <Self as $crate::variables::Choice>::from_id(values[0])
+            fn read(values: &[$crate::variables::Tunable]) -> Option<Self> {
+                <Self as $crate::variables::Choice>::from_id(values[0].value)
             }
         }
     };

@@ -11,7 +11,7 @@ mod table;
 mod unit;
 
 pub use array::array_name;
-pub use declare::{Declaration, Field, ParameterSet, refused};
+pub use declare::{Declaration, Field, ParameterSet, Tunable, declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 pub use notice::{Notice, Notices};

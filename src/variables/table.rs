@@ -1,9 +1,9 @@
 //! The variables of a model, found by name, by value reference and by place.
 
-use std::borrow::Cow;
+use std::iter;
 use std::ops::Deref;
 
-use super::{Role, Variable, array};
+use super::{Role, Tunable, Variable, array};
 
 /// The place of a value among those of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,12 +147,14 @@ impl Table {
     }
 
     /// The parameters of the model itself for the values of all: each enumeration as its number chooses, if that is not 0.
-    pub fn chosen<'a>(&self, parameters: &'a [f64]) -> Cow<'a, [f64]> {
+    /// They vary with the slopes given for all in the same order, or not at all.
+    pub fn chosen(&self, parameters: &[f64], slopes: &[f64]) -> Vec<Tunable> {
         let (own, numbers) = parameters.split_at(parameters.len() - self.numbered.len());
-        let mut own = Cow::Borrowed(own);
+        let slopes = slopes.iter().copied().chain(iter::repeat(0.0));
+        let mut own: Vec<_> = own.iter().zip(slopes).map(|(&value, slope)| Tunable { value, slope }).collect();
         for (place, number) in self.numbered.iter().zip(numbers) {
             if *number != 0.0 {
-                own.to_mut()[*place] = *number;
+                own[*place] = Tunable::still(*number);
             }
         }
         own
@@ -315,7 +317,7 @@ mod tests {
         let table = ways();
         for (number, way) in [(0.0, 1.0), (1.0, 1.0), (3.0, 3.0)] {
             let all = [5.0, 1.0, 6.0, number];
-            assert_eq!(*table.chosen(&all), [5.0, way, 6.0]);
+            assert_eq!(table.chosen(&all, &[]), [5.0, way, 6.0].map(Tunable::still));
             assert_eq!([0, 1, 2, 3].map(|place| table.in_use(place, &all)), [5.0, way, 6.0, number]);
         }
     }

@@ -89,7 +89,7 @@ impl Rival {
     pub fn run(self, case: &Case, tolerance: f64) -> Result<Run> {
         let without_play = case.clone().with("valve.hysteresis", 0.0);
         let start = Start { time: 0.0, parameters: &without_play.parameters, inputs: &inputs(), tolerance: None };
-        let (system, _) = build::<false>(&start).context("legal parameters")?;
+        let (system, _) = build::<false>(&start, &[]).context("legal parameters")?;
         match system.states() {
             8 => self.run_with::<8>(case, &start, system, tolerance),
             9 => self.run_with::<9>(case, &start, system, tolerance),

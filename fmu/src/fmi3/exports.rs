@@ -356,7 +356,7 @@ exports_with_numbers! {
         deserialize(instance, bytes, size, state)
     };
 
-    /// The exact derivative of computed reals in one direction of time, inputs and continuous states.
+    /// The exact derivative of computed reals in one direction of time, inputs, continuous states and tunable parameters.
     fn fmi3GetDirectionalDerivative(
         unknowns: *const ValueReference, number_of_unknowns: usize,
         knowns: *const ValueReference, number_of_knowns: usize,
@@ -374,7 +374,8 @@ exports_with_numbers! {
         Ok(())
     };
 
-    /// The exact derivative of a sum of computed reals with respect to time, inputs and continuous states.
+    /// The exact derivative of a sum of computed reals with respect to time, inputs, continuous states and tunable
+    /// parameters.
     fn fmi3GetAdjointDerivative(
         unknowns: *const ValueReference, number_of_unknowns: usize,
         knowns: *const ValueReference, number_of_knowns: usize,

@@ -52,9 +52,11 @@ impl Instance {
         Ok(&self.scratch.answers)
     }
 
-    /// Derivatives of computed reals in the direction that seeds of knowns give: of time, inputs and continuous states.
+    /// Derivatives of computed reals in the direction that seeds of knowns give: of time, inputs, continuous states and
+    /// tunable parameters.
     ///
-    /// Each is a partial derivative: what is no known stays, so that with time the inputs and states do not move.
+    /// Each is a partial derivative: what is no known stays, so that with time the inputs and states do not move, and with
+    /// a parameter neither the states nor what laws remember.
     pub fn directional_derivative(
         &mut self,
         unknowns: impl Iterator<Item = u32>,
@@ -73,8 +75,8 @@ impl Instance {
         Ok(&self.scratch.answers)
     }
 
-    /// Derivatives of a sum of computed reals, each times its seed, with respect to knowns: time, inputs and continuous
-    /// states. The derivatives of all computed variables are taken in the direction of each known, so that what is found
+    /// Derivatives of a sum of computed reals, each times its seed, with respect to knowns: time, inputs, continuous
+    /// states and tunable parameters. The derivatives of all computed variables are taken in the direction of each known, so that what is found
     /// differs from directional derivatives by the rounding of the sum alone.
     pub fn adjoint_derivative(
         &mut self,
@@ -108,6 +110,7 @@ impl Instance {
         self.scratch.time = 0.0;
         self.scratch.inputs.fill(0.0);
         self.scratch.states.fill(0.0);
+        self.scratch.slopes.fill(0.0);
     }
 
     fn add_to_direction(&mut self, known: u32, seed: f64) -> Result<(), Failure> {
@@ -116,10 +119,11 @@ impl Instance {
         match (slot.place, slot.state) {
             (Place::Time, _) => self.scratch.time += seed,
             (Place::Input(place), _) => self.scratch.inputs[place] += seed,
+            (Place::Parameter(place), _) if slot.variable.role == Role::Tunable => self.scratch.slopes[place] += seed,
             (_, Some(place)) => self.scratch.states[place] += seed,
             _ => {
-                let name = &slot.variable.name;
-                return Err(Failure::error(format!("{name} is neither time nor an input nor a continuous state")));
+                let (name, knowns) = (&slot.variable.name, "time, inputs, continuous states and tunable parameters");
+                return Err(Failure::error(format!("{name} is no known of derivatives: those are {knowns}")));
             }
         }
         Ok(())
@@ -127,8 +131,8 @@ impl Instance {
 
     /// Differentiates all computed variables in the direction.
     fn differentiate(&mut self) -> Result<(), Failure> {
-        let Scratch { time, inputs, states, computed, .. } = &mut self.scratch;
-        let direction = Direction { time: *time, inputs, states };
+        let Scratch { time, inputs, states, slopes, computed, .. } = &mut self.scratch;
+        let direction = Direction { time: *time, inputs, states, parameters: slopes };
         self.run.directional_derivative(self.layout, &self.record, direction, computed)
     }
 
@@ -175,7 +179,7 @@ fn check_order(name: &str, order: i32) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instance::testing::{self, INPUT, LAG, OUTPUT, RATE, STATE, SUPPLY, TRAP};
+    use crate::instance::testing::{self, HIGH, INPUT, LAG, OUTPUT, RATE, STATE, SUPPLY, TRAP};
 
     fn initialized() -> Instance {
         let mut instance = testing::instance();
@@ -191,12 +195,13 @@ mod tests {
     }
 
     #[test]
-    fn directional_derivative_is_linear_in_inputs_and_states() {
+    fn directional_derivative_is_linear_in_inputs_states_and_tunable_parameters() {
         let mut instance = initialized();
         assert_eq!(direction(&mut instance, &[INPUT], &[1.0]), Ok(vec![0.0, 2.0, 2.0]));
         assert_eq!(direction(&mut instance, &[STATE], &[1.0]), Ok(vec![1.0, -2.0, 1.0]));
         assert_eq!(direction(&mut instance, &[STATE, SUPPLY, INPUT], &[2.0, 3.0, 0.5]), Ok(vec![2.0, -3.0, 6.0]));
         assert_eq!(direction(&mut instance, &[INPUT, INPUT], &[1.0, 1.0]), Ok(vec![0.0, 4.0, 4.0]));
+        assert_eq!(direction(&mut instance, &[HIGH, STATE], &[3.0, 1.0]), Ok(vec![1.0, -2.0, 4.0]));
         assert_eq!(direction(&mut instance, &[], &[]), Ok(vec![0.0; 3]));
     }
 

@@ -63,10 +63,12 @@ pub struct Instance {
 /// Room for intermediate values, so that calls between steps need no memory of their own.
 struct Scratch {
     parameters: Vec<f64>,
-    /// A direction of differentiation, by time, inputs and states; the states also for those that the host sets.
+    /// A direction of differentiation, by time, inputs, states and parameters; the states also for those that the host
+    /// sets.
     time: f64,
     inputs: Vec<f64>,
     states: Vec<f64>,
+    slopes: Vec<f64>,
     indicators: Vec<f64>,
     computed: Vec<f64>,
     /// What a call hands out, in the order in which it was asked for.
@@ -86,6 +88,7 @@ impl Instance {
             scratch: Scratch {
                 parameters: vec![0.0; layout.parameters.len()],
                 time: 0.0,
+                slopes: vec![0.0; layout.parameters.len()],
                 inputs: vec![0.0; layout.inputs.len()],
                 states: vec![0.0; layout.states],
                 indicators: vec![0.0; layout.indicators.len()],

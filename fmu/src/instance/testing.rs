@@ -114,8 +114,8 @@ impl Lag {
 }
 
 fn checked(parameters: &[f64]) -> Result<[f64; 4], ParameterError> {
-    let chosen = (MODEL.variables)().chosen(parameters);
-    let parameters: [f64; 4] = (*chosen).try_into().expect("four parameters");
+    let chosen = (MODEL.variables)().chosen(parameters, &[]);
+    let parameters: [f64; 4] = std::array::from_fn(|place| chosen[place].value);
     if parameters[1] > parameters[2] {
         return Err(ParameterError::new("low", parameters[1], "it must not exceed high"));
     }
@@ -178,9 +178,11 @@ impl Simulation for Lag {
         computed.copy_from_slice(&[rate, second, rate + 2.0 * self.slopes[0] + self.slopes[1], 0.0, 0.0]);
     }
 
-    fn directional_derivative(&self, Direction { inputs, states, .. }: Direction, computed: &mut [f64]) {
+    fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
+        let Direction { inputs, states, parameters, .. } = direction;
         let rate = (inputs[0] - states[0]) / self.parameters[0];
-        computed.copy_from_slice(&[states[0], rate, states[0] + 2.0 * inputs[0] + inputs[1], 0.0, 0.0]);
+        let output = states[0] + 2.0 * inputs[0] + inputs[1] + parameters[2];
+        computed.copy_from_slice(&[states[0], rate, output, 0.0, 0.0]);
     }
 
     fn save(&self) -> Snapshot {

@@ -164,12 +164,48 @@ fn directional_derivatives_by_inputs_match_differences() {
     }
 }
 
+/// Sliding, so that what changes with the parameters sets off no event.
+#[test]
+fn directional_derivatives_by_tunable_parameters_match_differences() {
+    const PARAMETERS: [(&str, f64); 5] = [
+        ("friction.lugre.Fs", 1e-3),
+        ("friction.lugre.sigma2", 1e-2),
+        ("valve.C", 1e-13),
+        ("supplyTemperature", 1e-2),
+        ("wireForce", 1e-2),
+    ];
+    let instance = moving(LUGRE, 7.0);
+    let state = instance.save();
+    for (parameter, step) in PARAMETERS {
+        let derivatives = column(&instance, vr(parameter));
+        assert!(derivatives.iter().any(|derivative| *derivative != 0.0), "{parameter}");
+        let base = instance.real(parameter);
+        let at = |value: f64| {
+            assert_eq!(instance.set_real(&[vr(parameter)], &[value]), OK);
+            let values = unknowns().iter().map(|variable| instance.real(&variable.name)).collect::<Vec<_>>();
+            assert_eq!(instance.restore(state), OK);
+            values
+        };
+        let (above, below) = (at(base + step), at(base - step));
+        for (index, unknown) in unknowns().iter().enumerate() {
+            let (difference, exact) = ((above[index] - below[index]) / (2.0 * step), derivatives[index]);
+            let magnitude = above[index].abs().max(unknown.nominal.unwrap_or(1.0));
+            let bound = 1e-6 * exact.abs() + 1e-12 * magnitude / step;
+            assert!(
+                (exact - difference).abs() <= bound,
+                "d {} / d {parameter} = {exact}, not {difference}",
+                unknown.name
+            );
+        }
+    }
+}
+
 #[test]
 fn directional_derivatives_are_linear() {
     let instance = moving(LUGRE, 7.0);
     let unknowns: Vec<_> = unknowns().iter().map(|variable| variable.reference).collect();
-    let knowns = [vr("externalForce"), vr("chamberA.pressure"), vr("velocity")];
-    let seeds = [2.0, -3e4, 0.5];
+    let knowns = ["externalForce", "chamberA.pressure", "velocity", "valve.C", "friction.lugre.Fc"].map(vr);
+    let seeds = [2.0, -3e4, 0.5, 1e-9, 3.0];
     let mut together = vec![f64::NAN; unknowns.len()];
     assert_eq!(instance.directional(&unknowns, &knowns, &seeds, &mut together), OK);
     let columns = knowns.map(|known| column(&instance, known));
@@ -269,7 +305,7 @@ fn force_accelerates_the_mass_and_nothing_else() {
     for (unknown, derivative) in unknowns().iter().zip(column(&instance, vr("externalForce"))) {
         let expected = match &*unknown.name {
             "acceleration" => 1.0 / 0.88,
-            "rodForce" => 0.75 / 0.88 - 1.0,
+            "rodForce" | "sensor.force.reading" => 0.75 / 0.88 - 1.0,
             _ => 0.0,
         };
         assert!((derivative - expected).abs() < 1e-15, "{}: {derivative}, not {expected}", unknown.name);
@@ -283,7 +319,7 @@ fn stuck_carriage_answers_force_with_friction() {
     for (unknown, derivative) in unknowns().iter().zip(column(&instance, vr("externalForce"))) {
         let expected = match &*unknown.name {
             "frictionForce" => 1.0,
-            "rodForce" => -1.0,
+            "rodForce" | "sensor.force.reading" => -1.0,
             _ => 0.0,
         };
         assert!((derivative - expected).abs() < 1e-15, "{}: {derivative}, not {expected}", unknown.name);
@@ -326,6 +362,7 @@ fn directional_derivative_refuses_other_knowns_and_unknowns() {
     let mut written = [-1.0, -2.0];
     for known in ["mass.moving", "frictionForce", "friction.law"] {
         assert_eq!(instance.directional(&[position, position], &[vr(known)], &[1.0], &mut written), ERROR, "{known}");
+        assert!(instance.message().contains(known), "{:?}", instance.message());
     }
     for unknown in ["mass.moving", "externalForce", "time", "sticking"] {
         let unknowns = [position, vr(unknown)];

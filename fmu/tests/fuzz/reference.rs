@@ -214,6 +214,7 @@ pub fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f
         .collect();
     let states: Vec<u32> = variables().iter().filter_map(|variable| variable.derivative_of).collect();
     let (mut input_seeds, mut state_seeds) = (vec![0.0; pair.expected.inputs.len()], vec![0.0; states.len()]);
+    let mut parameter_seeds = vec![0.0; pair.expected.parameters.len()];
     let mut time_seed = 0.0;
     for (known, seed) in knowns.iter().zip(seeds).filter(|_| pair.expected.state != 'I') {
         if !seed.is_finite() {
@@ -223,6 +224,8 @@ pub fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f
             state_seeds[place] += seed;
         } else if find(*known).is_some_and(|variable| variable.role == Role::Time) {
             time_seed += seed;
+        } else if find(*known).is_some_and(|variable| variable.role == Role::Tunable && is_real(variable)) {
+            parameter_seeds[place(find(*known)?, Variable::is_parameter)] += seed;
         } else {
             input_seeds[place(find(*known).filter(|it| is_input(it))?, is_input)] += seed;
         }
@@ -230,7 +233,8 @@ pub fn directional(pair: &mut Pair, unknowns: &[u32], knowns: &[u32], seeds: &[f
     let mut derivatives = pair.computed()?;
     let during_initialization = pair.expected.simulation().filter(|_| pair.expected.state == 'M');
     let simulation = during_initialization.as_ref().or(pair.simulation.as_ref())?;
-    let direction = Direction { time: time_seed, inputs: &input_seeds, states: &state_seeds };
+    let direction =
+        Direction { time: time_seed, inputs: &input_seeds, states: &state_seeds, parameters: &parameter_seeds };
     simulation.directional_derivative(direction, &mut derivatives);
     places?.into_iter().map(|place| Some(derivatives[place]).filter(|value| value.is_finite())).collect()
 }

@@ -9,7 +9,7 @@ use crate::friction::parts::delay::DelayLine;
 use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Armstrong's seven-parameter friction.
@@ -36,12 +36,12 @@ parameters! {
     /// # Source
     /// Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7):1083-1138, section 2.
     Armstrong {
-        coulomb_force: f64 = coulomb_force(8.3);
-        stribeck_velocity: f64 = velocity(2, "vs", 0.01).text("Stribeck velocity: speed at which the static excess has halved");
-        viscous: f64 = viscous(30.0);
-        static_excess: f64 = force(5, "FsInf", 2.7)
+        coulomb_force: Tunable = coulomb_force(8.3);
+        stribeck_velocity: Tunable = velocity(2, "vs", 0.01).text("Stribeck velocity: speed at which the static excess has halved");
+        viscous: Tunable = viscous(30.0);
+        static_excess: Tunable = force(5, "FsInf", 2.7)
             .text("Excess of static over Coulomb friction after a long time at rest");
-        dwell_time: f64 = dwell_time(6, 0.1)
+        dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the missing static excess comes back");
         lag: f64 = Variable::parameter(7, "tauL", units::SECOND, 5e-3)
             .range(0.0, 10.0)
@@ -84,7 +84,7 @@ impl FrictionLaw for Armstrong {
         Memory {
             mode: Spring::start(contact, Limits { break_away, sliding: break_away }),
             since: contact.time,
-            excess: self.static_excess,
+            excess: self.static_excess.value,
             line: DelayLine::new(contact),
         }
     }

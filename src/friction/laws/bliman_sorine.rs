@@ -5,7 +5,7 @@ use crate::friction::parts::fading::fading_rate;
 use crate::friction::parts::parameters::{force, length, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Bliman-Sorine friction: the difference of a fast and a slow Dahl element. Two states, their forces in N.
@@ -32,14 +32,13 @@ parameters! {
     /// Bliman, Sorine (1995), Easy-to-use realistic dry friction models for automatic control, Proc. 3rd European Control
     /// Conference, Rome, 3788-3794.
     BlimanSorine {
-        viscous: f64 = viscous(30.0);
-        fast_force: f64 = force(5, "f1", 24.6).text("Steady force of the fast Dahl element");
-        slow_force: f64 = force(6, "f2", 16.3).text("Steady force of the slow Dahl element, which is subtracted");
-        length_ratio: f64 = Variable::parameter(7, "eta", units::ONE, 0.5)
+        viscous: Tunable = viscous(30.0);
+        fast_force: Tunable = force(5, "f1", 24.6).text("Steady force of the fast Dahl element");
+        slow_force: Tunable = force(6, "f2", 16.3).text("Steady force of the slow Dahl element, which is subtracted");
+        length_ratio: Tunable = Variable::parameter(7, "eta", units::ONE, 0.5)
             .range(1e-3, 1.0)
-            .tunable()
             .text("Path on which the fast element builds up, as a fraction of that of the slow one");
-        length: f64 = length(8, "xe", 1e-5).text("Path on which the slow element builds up");
+        length: Tunable = length(8, "xe", 1e-5).text("Path on which the slow element builds up");
     }
 }
 
@@ -47,9 +46,9 @@ impl FrictionLaw for BlimanSorine {
     type Memory = ();
 
     fn check(&self) -> Result<(), ParameterError> {
-        if self.slow_force > self.fast_force {
-            let reason = format!("it must not exceed f1 = {}", self.fast_force);
-            return Err(ParameterError::new("f2", self.slow_force, &reason));
+        let [fast, slow] = [self.fast_force, self.slow_force].map(|force| force.value);
+        if slow > fast {
+            return Err(ParameterError::new("f2", slow, &format!("it must not exceed f1 = {fast}")));
         }
         Ok(())
     }
@@ -63,7 +62,7 @@ impl FrictionLaw for BlimanSorine {
     }
 
     fn state_scale(&self) -> f64 {
-        self.fast_force.max(1.0)
+        self.fast_force.value.max(1.0)
     }
 
     fn start(&self, _contact: &Contact<f64>) {}

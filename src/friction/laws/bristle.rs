@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{length, stiffness, viscous};
 use crate::numbers::random;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{Variable, units};
+use crate::variables::{Tunable, Variable, units};
 
 /// The largest number of bristles.
 const MAX_BRISTLES: usize = 100;
@@ -36,14 +36,13 @@ parameters! {
     /// # Source
     /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
     Bristle {
-        viscous: f64 = viscous(30.0);
+        viscous: Tunable = viscous(30.0);
         count: usize = Variable::count(5, "N", 20).range(1.0, MAX_BRISTLES as f64).text("Number of bristles");
-        stiffness: f64 = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
-        strength: f64 = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load level 1");
+        stiffness: Tunable = stiffness(6, "sigma0", 6.2e4).text("Stiffness of a bristle");
+        strength: Tunable = length(7, "deltaS", 1e-5).text("Deflection at which a bond breaks at load level 1");
         seed: u64 = Variable::count(8, "seed", 1).range(0.0, f64::from(i32::MAX)).text("Seed of the random numbers");
-        window: f64 = Variable::parameter(9, "window", units::SECOND, 1e-4)
+        window: Tunable = Variable::parameter(9, "window", units::SECOND, 1e-4)
             .range(0.0, 1e-2)
-            .tunable()
             .shown_in("ms")
             .text("Time over which the force is averaged where bonds break faster; 0 locates every break");
     }
@@ -181,6 +180,6 @@ impl Bristle {
         }
         let (start, end) = (contact.position, contact.position + path);
         let sum: f64 = bonds.iter().copied().map(|mut bond| bond.travel(start, end, strength)).sum();
-        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: self.stiffness * sum })
+        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: sum * self.stiffness })
     }
 }

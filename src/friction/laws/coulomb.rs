@@ -4,6 +4,7 @@ use crate::friction::parts::parameters::{coulomb_force, viscous};
 use crate::friction::parts::stick_slip::SetValued;
 use crate::numbers::Scalar;
 use crate::parameters;
+use crate::variables::Tunable;
 
 parameters! {
     /// Coulomb friction, set-valued at rest.
@@ -16,17 +17,17 @@ parameters! {
     /// # Source
     /// Coulomb (1785), Theorie des machines simples.
     Coulomb {
-        coulomb_force: f64 = coulomb_force(8.3);
-        viscous: f64 = viscous(30.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        viscous: Tunable = viscous(30.0);
     }
 }
 
 impl SetValued for Coulomb {
-    fn break_away(&self, level: f64) -> f64 {
+    fn break_away<S: Scalar>(&self, level: S) -> S {
         level * self.coulomb_force
     }
 
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
-        level * (direction * self.coulomb_force) + velocity * self.viscous
+        level * (self.coulomb_force * direction) + velocity * self.viscous
     }
 }

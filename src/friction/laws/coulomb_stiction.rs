@@ -4,7 +4,7 @@ use crate::friction::parts::parameters::{check_forces, coulomb_force, static_for
 use crate::friction::parts::stick_slip::SetValued;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Coulomb friction with stiction, set-valued at rest.
@@ -19,9 +19,9 @@ parameters! {
     /// # Errors
     /// [`ParameterError`] for `F_c > F_s`.
     CoulombStiction {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        viscous: f64 = viscous(30.0);
+        static_force: Tunable = static_force(11.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        viscous: Tunable = viscous(30.0);
     }
 }
 
@@ -30,11 +30,11 @@ impl SetValued for CoulombStiction {
         check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
-    fn break_away(&self, level: f64) -> f64 {
+    fn break_away<S: Scalar>(&self, level: S) -> S {
         level * self.static_force
     }
 
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
-        level * (direction * self.coulomb_force) + velocity * self.viscous
+        level * (self.coulomb_force * direction) + velocity * self.viscous
     }
 }

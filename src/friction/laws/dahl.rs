@@ -9,7 +9,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{Variable, units};
+use crate::variables::{Tunable, Variable, units};
 
 /// A bristle of a brittle contact counts as saturated when its force lacks this fraction of the limit.
 const SATURATED: f64 = 1e-8;
@@ -35,13 +35,12 @@ parameters! {
     /// # Source
     /// Dahl (1968), A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1.
     Dahl {
-        coulomb_force: f64 = force(1, "Fc", 10.6).text("Coulomb friction: force of steady sliding");
-        stiffness: f64 = stiffness(5, "sigma0", 8e6).text("Bristle stiffness at zero deflection");
-        exponent: f64 = Variable::parameter(6, "n", units::ONE, 1.0)
+        coulomb_force: Tunable = force(1, "Fc", 10.6).text("Coulomb friction: force of steady sliding");
+        stiffness: Tunable = stiffness(5, "sigma0", 8e6).text("Bristle stiffness at zero deflection");
+        exponent: Tunable = Variable::parameter(6, "n", units::ONE, 1.0)
             .range(0.1, 10.0)
-            .tunable()
             .text("Shape exponent: below 1 brittle, above 1 ductile contact");
-        viscous: f64 = viscous(0.0);
+        viscous: Tunable = viscous(0.0);
     }
 }
 
@@ -65,18 +64,20 @@ impl BristleLaw for Dahl {
     }
 
     fn scale(&self) -> f64 {
-        self.coulomb_force.max(1.0) / self.stiffness
+        self.coulomb_force.value.max(1.0) / self.stiffness
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
         let v = contact.velocity;
         let limit = contact.level * self.coulomb_force;
         if let Mode::Saturated(direction) = *mode {
-            let spring = (z * (direction * self.stiffness)).min(limit) * direction;
+            let spring = (z * (self.stiffness * direction)).min(limit) * direction;
             return (spring + v * self.viscous, S::zero());
         }
         let reserve = self.reserve(contact, z);
-        let rate = v * reserve.abs().powf(self.exponent) * sign(reserve.value()) + fading_rate(z, limit);
+        // A bristle that lacks nothing has the slope of one that lacks little.
+        let side = if reserve.value() < 0.0 { -1.0 } else { 1.0 };
+        let rate = v * reserve.abs().pow(self.exponent) * side + fading_rate(z, limit);
         (z * self.stiffness + v * self.viscous, rate)
     }
 
@@ -114,12 +115,12 @@ impl BristleLaw for Dahl {
 
 impl Dahl {
     fn is_brittle(&self) -> bool {
-        self.exponent < 1.0
+        self.exponent.value < 1.0
     }
 
     /// `a`: the part of the limit that the bristle lacks in the direction of motion.
     fn reserve<S: Scalar>(&self, contact: &Contact<S>, z: S) -> S {
         let limit = contact.level * self.coulomb_force;
-        (limit - z * (sign(contact.velocity.value()) * self.stiffness)) / divisor(limit)
+        (limit - z * (self.stiffness * sign(contact.velocity.value()))) / divisor(limit)
     }
 }

@@ -7,7 +7,7 @@ use crate::friction::parts::elements::{self, MAX_ELEMENTS};
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{Variable, units};
+use crate::variables::{Tunable, Variable, units};
 
 /// Taps of the displacement: the present sample and four past ones.
 const POSITION_TAPS: usize = 5;
@@ -43,25 +43,25 @@ parameters! {
             .text("Number of past displacements that count; coefficients beyond are unused");
         spring_taps: usize = Variable::count(7, "nchi", 0).range(0.0, (SPRING_TAPS - 1) as f64)
             .text("Number of past spring deformations that count; coefficients beyond are unused");
-        limit: [f64; MAX_ELEMENTS] = Variable::parameter(10, "limit", units::METRE, 0.0).range(0.0, 1.0).tunable()
+        limit: [Tunable; MAX_ELEMENTS] = Variable::parameter(10, "limit", units::METRE, 0.0).range(0.0, 1.0)
             .text("Largest deformation of a spring at load level 1")
             .array([2.59375e-6, 5.1875e-6, 1.0375e-5, 2.075e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        position_coefficient: [f64; POSITION_TAPS] = coefficient(20, "c")
+        position_coefficient: [Tunable; POSITION_TAPS] = coefficient(20, "c")
             .text("Coefficient of the displacement 0, 1, 2, ... samples ago")
             .array([3e4, -3e4, 0.0, 0.0, 0.0]);
-        spring_coefficient_0: [f64; MAX_ELEMENTS] = coefficient(30, "chi0")
+        spring_coefficient_0: [Tunable; MAX_ELEMENTS] = coefficient(30, "chi0")
             .text("Coefficient of the present deformation of a spring")
             .array([8e5, 4e5, 2e5, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        spring_coefficient_1: [f64; MAX_ELEMENTS] = coefficient(40, "chi1")
+        spring_coefficient_1: [Tunable; MAX_ELEMENTS] = coefficient(40, "chi1")
             .text("Coefficient of the deformation of a spring one sample ago").array([0.0; MAX_ELEMENTS]);
-        spring_coefficient_2: [f64; MAX_ELEMENTS] = coefficient(50, "chi2")
+        spring_coefficient_2: [Tunable; MAX_ELEMENTS] = coefficient(50, "chi2")
             .text("Coefficient of the deformation of a spring two samples ago").array([0.0; MAX_ELEMENTS]);
     }
 }
 
 /// A coefficient of the regression.
 fn coefficient(reference: u32, name: &str) -> Variable {
-    Variable::parameter(reference, name, units::NEWTON_PER_METRE, 0.0).range(-1e12, 1e12).tunable()
+    Variable::parameter(reference, name, units::NEWTON_PER_METRE, 0.0).range(-1e12, 1e12)
 }
 
 /// Samples, the latest first.
@@ -118,7 +118,7 @@ impl FrictionLaw for Dnlrx {
 impl Dnlrx {
     /// The force in N by the present and past samples.
     fn regression(&self, memory: &Memory) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let dot = |a: &[Tunable], b: &[f64]| a.iter().zip(b).map(|(a, b)| *b * *a).sum::<f64>();
         let coefficients = [&self.spring_coefficient_0, &self.spring_coefficient_1, &self.spring_coefficient_2];
         let taps = coefficients.into_iter().zip(&memory.deformations).take(self.spring_taps + 1);
         dot(&self.position_coefficient[..=self.position_taps], &memory.positions)

@@ -9,7 +9,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Elasto-plastic friction: one state, the bristle deflection `z` in m, which is purely elastic at first.
@@ -36,12 +36,11 @@ parameters! {
     /// Dupont, Hayward, Armstrong, Altpeter (2002), IEEE Trans. Automatic Control 47(5):787-792.
     ElastoPlastic {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
-        damping: f64 = damping(6, "sigma1", 1000.0).text("Bristle damping");
-        elastic_ratio: f64 = Variable::parameter(7, "zbaRatio", units::ONE, 0.7)
+        viscous: Tunable = viscous(30.0);
+        stiffness: Tunable = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
+        damping: Tunable = damping(6, "sigma1", 1000.0).text("Bristle damping");
+        elastic_ratio: Tunable = Variable::parameter(7, "zbaRatio", units::ONE, 0.7)
             .range(0.0, 0.99)
-            .tunable()
             .text("Force up to which the bristle is purely elastic, as a fraction of the Coulomb friction");
     }
 }
@@ -54,7 +53,7 @@ impl BristleLaw for ElastoPlastic {
     }
 
     fn scale(&self) -> f64 {
-        self.curve.static_force.max(1.0) / self.stiffness
+        self.curve.static_force.value.max(1.0) / self.stiffness
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {

@@ -8,7 +8,7 @@ use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{Notice, ParameterError, Variable, units};
+use crate::variables::{Notice, ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Generalised Maxwell-slip friction: up to ten elements, one state each, the element's force `F_i` in N.
@@ -33,17 +33,15 @@ parameters! {
     /// Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11):1883-1887.
     Gms {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
+        viscous: Tunable = viscous(30.0);
         count: usize = elements::count(4);
-        attraction: f64 = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
+        attraction: Tunable = Variable::parameter(6, "C", units::NEWTON_PER_SECOND, 500.0)
             .range(1e-3, 1e9)
-            .tunable()
             .text("Rate at which the force of slipping elements approaches the Stribeck curve");
-        stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
+        stiffness: [Tunable; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
             .array([4e5, 3e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
-        share: [f64; MAX_ELEMENTS] = Variable::parameter(20, "alpha", units::ONE, 0.0)
+        share: [Tunable; MAX_ELEMENTS] = Variable::parameter(20, "alpha", units::ONE, 0.0)
             .range(0.0, 10.0)
-            .tunable()
             .text("Share of an element in the Stribeck curve; shares usually add up to 1")
             .array([0.25, 0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
@@ -59,8 +57,12 @@ impl FrictionLaw for Gms {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()?;
-        if self.share[..self.count].iter().all(|share| *share == 0.0) {
-            return Err(ParameterError::new("alpha[1]", self.share[0], "one element in use must have a share above 0"));
+        if self.share[..self.count].iter().all(|share| share.value == 0.0) {
+            return Err(ParameterError::new(
+                "alpha[1]",
+                self.share[0].value,
+                "one element in use must have a share above 0",
+            ));
         }
         Ok(())
     }
@@ -74,11 +76,11 @@ impl FrictionLaw for Gms {
     }
 
     fn state_scale(&self) -> f64 {
-        self.curve.static_force.max(1.0)
+        self.curve.static_force.value.max(1.0)
     }
 
     fn notice(&self) -> Option<Notice> {
-        let sum: f64 = self.share[..self.count].iter().sum();
+        let sum: f64 = self.share[..self.count].iter().map(|share| share.value).sum();
         let remark = "the shares of the elements in use do not add up to 1, and sliding friction is that part of the Stribeck curve";
         let notice = Notice { variable: "sum of friction.gms.alpha", value: sum, remark };
         ((sum - 1.0).abs() > SHARES_ROUNDING).then_some(notice)
@@ -121,6 +123,6 @@ impl Gms {
     fn loads<'a>(&'a self, contact: &Contact<f64>, z: &'a [f64]) -> impl Iterator<Item = Load> + Clone + 'a {
         let curve = self.curve.at(contact.velocity.abs(), contact.level);
         let elements = z.iter().zip(&self.share).take(self.count);
-        elements.map(move |(force, share)| Load { force: *force, limit: curve * share })
+        elements.map(move |(force, share)| Load { force: *force, limit: curve * *share })
     }
 }

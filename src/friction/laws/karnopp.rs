@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{velocity, viscous};
 use crate::friction::parts::stick_slip::Mode as StickSlip;
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Karnopp friction: the velocity is a state `w` that is reported as 0 inside a band.
@@ -34,8 +34,8 @@ parameters! {
     /// Karnopp (1985), ASME J. Dynamic Systems, Measurement, and Control 107(1):100-103.
     Karnopp {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        band: f64 = velocity(5, "DV", 1e-4).text("Half width of the band of velocities that count as rest");
+        viscous: Tunable = viscous(30.0);
+        band: Tunable = velocity(5, "DV", 1e-4).text("Half width of the band of velocities that count as rest");
     }
 }
 
@@ -80,8 +80,8 @@ impl FrictionLaw for Karnopp {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
         match memory.mode {
-            Mode::Held => StickSlip::holding_force(contact, contact.level.value() * self.curve.static_force),
-            Mode::Crossing(direction) => contact.level * (direction * self.curve.static_force),
+            Mode::Held => StickSlip::holding_force(contact, contact.level * self.curve.static_force),
+            Mode::Crossing(direction) => contact.level * (self.curve.static_force * direction),
             Mode::Sliding(direction) => self.sliding(contact.velocity, direction, contact.level),
         }
     }
@@ -90,12 +90,12 @@ impl FrictionLaw for Karnopp {
         let w = contact.velocity;
         match (memory.mode, contact.drive) {
             (Mode::Held, Drive::Force) => out[Event::BreakAway] = self.reserve(contact, w, memory.margin),
-            (Mode::Held, Drive::Motion) => out[Event::Edge] = self.band - w.abs(),
+            (Mode::Held, Drive::Motion) => out[Event::Edge] = self.band.value - w.abs(),
             (Mode::Crossing(direction), _) => {
-                out[Event::Edge] = self.band - direction * w;
+                out[Event::Edge] = self.band.value - direction * w;
                 out[Event::Fall] = direction * contact.applied - contact.level * self.curve.static_force;
             }
-            (Mode::Sliding(direction), _) => out[Event::Stop] = direction * w - self.band,
+            (Mode::Sliding(direction), _) => out[Event::Stop] = direction * w - self.band.value,
         }
     }
 
@@ -106,12 +106,12 @@ impl FrictionLaw for Karnopp {
         }
         memory.mode = match memory.mode {
             Mode::Sliding(direction) => {
-                *velocity = direction * self.band;
+                *velocity = direction * self.band.value;
                 memory.margin = self.margin_after(contact, memory);
                 self.in_band(contact, *velocity, memory.margin)
             }
             Mode::Crossing(direction) if event == Event::Edge => {
-                *velocity = direction * self.band;
+                *velocity = direction * self.band.value;
                 self.in_band(contact, *velocity, 0.0)
             }
             Mode::Crossing(_) => Mode::Held,
@@ -133,7 +133,7 @@ impl Karnopp {
     }
 
     fn mode_at(&self, contact: &Contact<f64>) -> Mode {
-        if contact.velocity.abs() >= self.band {
+        if contact.velocity.abs() >= self.band.value {
             Mode::Sliding(sign(contact.velocity))
         } else {
             self.in_band(contact, contact.velocity, 0.0)
@@ -146,15 +146,15 @@ impl Karnopp {
             return Mode::Held;
         }
         let direction = sign(contact.applied);
-        if direction * w >= self.band { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
+        if direction * w >= self.band.value { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
     }
 
     /// By how much the holding force, on the edge with a margin, exceeds the applied force.
     fn reserve(&self, contact: &Contact<f64>, w: f64, margin: f64) -> f64 {
         let static_force = contact.level * self.curve.static_force;
         let direction = sign(contact.applied);
-        let outside = self.sliding(self.band, 1.0, contact.level);
-        let limit = if direction * w >= self.band { static_force.max(outside) + margin } else { static_force };
+        let outside = self.sliding(self.band.value, 1.0, contact.level);
+        let limit = if direction * w >= self.band.value { static_force.max(outside) + margin } else { static_force };
         limit - contact.applied.abs()
     }
 
@@ -162,7 +162,7 @@ impl Karnopp {
     fn margin_after(&self, contact: &Contact<f64>, memory: &Memory) -> f64 {
         let slid = contact.time - memory.left;
         if slid < AT_ONCE {
-            (2.0 * memory.margin).max(1e-6 * self.sliding(self.band, 1.0, contact.level))
+            (2.0 * memory.margin).max(1e-6 * self.sliding(self.band.value, 1.0, contact.level))
         } else if slid < 10.0 * AT_ONCE {
             0.9 * memory.margin
         } else {

@@ -11,7 +11,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, force, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Modified Leuven friction: one state, the deflection `z` in m, and the points at which `z` has turned.
@@ -43,18 +43,16 @@ parameters! {
     /// Lampaert, Swevers, Al-Bender (2002), IEEE Trans. Automatic Control 47(4):683-687.
     Leuven {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        transition: f64 = Variable::parameter(5, "n", units::ONE, 1.0)
+        viscous: Tunable = viscous(30.0);
+        transition: Tunable = Variable::parameter(5, "n", units::ONE, 1.0)
             .range(0.1, 10.0)
-            .tunable()
             .text("Transition exponent: the larger, the more abruptly presliding turns into sliding");
-        stiffness: f64 = stiffness(6, "k1", 1.483e6).text("Stiffness of the linear part of the hysteresis");
-        hysteresis_force: f64 = force(7, "f1", 5.595).text("Saturation force of the hysteresis");
-        steepness: f64 = Variable::parameter(8, "f2", units::PER_METRE, 5.631e5)
+        stiffness: Tunable = stiffness(6, "k1", 1.483e6).text("Stiffness of the linear part of the hysteresis");
+        hysteresis_force: Tunable = force(7, "f1", 5.595).text("Saturation force of the hysteresis");
+        steepness: Tunable = Variable::parameter(8, "f2", units::PER_METRE, 5.631e5)
             .range(1e-3, 1e12)
-            .tunable()
             .text("Inverse length on which the hysteresis saturates");
-        damping: f64 = damping(9, "sigma1", 0.0).text("Bristle damping");
+        damping: Tunable = damping(9, "sigma1", 0.0).text("Bristle damping");
     }
 }
 
@@ -123,7 +121,7 @@ impl BristleLaw for Leuven {
     }
 
     fn scale(&self) -> f64 {
-        self.curve.static_force.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
+        self.curve.static_force.value.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory) -> (S, S) {
@@ -171,7 +169,7 @@ impl Leuven {
     fn rate<S: Scalar>(&self, contact: &Contact<S>, hysteresis: S) -> S {
         let (v, limit) = (contact.velocity, self.limit(contact));
         let q = hysteresis * sign(v.value()) / divisor(limit);
-        v * (limit / divisor(limit) - q.abs().powf(self.transition) * sign(q.value()))
+        v * (limit / divisor(limit) - q.abs().pow(self.transition) * sign(q.value()))
     }
 
     /// The hysteresis force `F_h` in N.
@@ -189,8 +187,9 @@ impl Leuven {
 
     /// `1 - exp(-f2*z)`, odd in `z`.
     fn virgin_saturation<S: Scalar>(&self, z: S) -> S {
-        let fall = libm::expm1(-self.steepness * z.value().abs());
-        z.chain(-sign(z.value()) * fall, self.steepness * (1.0 + fall))
+        let (Tunable { value: steepness, .. }, value) = (self.steepness, z.value());
+        let fall = libm::expm1(-steepness * value.abs());
+        z.chain_with(-sign(value) * fall, steepness * (1.0 + fall), self.steepness, value * (1.0 + fall))
     }
 }
 
@@ -211,7 +210,8 @@ mod tests {
 
     impl Path {
         fn new() -> Self {
-            let defaults: Vec<f64> = Leuven::table().iter().map(|variable| variable.start.unwrap()).collect();
+            let starts = Leuven::table().into_iter().filter_map(|variable| variable.start);
+            let defaults: Vec<_> = starts.map(Tunable::still).collect();
             let law = Leuven::read(&defaults).unwrap();
             Self { law, memory: Memory { direction: 1.0, ..Memory::default() }, z: 0.0 }
         }

@@ -7,7 +7,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// LuGre friction: one state, the mean bristle deflection `z` in m.
@@ -34,10 +34,10 @@ parameters! {
     /// Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3):419-425. Here `s` is in N.
     LuGre {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
-        damping: f64 = damping(6, "sigma1", 1000.0).text("Bristle damping at zero velocity");
-        damping_velocity: f64 = velocity(7, "vd", 0.01).text("Velocity above which the bristle damping has decayed");
+        viscous: Tunable = viscous(30.0);
+        stiffness: Tunable = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
+        damping: Tunable = damping(6, "sigma1", 1000.0).text("Bristle damping at zero velocity");
+        damping_velocity: Tunable = velocity(7, "vd", 0.01).text("Velocity above which the bristle damping has decayed");
     }
 }
 
@@ -49,7 +49,7 @@ impl BristleLaw for LuGre {
     }
 
     fn scale(&self) -> f64 {
-        self.curve.static_force.max(1.0) / self.stiffness
+        self.curve.static_force.value.max(1.0) / self.stiffness
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {

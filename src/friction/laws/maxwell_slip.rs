@@ -8,6 +8,7 @@ use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
+use crate::variables::Tunable;
 
 parameters! {
     /// Maxwell-slip friction of up to ten elements: rate-independent hysteresis with non-local memory, without drift.
@@ -28,11 +29,11 @@ parameters! {
     /// # Source
     /// Iwan (1966), ASME J. Applied Mechanics 33(4):893-900.
     MaxwellSlip {
-        viscous: f64 = viscous(30.0);
+        viscous: Tunable = viscous(30.0);
         count: usize = elements::count(4);
-        stiffness: [f64; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
+        stiffness: [Tunable; MAX_ELEMENTS] = stiffness(10, "k", 1e5).text("Stiffness of an element")
             .array([8e5, 4e5, 2e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5, 1e5]);
-        limit: [f64; MAX_ELEMENTS] = force(20, "W", 0.0).text("Largest force of an element")
+        limit: [Tunable; MAX_ELEMENTS] = force(20, "W", 0.0).text("Largest force of an element")
             .array([2.075, 2.075, 2.075, 2.075, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{check_forces, damping, exponent, force,
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
@@ -40,9 +40,9 @@ parameters! {
             stribeck_velocity(0.01),
             exponent(),
         ];
-        decelerating_coulomb: f64 = force(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
-        accelerating_viscous: f64 = damping(6, "c1", 33.0).text("Viscous friction coefficient at increasing speed");
-        decelerating_viscous: f64 = damping(7, "c2", 25.0).text("Viscous friction coefficient at decreasing speed");
+        decelerating_coulomb: Tunable = force(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
+        accelerating_viscous: Tunable = damping(6, "c1", 33.0).text("Viscous friction coefficient at increasing speed");
+        decelerating_viscous: Tunable = damping(7, "c2", 25.0).text("Viscous friction coefficient at decreasing speed");
     }
 }
 
@@ -86,7 +86,7 @@ impl FrictionLaw for Polito {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
         match (memory.mode, memory.branch) {
-            (Mode::Stuck, _) => Mode::holding_force(contact, self.break_away(contact.level.value())),
+            (Mode::Stuck, _) => Mode::holding_force(contact, self.break_away(contact.level)),
             (Mode::Sliding(direction), Branch::Accelerating) => self.rising(contact, direction) * direction,
             (Mode::Sliding(_), Branch::Steady) => contact.applied,
             (Mode::Sliding(direction), Branch::Decelerating) => self.falling(contact, direction) * direction,
@@ -130,7 +130,7 @@ impl FrictionLaw for Polito {
 }
 
 impl Polito {
-    fn break_away(&self, level: f64) -> f64 {
+    fn break_away<S: Scalar>(&self, level: S) -> S {
         level * self.accelerating.static_force
     }
 
@@ -142,7 +142,7 @@ impl Polito {
 
     /// `F2` at the speed in the direction of sliding.
     fn falling<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> S {
-        contact.level * self.decelerating_coulomb + contact.velocity * (direction * self.decelerating_viscous)
+        contact.level * self.decelerating_coulomb + contact.velocity * (self.decelerating_viscous * direction)
     }
 
     /// The branch to go to at an event of the present one.

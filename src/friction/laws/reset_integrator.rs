@@ -7,7 +7,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{Variable, units};
+use crate::variables::{Tunable, Variable, units};
 
 parameters! {
     /// Reset-integrator friction: one state, the strain `z` in m of a bond that yields at `lambda*z0`.
@@ -30,14 +30,13 @@ parameters! {
     /// # Source
     /// Haessig, Friedland (1991), ASME J. Dynamic Systems, Measurement, and Control 113(3):354-362.
     ResetIntegrator {
-        viscous: f64 = viscous(30.0);
-        stiffness: f64 = stiffness(5, "sigma0", 1e6).text("Stiffness of the bond while sliding");
-        yield_strain: f64 = length(6, "z0", 8.3e-6).text("Strain at which the bond yields at load level 1");
-        stiction_gain: f64 = Variable::parameter(7, "a", units::ONE, 0.325)
+        viscous: Tunable = viscous(30.0);
+        stiffness: Tunable = stiffness(5, "sigma0", 1e6).text("Stiffness of the bond while sliding");
+        yield_strain: Tunable = length(6, "z0", 8.3e-6).text("Strain at which the bond yields at load level 1");
+        stiction_gain: Tunable = Variable::parameter(7, "a", units::ONE, 0.325)
             .range(0.0, 100.0)
-            .tunable()
             .text("Excess of the break-away force over the sliding force, relative to the latter");
-        damping: f64 = damping(8, "sigma1", 1000.0).text("Damping while the bond strains");
+        damping: Tunable = damping(8, "sigma1", 1000.0).text("Damping while the bond strains");
     }
 }
 
@@ -47,14 +46,17 @@ impl BristleLaw for ResetIntegrator {
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
 
     fn scale(&self) -> f64 {
-        self.yield_strain
+        self.yield_strain.value
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
         let rate = mode.rate(contact.velocity);
-        let gain = if *mode == Mode::Following { 1.0 + self.stiction_gain } else { 1.0 };
+        let stiffness = match mode {
+            Mode::Following => (self.stiction_gain + 1.0) * self.stiffness,
+            Mode::Limited(_) => self.stiffness,
+        };
         let strain = mode.deflection(z, self.limit(contact.level));
-        (strain * (gain * self.stiffness) + rate * self.damping + contact.velocity * self.viscous, rate)
+        (strain * stiffness + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {

@@ -4,6 +4,7 @@ use crate::friction::parts::of_velocity::VelocityLaw;
 use crate::friction::parts::parameters::{coulomb_force, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
+use crate::variables::Tunable;
 
 parameters! {
     /// Smooth Coulomb friction.
@@ -15,9 +16,9 @@ parameters! {
     /// # Validity
     /// No stiction: under any load the mass creeps, at about `v_d*F_applied/F_c` for small loads.
     SmoothCoulomb {
-        coulomb_force: f64 = coulomb_force(8.3);
-        smoothing_velocity: f64 = velocity(5, "vd", 1e-3).text("Smoothing velocity of the hyperbolic tangent");
-        viscous: f64 = viscous(30.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        smoothing_velocity: Tunable = velocity(5, "vd", 1e-3).text("Smoothing velocity of the hyperbolic tangent");
+        viscous: Tunable = viscous(30.0);
     }
 }
 

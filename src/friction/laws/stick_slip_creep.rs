@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{damping, length};
 use crate::friction::parts::ramp::{Ramp, cubic};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Stick-slip-creep friction: one state, the stiction displacement `d` in m.
@@ -34,8 +34,8 @@ parameters! {
     /// After the joint friction of MSC Adams and RecurDyn, which depends on speed and stiction displacement.
     StickSlipCreep {
         ramp: Ramp = Ramp::variables("Speed up to which friction is static");
-        displacement: f64 = length(6, "Delta", 1e-5).text("Largest stiction displacement");
-        damping: f64 = damping(7, "sigma1", 1000.0).text("Damping of the stiction displacement");
+        displacement: Tunable = length(6, "Delta", 1e-5).text("Largest stiction displacement");
+        damping: Tunable = damping(7, "sigma1", 1000.0).text("Damping of the stiction displacement");
     }
 }
 
@@ -49,7 +49,7 @@ impl BristleLaw for StickSlipCreep {
     }
 
     fn scale(&self) -> f64 {
-        self.displacement
+        self.displacement.value
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
@@ -58,7 +58,7 @@ impl BristleLaw for StickSlipCreep {
         if *mode == Mode::Following {
             rate += fading_rate(z, limit);
         }
-        let displacement = mode.deflection(z, S::constant(self.displacement));
+        let displacement = mode.deflection(z, S::tuned(self.displacement));
         let stiction = limit * displacement / self.displacement + rate * self.damping;
         let kinetic = contact.level * (self.ramp.coulomb_force * sign(v.value()));
         let share = self.stiction_share(v.abs());
@@ -66,11 +66,11 @@ impl BristleLaw for StickSlipCreep {
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z, self.displacement, out);
+        mode.indicate(contact.velocity, z, self.displacement.value, out);
     }
 
     fn switch(&self, _event: Event, _contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        *mode = mode.switched(z, self.displacement);
+        *mode = mode.switched(z, self.displacement.value);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::parameters::{check_forces, coulomb_force, damping, static_force, stiffness, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Stick-slip friction with a spring-damper that is anchored where the mass stuck.
@@ -28,9 +28,9 @@ parameters! {
     /// # Source
     /// After the stick-slip force of Simpack, as the literature on multibody programs describes it.
     StickSlipSpring {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        viscous: f64 = viscous(30.0);
+        static_force: Tunable = static_force(11.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        viscous: Tunable = viscous(30.0);
         spring: Spring = [
             stiffness(5, "k", 1e5).text("Contact stiffness while sticking"),
             damping(6, "d", 300.0).text("Contact damping while sticking"),
@@ -56,7 +56,7 @@ impl FrictionLaw for StickSlipSpring {
         match *mode {
             Mode::Sticking { place, load } => self.spring.force(contact, place, load),
             Mode::Sliding { direction } => {
-                contact.level * (direction * self.coulomb_force) + contact.velocity * self.viscous
+                contact.level * (self.coulomb_force * direction) + contact.velocity * self.viscous
             }
         }
     }

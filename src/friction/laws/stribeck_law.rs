@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{dwell_time, force, viscous};
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Stribeck friction, set-valued at rest.
@@ -42,15 +42,14 @@ parameters! {
     /// The growth is that of [`Armstrong`](super::armstrong::Armstrong)'s law after sliding that left no excess.
     Stribeck {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        rested_force: f64 = force(5, "FsInf", 0.0)
+        viscous: Tunable = viscous(30.0);
+        rested_force: Tunable = force(5, "FsInf", 0.0)
             .nominal(15.0)
             .text("Static friction after a long time at rest; 0: as Fs, whatever the time");
-        dwell_time: f64 = dwell_time(6, 0.1)
+        dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the growth from Fs to FsInf is done");
-        kappa_ratio: f64 = Variable::parameter(7, "kappaRatio", units::ONE, 1.0)
+        kappa_ratio: Tunable = Variable::parameter(7, "kappaRatio", units::ONE, 1.0)
             .range(0.0, 100.0)
-            .tunable()
             .text("Growth of the static friction with the load level relative to that of the Coulomb friction");
     }
 }
@@ -73,7 +72,7 @@ impl FrictionLaw for Stribeck {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()?;
-        let (least, value) = (self.curve.static_force, self.rested_force);
+        let [least, value] = [self.curve.static_force, self.rested_force].map(|force| force.value);
         if value != 0.0 && value < least {
             let reason = format!("it must be 0, for no growth, or at least the static friction Fs = {least}");
             return Err(ParameterError::new("FsInf", value, &reason));
@@ -90,7 +89,7 @@ impl FrictionLaw for Stribeck {
         match memory.mode {
             Mode::Stuck => {
                 let dwell = contact.time.value() - memory.since;
-                Mode::holding_force(contact, self.break_away(contact.level.value(), dwell))
+                Mode::holding_force(contact, self.break_away(contact.level, dwell))
             }
             Mode::Sliding(direction) => {
                 self.dry(contact.velocity.abs(), contact.level) * direction + contact.velocity * self.viscous
@@ -121,20 +120,20 @@ impl FrictionLaw for Stribeck {
 
 impl Stribeck {
     /// Largest force in N that holds the mass after a time at rest in s.
-    fn break_away(&self, level: f64, dwell: f64) -> f64 {
+    fn break_away<S: Scalar>(&self, level: S, dwell: f64) -> S {
         let fresh = self.curve.static_force;
-        let force = if self.rested_force == 0.0 {
+        let force = if self.rested_force.value == 0.0 || dwell == 0.0 {
             fresh
         } else {
             // In a form that has its limits at 0 and at infinity.
-            fresh + (self.rested_force - fresh) / (1.0 + self.dwell_time / dwell)
+            fresh + (self.rested_force - fresh) / (self.dwell_time / dwell + 1.0)
         };
         self.static_level(level) * force
     }
 
     /// Friction in N at a speed without the viscous part.
     fn dry<S: Scalar>(&self, speed: S, level: S) -> S {
-        if self.kappa_ratio == 1.0 {
+        if self.kappa_ratio == Tunable::still(1.0) {
             return self.curve.at(speed, level);
         }
         let (statics, coulomb) = (self.static_level(level) * self.curve.static_force, level * self.curve.coulomb_force);
@@ -143,7 +142,7 @@ impl Stribeck {
 
     /// The load level `lambda_s` of the static friction.
     fn static_level<S: Scalar>(&self, level: S) -> S {
-        if self.kappa_ratio == 1.0 {
+        if self.kappa_ratio == Tunable::still(1.0) {
             return level;
         }
         ((level - 1.0) * self.kappa_ratio + 1.0).max(S::zero())
@@ -156,7 +155,7 @@ mod tests {
     use crate::variables::ParameterSet;
 
     fn law(rested_force: f64, kappa_ratio: f64) -> Stribeck {
-        Stribeck::read(&[10.0, 6.0, 0.01, 2.0, 30.0, rested_force, 0.5, kappa_ratio]).unwrap()
+        Stribeck::read(&[10.0, 6.0, 0.01, 2.0, 30.0, rested_force, 0.5, kappa_ratio].map(Tunable::still)).unwrap()
     }
 
     fn contact(time: f64, velocity: f64, applied: f64, level: f64) -> Contact<f64> {

@@ -5,7 +5,7 @@ use crate::friction::parts::of_velocity::VelocityLaw;
 use crate::friction::parts::parameters::{velocity, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::ParameterError;
+use crate::variables::{ParameterError, Tunable};
 
 parameters! {
     /// Regularised Stribeck friction.
@@ -24,8 +24,8 @@ parameters! {
     /// [`ParameterError`] for `F_c > F_s`.
     StribeckRegularised {
         curve: StribeckCurve = StribeckCurve::variables();
-        viscous: f64 = viscous(30.0);
-        linear_velocity: f64 = velocity(5, "eps", 1e-3).text("Speed below which the force is proportional to velocity");
+        viscous: Tunable = viscous(30.0);
+        linear_velocity: Tunable = velocity(5, "eps", 1e-3).text("Speed below which the force is proportional to velocity");
     }
 }
 
@@ -36,7 +36,7 @@ impl VelocityLaw for StribeckRegularised {
 
     fn force<S: Scalar>(&self, velocity: S, level: S) -> S {
         let limit = self.curve.at(velocity.abs(), level);
-        let dry = if velocity.value().abs() < self.linear_velocity {
+        let dry = if velocity.value().abs() < self.linear_velocity.value {
             limit * velocity / self.linear_velocity
         } else {
             limit * sign(velocity.value())

@@ -6,18 +6,17 @@ use crate::friction::parts::of_velocity::VelocityLaw;
 use crate::friction::parts::parameters::{coulomb_force, static_force, stribeck_velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, ParameterSet, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
 
 parameters! {
     /// Parameters of [`VelocityBased`].
     Parameters {
-        static_force: f64 = static_force(11.0);
-        coulomb_force: f64 = coulomb_force(8.3);
-        peak_velocity: f64 = stribeck_velocity(0.01).text("Velocity at which the curve peaks at Fs");
-        viscous: f64 = viscous(30.0);
-        curvature: f64 = Variable::parameter(5, "E", units::ONE, 0.0)
+        static_force: Tunable = static_force(11.0);
+        coulomb_force: Tunable = coulomb_force(8.3);
+        peak_velocity: Tunable = stribeck_velocity(0.01).text("Velocity at which the curve peaks at Fs");
+        viscous: Tunable = viscous(30.0);
+        curvature: Tunable = Variable::parameter(5, "E", units::ONE, 0.0)
             .range(-100.0, 0.99)
-            .tunable()
             .text("Curvature factor of the magic formula");
     }
 }
@@ -40,8 +39,8 @@ parameters! {
 #[derive(Clone, Debug)]
 pub struct VelocityBased {
     parameters: Parameters,
-    shape: f64,
-    stiffness: f64,
+    shape: Tunable,
+    stiffness: Tunable,
 }
 
 impl ParameterSet for VelocityBased {
@@ -51,14 +50,16 @@ impl ParameterSet for VelocityBased {
         Parameters::table()
     }
 
-    fn read(values: &[f64]) -> Result<Self, ParameterError> {
+    fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
         let p = Parameters::read(values)?;
-        if p.coulomb_force >= p.static_force {
-            let reason =
-                format!("it must be below the static friction Fs = {}, or the curve has no peak", p.static_force);
-            return Err(ParameterError::new("Fc", p.coulomb_force, &reason));
+        let [statics, coulomb] = [p.static_force, p.coulomb_force].map(|force| force.value);
+        if coulomb >= statics {
+            let reason = format!("it must be below the static friction Fs = {statics}, or the curve has no peak");
+            return Err(ParameterError::new("Fc", coulomb, &reason));
         }
-        let shape = 2.0 - FRAC_2_PI * libm::asin(p.coulomb_force / p.static_force);
+        let ratio = p.coulomb_force / p.static_force;
+        let angle = ratio.chain(libm::asin(ratio.value), 1.0 / (1.0 - ratio.value * ratio.value).sqrt());
+        let shape = -angle * FRAC_2_PI + 2.0;
         let stiffness = peak_argument(shape, p.curvature) / p.peak_velocity;
         Ok(Self { parameters: p, shape, stiffness })
     }
@@ -74,9 +75,10 @@ impl VelocityLaw for VelocityBased {
 }
 
 /// The `q > 0` with `q - E*(q - atan(q)) = tan(pi/(2*C))`, where the sine reaches 1: bisection of a rising function.
-fn peak_argument(shape: f64, curvature: f64) -> f64 {
-    let target = libm::tan(PI / (2.0 * shape));
-    let bent = |q: f64| q - curvature * (q - libm::atan(q));
+fn peak_argument(shape: Tunable, curvature: Tunable) -> Tunable {
+    let quarter = Tunable::still(PI) / (shape * 2.0);
+    let target = libm::tan(quarter.value);
+    let bent = |q: f64| q - (q - libm::atan(q)) * curvature;
     let (mut low, mut high) = (0.0, 1.0);
     while bent(high) < target {
         high *= 2.0;
@@ -92,5 +94,8 @@ fn peak_argument(shape: f64, curvature: f64) -> f64 {
             high = middle;
         }
     }
-    high
+    // The argument moves with the target and with the curvature as the equation that it solves does.
+    let of_target = (1.0 + target * target) * quarter.slope;
+    let rise = 1.0 - curvature.value * high * high / (1.0 + high * high);
+    Tunable { value: high, slope: (of_target + (high - libm::atan(high)) * curvature.slope) / rise }
 }

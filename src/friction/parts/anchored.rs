@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive};
 use crate::numbers::{Scalar, sign};
-use crate::variables::Field;
+use crate::variables::{Field, Tunable};
 
 /// A spring that is anchored at its limit is loaded by this fraction less, so that rounding does not break it at once.
 const BELOW_LIMIT: f64 = 1e-12;
@@ -43,16 +43,17 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// Stiffness in N/m.
-    pub stiffness: f64,
+    pub stiffness: Tunable,
     /// Damping coefficient in N s/m.
-    pub damping: f64,
+    pub damping: Tunable,
 }
 
 /// Stiffness and damping, two parameters of a law.
 impl Field for Spring {
     const LEN: usize = 2;
+    const IS_TUNABLE: bool = true;
 
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         let [stiffness, damping] = Field::read(values)?;
         Some(Self { stiffness, damping })
     }

@@ -2,7 +2,7 @@
 
 use super::parameters::{check_forces, coulomb_force, exponent, static_force, stribeck_velocity};
 use crate::numbers::Scalar;
-use crate::variables::{Field, ParameterError, Variable};
+use crate::variables::{Field, ParameterError, Tunable, Variable};
 
 /// The Stribeck curve: how friction falls from static to Coulomb friction with speed.
 ///
@@ -17,20 +17,21 @@ use crate::variables::{Field, ParameterError, Variable};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StribeckCurve {
     /// Static friction in N.
-    pub static_force: f64,
+    pub static_force: Tunable,
     /// Coulomb friction in N.
-    pub coulomb_force: f64,
+    pub coulomb_force: Tunable,
     /// Stribeck velocity in m/s.
-    pub stribeck_velocity: f64,
+    pub stribeck_velocity: Tunable,
     /// Stribeck exponent.
-    pub exponent: f64,
+    pub exponent: Tunable,
 }
 
 /// The first four parameters of a law.
 impl Field for StribeckCurve {
     const LEN: usize = 4;
+    const IS_TUNABLE: bool = true;
 
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         let [static_force, coulomb_force, stribeck_velocity, exponent] = Field::read(values)?;
         Some(Self { static_force, coulomb_force, stribeck_velocity, exponent })
     }
@@ -57,7 +58,7 @@ impl StribeckCurve {
 
     /// What is left of the static excess at a speed.
     pub fn decay<S: Scalar>(&self, speed: S) -> S {
-        (-(speed / self.stribeck_velocity).powf(self.exponent)).exp()
+        (-(speed / self.stribeck_velocity).pow(self.exponent)).exp()
     }
 }
 
@@ -66,7 +67,7 @@ mod tests {
     use super::*;
 
     fn curve(parameters: [f64; 4]) -> StribeckCurve {
-        StribeckCurve::read(&parameters).unwrap()
+        StribeckCurve::read(&parameters.map(Tunable::still)).unwrap()
     }
 
     #[test]

@@ -15,7 +15,7 @@ macro_rules! wrapper {
                 L::table()
             }
 
-            fn read(values: &[f64]) -> Result<Self, $crate::variables::ParameterError> {
+            fn read(values: &[$crate::variables::Tunable]) -> Result<Self, $crate::variables::ParameterError> {
                 L::read(values).map(Self)
             }
         }

@@ -1,12 +1,13 @@
 //! Parameters that many laws share.
 
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 /// Refuses a Coulomb friction above the static friction `Fs`.
 ///
 /// # Errors
 /// [`ParameterError`] that names the Coulomb friction.
-pub fn check_forces(static_force: f64, name: &str, coulomb_force: f64) -> Result<(), ParameterError> {
+pub fn check_forces(static_force: Tunable, name: &str, coulomb_force: Tunable) -> Result<(), ParameterError> {
+    let [static_force, coulomb_force] = [static_force, coulomb_force].map(|force| force.value);
     if coulomb_force > static_force {
         let reason = format!("it must not exceed the static friction Fs = {static_force}");
         return Err(ParameterError::new(name, coulomb_force, &reason));
@@ -20,7 +21,6 @@ const MAX_FORCE: f64 = 1e6;
 pub fn static_force(default: f64) -> Variable {
     Variable::parameter(0, "Fs", units::NEWTON, default)
         .range(0.0, MAX_FORCE)
-        .tunable()
         .text("Static friction: force at which sliding starts")
 }
 
@@ -38,7 +38,6 @@ pub fn stribeck_velocity(default: f64) -> Variable {
 pub fn exponent() -> Variable {
     Variable::parameter(3, "delta", units::ONE, 2.0)
         .range(0.1, 10.0)
-        .tunable()
         .text("Stribeck exponent: 2 bell-shaped, 1 exponential, below 1 infinitely steep at zero velocity")
 }
 
@@ -49,30 +48,30 @@ pub fn viscous(default: f64) -> Variable {
 
 /// Another friction force.
 pub fn force(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::NEWTON, default).range(0.0, MAX_FORCE).tunable()
+    Variable::parameter(reference, name, units::NEWTON, default).range(0.0, MAX_FORCE)
 }
 
 /// Another characteristic velocity.
 pub fn velocity(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::METRE_PER_SECOND, default).range(1e-9, 1e6).shown_in("mm/s").tunable()
+    Variable::parameter(reference, name, units::METRE_PER_SECOND, default).range(1e-9, 1e6).shown_in("mm/s")
 }
 
 /// Another damping coefficient.
 pub fn damping(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::NEWTON_SECOND_PER_METRE, default).range(0.0, 1e7).tunable()
+    Variable::parameter(reference, name, units::NEWTON_SECOND_PER_METRE, default).range(0.0, 1e7)
 }
 
 /// A time at rest `gamma`.
 pub fn dwell_time(reference: u32, default: f64) -> Variable {
-    Variable::parameter(reference, "gamma", units::SECOND, default).range(1e-6, 1e6).tunable()
+    Variable::parameter(reference, "gamma", units::SECOND, default).range(1e-6, 1e6)
 }
 
 /// A contact stiffness.
 pub fn stiffness(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10).tunable()
+    Variable::parameter(reference, name, units::NEWTON_PER_METRE, default).range(1.0, 1e10)
 }
 
 /// A microscopic length.
 pub fn length(reference: u32, name: &str, default: f64) -> Variable {
-    Variable::parameter(reference, name, units::METRE, default).range(1e-9, 1.0).tunable()
+    Variable::parameter(reference, name, units::METRE, default).range(1e-9, 1.0)
 }

@@ -2,28 +2,29 @@
 
 use super::parameters::{check_forces, coulomb_force, static_force, velocity, viscous};
 use crate::numbers::{Scalar, sign};
-use crate::variables::{Field, ParameterError, Variable};
+use crate::variables::{Field, ParameterError, Tunable, Variable};
 
 /// Static and Coulomb friction and their speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     /// Static friction in N.
-    pub static_force: f64,
+    pub static_force: Tunable,
     /// Coulomb friction in N.
-    pub coulomb_force: f64,
+    pub coulomb_force: Tunable,
     /// Speed in m/s at which, or up to which, friction is static.
-    pub static_velocity: f64,
+    pub static_velocity: Tunable,
     /// Viscous friction coefficient in N s/m.
-    pub viscous: f64,
+    pub viscous: Tunable,
     /// Speed in m/s above which friction is Coulomb friction.
-    pub kinetic_velocity: f64,
+    pub kinetic_velocity: Tunable,
 }
 
 /// The first five parameters of a law.
 impl Field for Ramp {
     const LEN: usize = 5;
+    const IS_TUNABLE: bool = true;
 
-    fn read(values: &[f64]) -> Option<Self> {
+    fn read(values: &[Tunable]) -> Option<Self> {
         let [static_force, coulomb_force, static_velocity, viscous, kinetic_velocity] = Field::read(values)?;
         Some(Self { static_force, coulomb_force, static_velocity, viscous, kinetic_velocity })
     }
@@ -47,9 +48,9 @@ impl Ramp {
     /// [`ParameterError`] for `F_c > F_s` or `v_d <= v_s`.
     pub fn check(&self) -> Result<(), ParameterError> {
         check_forces(self.static_force, "Fc", self.coulomb_force)?;
-        if self.kinetic_velocity <= self.static_velocity {
-            let reason = format!("it must exceed vs = {}", self.static_velocity);
-            return Err(ParameterError::new("vd", self.kinetic_velocity, &reason));
+        let [slow, fast] = [self.static_velocity, self.kinetic_velocity].map(|velocity| velocity.value);
+        if fast <= slow {
+            return Err(ParameterError::new("vd", fast, &format!("it must exceed vs = {slow}")));
         }
         Ok(())
     }
@@ -58,7 +59,7 @@ impl Ramp {
     /// `(0, 0)` to `(1, 1)`.
     pub fn at<S: Scalar>(&self, velocity: S, level: S, shape: impl Fn(S) -> S) -> S {
         let speed = velocity.abs();
-        let dry = if speed.value() < self.static_velocity {
+        let dry = if speed.value() < self.static_velocity.value {
             shape(speed / self.static_velocity) * self.static_force
         } else {
             let descent = (speed - self.static_velocity) / (self.kinetic_velocity - self.static_velocity);

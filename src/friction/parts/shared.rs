@@ -4,7 +4,7 @@
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
 
 use crate::friction::{Friction, Law};
-use crate::variables::{Kind, ParameterError, Variable};
+use crate::variables::{Kind, ParameterError, Tunable, Variable};
 
 /// A friction force and the variable of the model that sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,9 +12,9 @@ pub struct SharedForce {
     /// Name of the variable.
     pub variable: &'static str,
     /// Its value.
-    pub value: f64,
+    pub value: Tunable,
     /// The force in N that it means.
-    pub force: f64,
+    pub force: Tunable,
 }
 
 /// Static and Coulomb friction of a contact, whatever its law.
@@ -52,9 +52,9 @@ impl SharedForces {
     ///
     /// # Errors
     /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
-    pub fn build(&self, values: &[f64], group: &str) -> Result<Friction, ParameterError> {
+    pub fn build(&self, values: &[Tunable], group: &str) -> Result<Friction, ParameterError> {
         let mut others = values.iter();
-        let all: Vec<f64> = Friction::table("", 0, Law::None)
+        let all: Vec<Tunable> = Friction::table("", 0, Law::None)
             .iter()
             .map(|variable| match self.force(&variable.name) {
                 Some(force) => force,
@@ -65,7 +65,7 @@ impl SharedForces {
     }
 
     /// The force in N for a parameter of this name.
-    fn force(&self, name: &str) -> Option<f64> {
+    fn force(&self, name: &str) -> Option<Tunable> {
         match last(name) {
             "Fs" => Some(self.statics.force),
             "Fc" | "Fc1" | "Fc2" => Some(self.coulomb.force),
@@ -83,7 +83,7 @@ impl SharedForces {
             _ => return error,
         };
         let reason = format!("for {} = {} N {}", error.variable, error.value, error.reason);
-        ParameterError { variable: shared.variable.to_owned(), value: shared.value, reason }
+        ParameterError { variable: shared.variable.to_owned(), value: shared.value.value, reason }
     }
 }
 
@@ -115,13 +115,14 @@ mod tests {
 
     fn forces(statics: f64, coulomb: f64) -> SharedForces {
         let shared = |variable, force| SharedForce { variable, value: force / 10.0, force };
+        let [statics, coulomb] = [statics, coulomb].map(Tunable::still);
         SharedForces { statics: shared("muStatic", statics), coulomb: shared("muDynamic", coulomb) }
     }
 
     /// The defaults, with a law chosen.
-    fn values(law: Law) -> Vec<f64> {
+    fn values(law: Law) -> Vec<Tunable> {
         let table = SharedForces::table("friction", 0, law, 0.83);
-        table.iter().map(|variable| variable.start.expect("a start value")).collect()
+        table.iter().map(|variable| Tunable::still(variable.start.expect("a start value"))).collect()
     }
 
     /// Every law with a steady curve slides at the Coulomb friction, whether that or its scaled defaults give it.

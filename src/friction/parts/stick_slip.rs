@@ -32,11 +32,11 @@ impl Mode {
     }
 
     /// Force while stuck: the applied force, within the break-away force.
-    pub fn holding_force<S: Scalar>(contact: &Contact<S>, break_away: f64) -> S {
+    pub fn holding_force<S: Scalar>(contact: &Contact<S>, break_away: S) -> S {
         match contact.drive {
             // Events guarantee the bound, and an exact balance makes the acceleration exactly 0.
             Drive::Force => contact.applied,
-            Drive::Motion => contact.applied.clamp(S::constant(-break_away), S::constant(break_away)),
+            Drive::Motion => contact.applied.clamp(-break_away, break_away),
         }
     }
 
@@ -76,7 +76,7 @@ pub trait SetValued: ParameterSet {
     }
 
     /// Largest force in N that holds the mass at a load level.
-    fn break_away(&self, level: f64) -> f64;
+    fn break_away<S: Scalar>(&self, level: S) -> S;
 
     /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it.
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S;
@@ -105,7 +105,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
         match *mode {
-            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(contact.level.value())),
+            Mode::Stuck => Mode::holding_force(contact, self.0.break_away(contact.level)),
             Mode::Sliding(direction) => self.0.kinetic(contact.velocity, direction, contact.level),
         }
     }

@@ -27,7 +27,7 @@ use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table, Tunable};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -69,7 +69,7 @@ pub struct Memory {
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start)?;
+    let (equations, _) = build(start, &[])?;
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -77,8 +77,8 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     }
 }
 
-fn build(start: &Start) -> Result<(DrivenSlider, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters);
+fn build(start: &Start, slopes: &[f64]) -> Result<(DrivenSlider, Settings), ParameterError> {
+    let parameters = TABLE.chosen(start.parameters, slopes);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
@@ -89,9 +89,14 @@ fn build(start: &Start) -> Result<(DrivenSlider, Settings), ParameterError> {
 
 impl DrivenSlider {
     fn new(p: Parameters, friction: Friction) -> Self {
-        let tray = Harmonic { amplitude: p.tray_velocity, frequency: TAU * p.tray_frequency, phase: 0.0 };
+        let tray = Harmonic {
+            amplitude: Tunable::still(p.tray_velocity),
+            frequency: TAU * p.tray_frequency,
+            phase: Tunable::still(0.0),
+        };
         // From the velocity of the tray the slider comes to rest in v_d/(mu_dyn*g).
-        let stick_free = tray.stick_free(p.flight_factor * p.tray_velocity / (p.dynamic_coefficient * GRAVITY));
+        let flight_time = Tunable::still(p.flight_factor * p.tray_velocity) / (p.dynamic_coefficient * GRAVITY);
+        let stick_free = tray.stick_free(flight_time);
         let walk = (p.walk_steps > 0).then(|| {
             let coefficients = [p.static_coefficient, p.dynamic_coefficient];
             let time_step = 1.0 / (p.tray_frequency * f64::from(p.walk_steps));
@@ -116,11 +121,11 @@ impl DrivenSlider {
     }
 
     fn tray_position<S: Scalar>(&self, time: S) -> S {
-        (time * self.tray.frequency).sin() * (self.tray.amplitude / self.tray.frequency)
+        (time * self.tray.frequency).sin() * (self.p.tray_velocity / self.tray.frequency)
     }
 
     fn tray_acceleration<S: Scalar>(&self, time: S) -> S {
-        (time * self.tray.frequency).sin() * (-self.tray.amplitude * self.tray.frequency)
+        (time * self.tray.frequency).sin() * (-self.p.tray_velocity * self.tray.frequency)
     }
 
     /// The contact with the tray as the friction law sees it.
@@ -246,8 +251,8 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
         let rate = self.rate(x, memory);
         let (tray_position, tray_velocity) = (self.tray_position(time), self.tray.at(time));
         let tray_acceleration = self.tray_acceleration(time);
-        let of_walk = |value: fn(&Walk, &walk::State) -> f64| {
-            S::constant(self.walk.as_ref().map_or(0.0, |walk| value(walk, &memory.walk)))
+        let of_walk = |value: fn(&Walk, &walk::State) -> Tunable| {
+            self.walk.as_ref().map_or(S::zero(), |walk| S::tuned(value(walk, &memory.walk)))
         };
         let relative_acceleration = friction.unless_held((contact.applied - friction.force) / self.p.mass);
         let outputs = Outputs {

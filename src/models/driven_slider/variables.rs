@@ -8,7 +8,7 @@ use crate::friction::{Law, states};
 use crate::mechanics::GRAVITY;
 use crate::models::references;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 /// The slider of the source.
@@ -121,9 +121,9 @@ parameters! {
     Parameters {
         mass: f64 = Variable::parameter(1001, "mass", units::KILOGRAM, MASS).range(1e-6, 1e4).shown_in("g")
             .text("Mass of the slider");
-        dynamic_coefficient: f64 = Variable::parameter(1002, "muDynamic", units::ONE, DYNAMIC_COEFFICIENT).range(1e-3, 100.0).tunable()
+        dynamic_coefficient: Tunable = Variable::parameter(1002, "muDynamic", units::ONE, DYNAMIC_COEFFICIENT).range(1e-3, 100.0)
             .text("Dynamic friction coefficient: Coulomb friction of the law divided by the weight");
-        static_coefficient: f64 = Variable::parameter(1003, "muStatic", units::ONE, 0.4).range(1e-3, 100.0).tunable()
+        static_coefficient: Tunable = Variable::parameter(1003, "muStatic", units::ONE, 0.4).range(1e-3, 100.0)
             .text("Static friction coefficient: break-away force of the law divided by the weight; not below muDynamic");
         tray_velocity: f64 = Variable::parameter(1004, "tray.velocityAmplitude", units::METRE_PER_SECOND, 0.04).range(0.0, 100.0).shown_in("mm/s")
             .text("Amplitude v_d of the velocity of the tray, which is v_d*cos(2*pi*frequency*time)");
@@ -145,11 +145,15 @@ parameters! {
 impl Parameters {
     /// The forces of the friction law: coefficients times the weight.
     pub fn friction_forces(&self) -> Result<SharedForces, ParameterError> {
-        if self.static_coefficient < self.dynamic_coefficient {
-            let reason = format!("it must not be below muDynamic = {}", self.dynamic_coefficient);
-            return Err(ParameterError::new("muStatic", self.static_coefficient, &reason));
+        let [statics, dynamic] = [self.static_coefficient, self.dynamic_coefficient].map(|it| it.value);
+        if statics < dynamic {
+            return Err(ParameterError::new(
+                "muStatic",
+                statics,
+                &format!("it must not be below muDynamic = {dynamic}"),
+            ));
         }
-        let force = |variable, value| SharedForce { variable, value, force: value * self.mass * GRAVITY };
+        let force = |variable, value: Tunable| SharedForce { variable, value, force: value * self.mass * GRAVITY };
         Ok(SharedForces {
             statics: force("muStatic", self.static_coefficient),
             coulomb: force("muDynamic", self.dynamic_coefficient),

@@ -25,17 +25,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::mechanics::GRAVITY;
 use crate::numbers::random;
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Number, Scalar, sign};
+use crate::variables::Tunable;
 
 /// A harmonic velocity in m/s: `amplitude*cos(w*t - phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Harmonic {
     /// Amplitude in m/s.
-    pub amplitude: f64,
+    pub amplitude: Tunable,
     /// Angular frequency in rad/s.
     pub frequency: f64,
     /// Phase delay in rad.
-    pub phase: f64,
+    pub phase: Tunable,
 }
 
 impl Harmonic {
@@ -45,21 +46,24 @@ impl Harmonic {
     }
 
     /// Its convolution with the deceleration of a slider over a flight time in s.
-    pub fn stick_free(&self, flight_time: f64) -> Self {
-        let angle = self.frequency * flight_time;
-        let half = libm::sin(0.5 * angle);
-        let a = 2.0 * half * half;
+    pub fn stick_free(&self, flight_time: Tunable) -> Self {
+        let angle = flight_time * self.frequency;
+        let half = (angle * 0.5).sin();
+        let a = half * 2.0 * half;
         // Below 0.01 the difference of angle and sine is taken from its series, exact to rounding there.
-        let b = if angle < 0.01 {
-            angle * angle * angle / 6.0 * (1.0 - angle * angle / 20.0)
+        let b = if angle.value < 0.01 {
+            angle * angle * angle / 6.0 * (-angle * angle / 20.0 + 1.0)
         } else {
-            angle - libm::sin(angle)
+            angle - angle.sin()
         };
-        if angle == 0.0 {
+        if angle.value == 0.0 {
             return *self;
         }
-        let ratio = 2.0 * (a * a + b * b).sqrt() / (angle * angle);
-        Self { amplitude: self.amplitude * ratio, phase: self.phase + libm::atan2(b, a), ..*self }
+        let length = (a * a + b * b).sqrt();
+        let ratio = length * 2.0 / (angle * angle);
+        let turn = (a.value * b.slope - b.value * a.slope) / (length.value * length.value);
+        let phase = Tunable { value: libm::atan2(b.value, a.value), slope: turn };
+        Self { amplitude: self.amplitude * ratio, phase: self.phase + phase, ..*self }
     }
 }
 
@@ -71,11 +75,11 @@ pub struct Walk {
     /// The attractor of the slider that never sticks.
     pub free: Harmonic,
     /// Probability of a move towards the stick-free attractor.
-    pub chi: f64,
+    pub chi: Tunable,
     /// Time step in s.
     pub time_step: f64,
     /// Velocity step in m/s.
-    pub velocity_step: f64,
+    pub velocity_step: Tunable,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -102,7 +106,7 @@ impl State {
 
 impl Walk {
     /// The walk of a slider with a static and a dynamic friction coefficient between two attractors.
-    pub fn new([tray, free]: [Harmonic; 2], [statics, dynamic]: [f64; 2], time_step: f64, seed: u64) -> Self {
+    pub fn new([tray, free]: [Harmonic; 2], [statics, dynamic]: [Tunable; 2], time_step: f64, seed: u64) -> Self {
         let chi = (statics - dynamic) / statics * tray.amplitude * tray.frequency / GRAVITY;
         Self { tray, free, chi, time_step, velocity_step: dynamic * GRAVITY * time_step, seed }
     }
@@ -120,14 +124,14 @@ impl Walk {
     /// Takes the step that is due.
     pub fn step(&self, state: &mut State) {
         let time = self.next_step(state);
-        let attractor = if random::uniform(&mut state.generator) <= self.chi { &self.free } else { &self.tray };
+        let attractor = if random::uniform(&mut state.generator) <= self.chi.value { &self.free } else { &self.tray };
         state.velocity += sign(self.steps(attractor, time) - state.velocity);
         state.next = (state.next + 1.0).max(self.number_after(time));
     }
 
     /// Velocity in m/s.
-    pub fn velocity(&self, state: &State) -> f64 {
-        state.velocity * self.velocity_step
+    pub fn velocity(&self, state: &State) -> Tunable {
+        self.velocity_step * state.velocity
     }
 
     /// The velocity of an attractor, rounded to velocity steps.
@@ -146,7 +150,11 @@ mod tests {
 
     use super::*;
 
-    const TRAY: Harmonic = Harmonic { amplitude: 0.04, frequency: TAU * 20.0, phase: 0.0 };
+    const fn still(value: f64) -> Tunable {
+        Tunable::still(value)
+    }
+
+    const TRAY: Harmonic = Harmonic { amplitude: still(0.04), frequency: TAU * 20.0, phase: still(0.0) };
 
     /// The integral that defines the convolution, by Simpson's rule.
     fn convolved(flight_time: f64, time: f64) -> f64 {
@@ -160,7 +168,7 @@ mod tests {
     #[test]
     fn stick_free_velocity_is_the_convolution() {
         for flight_time in [1e-6, 6e-5, 1e-3, 0.0127, 0.05, 0.3] {
-            let free = TRAY.stick_free(flight_time);
+            let free = TRAY.stick_free(still(flight_time));
             for time in [0.0, 0.003, 0.017] {
                 let error = free.at(time) - convolved(flight_time, time);
                 assert!(error.abs() < 1e-10, "{flight_time} s: {error}");
@@ -170,8 +178,8 @@ mod tests {
 
     #[test]
     fn without_flight_the_slider_stays_with_the_tray_and_in_endless_flight_it_rests() {
-        assert_eq!(TRAY.stick_free(0.0), TRAY);
-        assert!(TRAY.stick_free(1e4).amplitude < 1e-7);
+        assert_eq!(TRAY.stick_free(still(0.0)), TRAY);
+        assert!(TRAY.stick_free(still(1e4)).amplitude.value < 1e-7);
     }
 
     /// Runs two seconds; returns the largest distance from an attractor in velocity steps after the first.
@@ -182,7 +190,7 @@ mod tests {
             let time = walk.next_step(&state);
             walk.step(&mut state);
             if time > 1.0 {
-                largest = largest.max((walk.velocity(&state) - attractor.at(time)).abs() / walk.velocity_step);
+                largest = largest.max((walk.velocity(&state).value - attractor.at(time)).abs() / walk.velocity_step);
             }
         }
         largest
@@ -191,9 +199,9 @@ mod tests {
     /// Rounding is half a step, and the walk is at most a step behind.
     #[test]
     fn vanishing_chi_follows_the_tray() {
-        let tray = Harmonic { amplitude: 0.02, ..TRAY };
-        let walk = Walk::new([tray, tray.stick_free(0.02)], [0.32, 0.32], 1e-4, 1);
-        assert_eq!(walk.chi, 0.0);
+        let tray = Harmonic { amplitude: still(0.02), ..TRAY };
+        let walk = Walk::new([tray, tray.stick_free(still(0.02))], [0.32, 0.32].map(still), 1e-4, 1);
+        assert_eq!(walk.chi.value, 0.0);
         assert!(distance(&walk, &walk.tray) <= 1.5);
         assert!(distance(&walk, &walk.free) > 5.0);
     }
@@ -201,9 +209,10 @@ mod tests {
     /// With `mu_dyn = 1.5` the stick-free attractor of a tray at 1.35 g is not too steep to be followed.
     #[test]
     fn chi_above_one_follows_the_stick_free_attractor() {
-        let tray = Harmonic { amplitude: 1.35 * GRAVITY / TRAY.frequency, ..TRAY };
-        let walk = Walk::new([tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))], [15.0, 1.5], 1e-4, 1);
-        assert!(walk.chi > 1.0);
+        let tray = Harmonic { amplitude: still(1.35 * GRAVITY / TRAY.frequency), ..TRAY };
+        let walk =
+            Walk::new([tray, tray.stick_free(tray.amplitude / (1.5 * GRAVITY))], [15.0, 1.5].map(still), 1e-4, 1);
+        assert!(walk.chi.value > 1.0);
         assert!(distance(&walk, &walk.free) <= 1.5);
         assert!(distance(&walk, &walk.tray) > 5.0);
     }

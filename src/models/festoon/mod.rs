@@ -151,7 +151,7 @@ fn indicators() -> Vec<Indicator> {
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start)?;
+    let (equations, _) = build(start, &[])?;
     match room(equations.friction[0].count()) {
         0 => Ok(Box::new(equations.simulator::<{ states(0) }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ states(1) }>(start)?)),
@@ -169,8 +169,8 @@ const fn states(room: usize) -> usize {
     BLOCKS + MAX_TROLLEYS * (State::OTHERS + room)
 }
 
-fn build(start: &Start) -> Result<(Festoon, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters);
+fn build(start: &Start, slopes: &[f64]) -> Result<(Festoon, Settings), ParameterError> {
+    let parameters = TABLE.chosen(start.parameters, slopes);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
@@ -296,7 +296,7 @@ impl Festoon {
             position: x[at(State::Position, trolley, N)],
             velocity: x[at(State::Velocity, trolley, N)],
             applied: pull(trolley) - pull(trolley + 1) + swing + joint + pulse,
-            level: S::constant(self.p.level[trolley]),
+            level: S::tuned(self.p.level[trolley]),
             drive: self.friction[trolley].drive(),
         }
     }

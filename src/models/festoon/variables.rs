@@ -8,7 +8,7 @@ use crate::co_simulation::counters_table;
 use crate::friction::{Friction, Law, states};
 use crate::models::references;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
@@ -177,7 +177,7 @@ parameters! {
             .text("Mass that hangs on each trolley");
         load_length: f64 = Variable::parameter(1004, "load.length", units::METRE, 1.0).range(1e-3, 1e3)
             .text("Distance of the hanging mass below its trolley");
-        load_damping: f64 = Variable::parameter(1005, "load.damping", units::NEWTON_METRE_SECOND, 2.0).range(0.0, 1e6).tunable()
+        load_damping: Tunable = Variable::parameter(1005, "load.damping", units::NEWTON_METRE_SECOND, 2.0).range(0.0, 1e6)
             .text("Damping coefficient of the joint between trolley and load");
         rope_length: f64 = Variable::parameter(1006, "rope.length", units::METRE, 1.0).range(1e-3, 1e3)
             .text("Distance of neighbours at which the tow rope between them tautens");
@@ -197,7 +197,7 @@ parameters! {
             .text("Initial distance of neighbours");
         angle0: f64 = Variable::parameter(1014, "load.angle0", units::RADIAN, 0.0).range(-PI, PI).shown_in("deg")
             .text("Initial angle of the loads");
-        level: [f64; MAX_TROLLEYS] = Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3).tunable()
+        level: [Tunable; MAX_TROLLEYS] = Variable::parameter(1021, "friction.level", units::ONE, 1.0).range(0.0, 1e3)
             .text("Load level of a trolley, which multiplies the forces of its friction law").array([1.0; MAX_TROLLEYS]);
     }
 }

@@ -4,6 +4,7 @@ use super::variables::{Inputs, State};
 use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use crate::friction::Contact;
 use crate::numbers::{Pair, Scalar};
+use crate::variables::Tunable;
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Force on the moving mass other than friction in N, and the stops' part of it.
@@ -22,7 +23,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
 
     /// The load level `lambda`.
     pub(super) fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
-        let excess = |pressure: S, kappa: f64| (pressure - self.p.ambient_pressure) * kappa;
+        let excess = |pressure: S, kappa: Tunable| (pressure - self.p.ambient_pressure) * kappa;
         let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
         if !EXTENDED {
             return level.max(S::zero());

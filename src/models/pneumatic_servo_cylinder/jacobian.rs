@@ -149,7 +149,7 @@ mod tests {
         }
         let inputs = starts(&|it| it.role == Role::Input);
         let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-        let (cylinder, _) = build(&start).expect("legal parameters");
+        let (cylinder, _) = build(&start, &[]).expect("legal parameters");
         let (mut x, memory) = cylinder.initial_state::<N>(&start);
         for spool in [-0.4, 0.3] {
             // A spool, or the pressure behind the regulator.

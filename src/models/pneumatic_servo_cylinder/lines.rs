@@ -11,7 +11,7 @@ use crate::pneumatics::actuator::SUPPLY;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
-use crate::variables::{Variable, units};
+use crate::variables::{Tunable, Variable, units};
 
 enumeration! {
     /// The choice of the flow that a one-way flow control throttles; ids are never reused.
@@ -75,7 +75,7 @@ struct Vessel {
     orifice: Orifice,
     air: Reservoir,
     /// `R*T` in J/kg.
-    gas: f64,
+    gas: Tunable,
 }
 
 /// What flows in the lines.
@@ -91,7 +91,7 @@ pub struct LineFlows<S> {
 
 impl Lines {
     /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
-    pub fn new(options: &Options, temperature: f64, supply_temperature: f64) -> Self {
+    pub fn new(options: &Options, temperature: f64, supply_temperature: Tunable) -> Self {
         let line = |side: usize| {
             let [length, diameter] = options.hoses()[side];
             let hose = || Hose::new(length, diameter, temperature);
@@ -103,7 +103,7 @@ impl Lines {
             conductance: options.vessel_conductance,
             orifice: Orifice::new(options.vessel_ratio),
             air: Reservoir::new(supply_temperature),
-            gas: GAS_CONSTANT * supply_temperature,
+            gas: supply_temperature * GAS_CONSTANT,
         });
         Self { hoses: [line(0), line(1)], vessel, temperature }
     }

@@ -45,7 +45,7 @@ use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
 use crate::sensor;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{ParameterError, ParameterSet, Tunable};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -92,7 +92,7 @@ pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
     /// Inverse of the moving mass in 1/kg.
     per_mass: f64,
     /// Constant part of the applied force in N: wire and weight.
-    dead_load: f64,
+    dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
     carriage_weight: f64,
 }
@@ -128,7 +128,7 @@ const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build::<true>(start)?;
+    let (equations, _) = build::<true>(start, &[])?;
     if equations.is_extended() {
         return match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
             (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
@@ -138,7 +138,7 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
             _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
         };
     }
-    let (equations, _) = build::<false>(start)?;
+    let (equations, _) = build::<false>(start, &[])?;
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -148,14 +148,16 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     }
 }
 
-/// The equations for the parameters of a start, and the solver settings.
+/// The equations for the parameters of a start, which vary with slopes or (without any) not at all, and the solver
+/// settings.
 ///
 /// # Errors
 /// [`ParameterError`] when values that are legal one by one do not fit together.
 pub fn build<const EXTENDED: bool>(
     start: &Start,
+    slopes: &[f64],
 ) -> Result<(PneumaticServoCylinder<EXTENDED>, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters);
+    let parameters = TABLE.chosen(start.parameters, slopes);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (options, rest) = rest.split_at(Options::LEN);
     let (sensors, rest) = rest.split_at(Sensors::LEN);
@@ -201,7 +203,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),
             supply: Reservoir::new(p.supply_temperature),
-            exhaust: Reservoir::new(p.ambient_temperature),
+            exhaust: Reservoir::new(Tunable::still(p.ambient_temperature)),
             stops: EndStops {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },

@@ -12,7 +12,7 @@ use crate::models::references;
 use crate::pneumatics::actuator::{self, Actuator};
 use crate::pneumatics::chamber::ThermalModel;
 use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 /// Conserved quantities: mass and energy.
@@ -213,9 +213,9 @@ parameters! {
             .text("Absolute ambient pressure, also behind the exhaust");
         ambient_temperature: f64 = Variable::parameter(1016, "ambientTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
             .text("Ambient and initial gas temperature");
-        supply_temperature: f64 = Variable::parameter(1017, "supplyTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC").tunable()
+        supply_temperature: Tunable = Variable::parameter(1017, "supplyTemperature", units::KELVIN, 293.15).range(100.0, 1000.0).shown_in("degC")
             .text("Temperature of the supplied air");
-        heat_transfer: f64 = Variable::parameter(1018, "thermal.heatTransfer", units::WATT_PER_SQUARE_METRE_KELVIN, 60.0).range(0.0, 1e5).tunable()
+        heat_transfer: Tunable = Variable::parameter(1018, "thermal.heatTransfer", units::WATT_PER_SQUARE_METRE_KELVIN, 60.0).range(0.0, 1e5)
             .text("Heat transfer coefficient between gas and wall, which is at ambient temperature");
         thermal_model: ThermalModel = Variable::choice(1019, "thermal.model", ThermalModel::EnergyBalance)
             .text("How the gas temperature follows");
@@ -223,13 +223,13 @@ parameters! {
             .text("Polytropic exponent of the models Polytropic and PolytropicServo");
         incline: f64 = Variable::parameter(1021, "incline", units::RADIAN, 0.0).range(-PI / 2.0, PI / 2.0).shown_in("deg")
             .text("Inclination of the axis; positive: outstroke is uphill");
-        wire_force: f64 = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4).tunable()
+        wire_force: Tunable = Variable::parameter(1022, "wireForce", units::NEWTON, 0.0).range(-1e4, 1e4)
             .text("Retracting force of the position transducer's wire, towards -x");
         piston_leakage: f64 = Variable::parameter(1023, "piston.leakage", units::KILOGRAM_PER_SECOND_SQUARE_PASCAL, 0.0).range(0.0, 1e-10)
             .text("Laminar leakage coefficient between the chambers");
-        kappa_a: f64 = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
+        kappa_a: Tunable = Variable::parameter(1038, "friction.kappaA", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
             .text("Growth of the load level with the pressure in chamber A above ambient");
-        kappa_b: f64 = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar").tunable()
+        kappa_b: Tunable = Variable::parameter(1039, "friction.kappaB", units::PER_PASCAL, 0.0).range(-1e-3, 1e-3).shown_in("1/bar")
             .text("Growth of the load level with the pressure in chamber B above ambient");
         keeps_balance: bool = Variable::option(1040, "balance.enabled", false)
             .text("Keep account of mass and energy, for balance.massResidual and balance.energyResidual; makes steps a fifth slower");

@@ -29,7 +29,7 @@ use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
 use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Table, Tunable};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
@@ -62,7 +62,7 @@ struct Coupling {
     damping: f64,
     impact_stiffness: f64,
     gap: f64,
-    amplitude: f64,
+    amplitude: Tunable,
     /// Angular frequency.
     frequency: f64,
 }
@@ -98,7 +98,7 @@ fn indicators() -> Vec<Indicator> {
 
 /// Starts a run with as many states as the friction law needs.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start)?;
+    let (equations, _) = build(start, &[])?;
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -106,8 +106,8 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     }
 }
 
-fn build(start: &Start) -> Result<(VibroImpact, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters);
+fn build(start: &Start, slopes: &[f64]) -> Result<(VibroImpact, Settings), ParameterError> {
+    let parameters = TABLE.chosen(start.parameters, slopes);
     let (own, rest) = parameters.split_at(Parameters::LEN);
     let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
     let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);

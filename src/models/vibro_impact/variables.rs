@@ -7,7 +7,7 @@ use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{Law, states};
 use crate::models::references;
 use crate::solver::Tuning;
-use crate::variables::{Table, Variable, units};
+use crate::variables::{Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
 
 const BREAK_AWAY: f64 = 6.8;
@@ -163,15 +163,15 @@ parameters! {
             .text("Stiffness k_0 of the impact spring");
         gap: f64 = Variable::parameter(1008, "impact.gap", units::METRE, 0.0).range(-1.0, 1.0).shown_in("mm")
             .text("Displacement at which the internal mass meets the impact spring");
-        amplitude: f64 = Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372).range(0.0, 1e6).tunable()
+        amplitude: Tunable = Variable::parameter(1009, "excitation.amplitude", units::NEWTON, 5.372).range(0.0, 1e6)
             .text("Amplitude A of the harmonic force between the masses");
         frequency: f64 = Variable::parameter(1010, "excitation.frequency", units::HERTZ, 15.0).range(1e-3, 1e5)
             .text("Frequency of the harmonic force");
-        break_away: f64 = Variable::parameter(1011, "friction.Fs", units::NEWTON, BREAK_AWAY).range(0.0, 1e6).tunable()
+        break_away: Tunable = Variable::parameter(1011, "friction.Fs", units::NEWTON, BREAK_AWAY).range(0.0, 1e6)
             .text("Static friction of the law: force at which the body breaks away");
-        coulomb_ratio: f64 = Variable::parameter(1012, "friction.ratio", units::ONE, COULOMB_RATIO).range(0.0, 1.0).tunable()
+        coulomb_ratio: Tunable = Variable::parameter(1012, "friction.ratio", units::ONE, COULOMB_RATIO).range(0.0, 1.0)
             .text("Coulomb friction of the law divided by its static friction");
-        chi: f64 = Variable::parameter(1021, "dimensionless.chi", units::ONE, 1.0).range(0.0, 1e6).tunable()
+        chi: Tunable = Variable::parameter(1021, "dimensionless.chi", units::ONE, 1.0).range(0.0, 1e6)
             .text("Amplitude of the harmonic force, A/F_b");
         omega: f64 = Variable::parameter(1022, "dimensionless.omega", units::ONE, 1.0).range(1e-3, 1e3)
             .text("Angular frequency of the harmonic force times sqrt(m_1/k_1)");
@@ -185,7 +185,7 @@ parameters! {
             .text("Gap before the impact spring, k_1*G/F_b");
         mass_ratio: f64 = Variable::parameter(1027, "dimensionless.mu", units::ONE, 1.336).range(1e-6, 1e6)
             .text("Mass of the body divided by the internal mass");
-        friction: f64 = Variable::parameter(1028, "dimensionless.fr", units::ONE, 1.0).range(0.0, 1e6).tunable()
+        friction: Tunable = Variable::parameter(1028, "dimensionless.fr", units::ONE, 1.0).range(0.0, 1e6)
             .text("Static friction, F_s/F_b");
         position0: f64 = Variable::parameter(1031, "position0", units::METRE, 0.0).range(-1e3, 1e3).shown_in("mm")
             .text("Initial position of the body");

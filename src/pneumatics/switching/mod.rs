@@ -8,7 +8,7 @@ use super::orifice::Inflow;
 use super::valve::{Edges, Port};
 use crate::hybrid::Sample;
 use crate::numbers::{Pair, Scalar};
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 
 pub use self::pulses::{Armature, Driver, Memory};
@@ -102,9 +102,10 @@ impl Actuating for SwitchingValves {
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let Parameters { opening_delay, closing_delay, travel_time: travel, .. } = p;
         let armature = Armature { opening_delay, closing_delay, travel };
-        let port = Port { conductance: p.conductance, critical_ratio: p.critical_ratio };
+        let [conductance, critical_ratio] = [p.conductance, p.critical_ratio].map(Tunable::still);
+        let port = Port { conductance, critical_ratio };
         let driver = Driver { frequency: p.frequency, armature };
-        Ok(Self { driver, centre: p.centre, edges: Edges::new([port; 2], 0.0) })
+        Ok(Self { driver, centre: p.centre, edges: Edges::new([port; 2], Tunable::still(0.0)) })
     }
 
     fn computed() -> Vec<Variable> {

@@ -1,9 +1,10 @@
 //! The metering edges: how far a spool opens them, and what they let through.
 
 use crate::enumeration;
-use crate::numbers::{MonotoneCurve, Number, Pair, Scalar};
+use crate::numbers::{MonotoneCurve, Number, Pair, Scalar, Tangents};
 use crate::pneumatics::gas::GasState;
 use crate::pneumatics::orifice::{Flow, Orifice};
+use crate::variables::Tunable;
 
 enumeration! {
     /// The choice of a valve characteristic; ids are never reused.
@@ -19,9 +20,9 @@ pub enum Opening {
     /// `clamp((s - d)/(1 - d), 0, 1)` with the dead zone `d` as a fraction of the spool travel, both ways.
     Linear {
         /// Dead zone `d`.
-        dead_zone: f64,
+        dead_zone: Tunable,
         /// `1/(1 - d)`.
-        per_travel: f64,
+        per_travel: Tunable,
     },
     /// A curve over the travel towards chamber A, and one over that towards chamber B.
     Table(Box<[MonotoneCurve; 2]>),
@@ -29,8 +30,8 @@ pub enum Opening {
 
 impl Opening {
     /// A straight line behind a dead zone.
-    pub fn linear(dead_zone: f64) -> Self {
-        Self::Linear { dead_zone, per_travel: 1.0 / (1.0 - dead_zone) }
+    pub fn linear(dead_zone: Tunable) -> Self {
+        Self::Linear { dead_zone, per_travel: Tunable::still(1.0) / (-dead_zone + 1.0) }
     }
 
     /// Openings, without leakage, of the edges that feed the chambers A and B; those that vent them open the other way
@@ -51,9 +52,9 @@ impl Opening {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port {
     /// Sonic conductance in m3/(s Pa) when fully open.
-    pub conductance: f64,
+    pub conductance: Tunable,
     /// Critical pressure ratio.
-    pub critical_ratio: f64,
+    pub critical_ratio: Tunable,
 }
 
 /// The edges between both chambers and one port of the valve, side by side.
@@ -63,20 +64,20 @@ pub struct Port {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edges {
-    orifice: Orifice<[f64; 2]>,
+    orifice: Orifice<Tangents>,
     /// Sonic conductances in m3/(s Pa): closed, and fully open beyond that.
-    closed: [f64; 2],
-    range: [f64; 2],
+    closed: Tangents,
+    range: Tangents,
 }
 
 impl Edges {
     /// The edges of the chambers A and B, with the opening `leak` when closed.
-    pub fn new(ports: [Port; 2], leakage: f64) -> Self {
+    pub fn new(ports: [Port; 2], leakage: Tunable) -> Self {
         let conductances = ports.map(|port| port.conductance);
         Self {
             orifice: Orifice::pair(ports.map(|port| port.critical_ratio)),
-            closed: conductances.map(|conductance| conductance * leakage),
-            range: conductances.map(|conductance| conductance * (1.0 - leakage)),
+            closed: conductances.map(|conductance| conductance * leakage).into(),
+            range: conductances.map(|conductance| conductance * (-leakage + 1.0)).into(),
         }
     }
 
@@ -97,10 +98,14 @@ impl Edges {
 mod tests {
     use super::*;
 
+    fn port(conductance: f64, critical_ratio: f64) -> Port {
+        Port { conductance: Tunable::still(conductance), critical_ratio: Tunable::still(critical_ratio) }
+    }
+
     #[test]
     fn edge_leaks_when_closed_and_is_full_at_full_travel() {
-        let port = Port { conductance: 4e-9, critical_ratio: 0.3 };
-        let (opening, edges) = (Opening::linear(0.1), Edges::new([port; 2], 0.002));
+        let edges = Edges::new([port(4e-9, 0.3); 2], Tunable::still(0.002));
+        let opening = Opening::linear(Tunable::still(0.1));
         let conductance = |spool: f64| edges.conductance(opening.at(spool));
         assert_eq!([-1.0, 0.1].map(|spool| conductance(spool).0[0]), [0.002 * 4e-9; 2]);
         assert!((conductance(1.0).0[0] - 4e-9).abs() < 1e-24);
@@ -109,12 +114,12 @@ mod tests {
 
     #[test]
     fn every_edge_has_its_own_conductance_and_ratio() {
-        let ports = [Port { conductance: 4e-9, critical_ratio: 0.2 }, Port { conductance: 3e-9, critical_ratio: 0.4 }];
+        let ports = [port(4e-9, 0.2), port(3e-9, 0.4)];
         let gas = |pressure: f64| GasState::new(Pair([pressure; 2]), Pair([293.15; 2]));
-        let both = Edges::new(ports, 0.0).flow(Pair([1.0, 0.5]), gas(6e5), gas(4e5)).mass;
+        let both = Edges::new(ports, Tunable::still(0.0)).flow(Pair([1.0, 0.5]), gas(6e5), gas(4e5)).mass;
         let alone = |port: Port, opening: f64| {
             let gas = |pressure: f64| GasState::new(pressure, 293.15);
-            Orifice::new(port.critical_ratio).flow(port.conductance * opening, gas(6e5), gas(4e5)).mass
+            Orifice::new(port.critical_ratio.value).flow(opening * port.conductance, gas(6e5), gas(4e5)).mass
         };
         assert_eq!(both, Pair([alone(ports[0], 1.0), alone(ports[1], 0.5)]));
     }
@@ -126,7 +131,8 @@ mod tests {
         let steep = MonotoneCurve::through(&[(0.0, 0.0), (0.5, 1.0)]);
         let table = Opening::Table(Box::new([line, steep]));
         for spool in [-1.0, 0.0, 0.05, 0.1, 0.7, 1.0, 1.04] {
-            let (Pair([found, other]), Pair([expected, _])) = (table.at(spool), Opening::linear(0.08).at(spool));
+            let (Pair([found, other]), Pair([expected, _])) =
+                (table.at(spool), Opening::linear(Tunable::still(0.08)).at(spool));
             assert!((found - expected).abs() < 1e-15, "{found} at {spool}, not {expected}");
             assert_eq!(other, (-2.0 * spool).clamp(0.0, 1.0));
         }

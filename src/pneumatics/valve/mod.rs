@@ -10,7 +10,7 @@ use super::gas::GasState;
 use super::orifice::Inflow;
 use crate::numbers::{Pair, Scalar};
 use crate::outputs;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 pub use self::edges::{Characteristic, Edges, Opening, Port};
 pub use self::parameters::Parameters;
@@ -25,7 +25,7 @@ pub use self::parameters::Parameters;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Valve {
     /// Voltage in V at which the command is 0.
-    pub centre: f64,
+    pub centre: Tunable,
     /// The spool.
     pub spool: Spool,
     /// Half width of the play.
@@ -136,7 +136,7 @@ impl Actuating for ProportionalValve {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
         let valve = Valve {
-            centre: 5.0 - p.offset,
+            centre: -p.offset + 5.0,
             spool: Spool::new(p.bandwidth, p.damping),
             hysteresis: p.hysteresis,
             polarity: f64::from(p.polarity),
@@ -203,13 +203,14 @@ mod tests {
     use super::*;
     use crate::numbers::Dual;
 
-    const VALVE: Valve = Valve { centre: 5.0, spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
+    const VALVE: Valve =
+        Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
 
     #[test]
     fn command_saturates_at_the_ends_of_the_voltage_range() {
         assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| VALVE.command(v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
         assert_eq!(Valve { polarity: -1.0, ..VALVE }.command(7.5), -0.5);
-        let low = Valve { centre: 5.25, ..VALVE };
+        let low = Valve { centre: Tunable::still(5.25), ..VALVE };
         assert_eq!([5.0, 5.25, 10.0].map(|v| low.command(v)), [-0.05, 0.0, 0.95]);
     }
 

@@ -3,7 +3,7 @@
 use super::edges::{Characteristic, Opening, Port};
 use crate::numbers::MonotoneCurve;
 use crate::parameters;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 
 /// Points that a table of openings may have.
 const POINTS: usize = 11;
@@ -14,13 +14,13 @@ const TENTHS: [f64; POINTS] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9,
 parameters! {
     /// The parameters of [`ProportionalValve`](super::ProportionalValve).
     Parameters {
-        conductance: f64 = Variable::parameter(1024, "valve.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)").tunable()
+        conductance: Tunable = Variable::parameter(1024, "valve.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 3.93e-9).range(1e-13, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance of a fully open metering edge");
-        critical_ratio: f64 = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99).tunable()
+        critical_ratio: Tunable = Variable::parameter(1025, "valve.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the metering edges");
-        dead_zone: f64 = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9).tunable()
+        dead_zone: Tunable = Variable::parameter(1026, "valve.deadZone", units::ONE, 0.08).range(0.0, 0.9)
             .text("Dead zone (overlap) of the metering edges as a fraction of the spool travel; not with a table");
-        leakage: f64 = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0).tunable()
+        leakage: Tunable = Variable::parameter(1027, "valve.leakage", units::ONE, 0.002).range(0.0, 1.0)
             .text("Opening of a closed metering edge as a fraction of the full opening");
         bandwidth: f64 = Variable::parameter(1028, "valve.bandwidth", units::HERTZ, 115.0).range(0.1, 1e4)
             .text("Natural frequency of the spool");
@@ -30,7 +30,7 @@ parameters! {
             .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than 5 V feeds chamber A; -1: chamber B");
-        offset: f64 = Variable::parameter(1100, "valve.offset", units::VOLT, 0.0).range(-5.0, 5.0).tunable()
+        offset: Tunable = Variable::parameter(1100, "valve.offset", units::VOLT, 0.0).range(-5.0, 5.0)
             .text("Electrical zero offset, added to the voltage: the valve is closed at 5 V less the offset");
         factor_supply_a: f64 = factor(1101, "PA", "from the supply to chamber A");
         factor_supply_b: f64 = factor(1102, "PB", "from the supply to chamber B");
@@ -90,7 +90,7 @@ impl Parameters {
     pub(super) fn ports(&self) -> [[Port; 2]; 2] {
         let port = |factor: f64, ratio: f64| Port {
             conductance: self.conductance * factor,
-            critical_ratio: if ratio < 0.0 { self.critical_ratio } else { ratio },
+            critical_ratio: if ratio < 0.0 { self.critical_ratio } else { Tunable::still(ratio) },
         };
         [
             [port(self.factor_supply_a, self.ratio_supply_a), port(self.factor_supply_b, self.ratio_supply_b)],

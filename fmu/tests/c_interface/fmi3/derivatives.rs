@@ -27,7 +27,7 @@ fn compare(instance: &Instance3, model: &Model, what: &str) {
     let states: Vec<u32> = table.states().collect();
     let is_known = |it: &Variable| {
         matches!(it.kind, Kind::Real(_))
-            && (it.role == Role::Input || it.role == Role::Time || states.contains(&it.reference))
+            && (matches!(it.role, Role::Input | Role::Time | Role::Tunable) || states.contains(&it.reference))
     };
     let (unknowns, rows) = arrays(table, |it| it.derivative_of.is_some() || it.role == Role::Output && is_real(it));
     let (knowns, columns) = arrays(table, is_known);

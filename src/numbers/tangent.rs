@@ -1,0 +1,170 @@
+//! A number and its slope in one direction, in which tunable parameters may vary, too.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use super::{Dual, Number, Scalar};
+
+/// A number with its slope in one direction.
+///
+/// Tunable parameters are such numbers, and every [`Number`] can be combined with them. Slopes of parameters are handed
+/// on where the equations are evaluated with tangents; all other numbers see the values alone, so that a run costs no
+/// more than with plain parameters.
+///
+/// A plain `f64` combined with a tangent is an `f64`, without slope: what equations derive from a parameter therefore
+/// has the parameter on the left, `-b + 1.0` and not `1.0 - b`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// The value.
+    pub value: f64,
+    /// How fast it changes in the direction.
+    pub slope: f64,
+}
+
+impl Tangent {
+    /// A number that does not vary.
+    pub const fn still(value: f64) -> Self {
+        Self { value, slope: 0.0 }
+    }
+
+    fn dual(self) -> Dual<1> {
+        Dual { value: self.value, slope: [self.slope] }
+    }
+}
+
+impl From<Dual<1>> for Tangent {
+    fn from(Dual { value, slope: [slope] }: Dual<1>) -> Self {
+        Self { value, slope }
+    }
+}
+
+impl Scalar for Tangent {
+    fn of(value: f64) -> Self {
+        Self::still(value)
+    }
+    fn along(tangent: Tangent) -> Self {
+        tangent
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn chain(self, value: f64, derivative: f64) -> Self {
+        Self { value, slope: derivative * self.slope }
+    }
+    fn chain_with(self, value: f64, derivative: f64, parameter: Tangent, by_parameter: f64) -> Self {
+        Self { value, slope: derivative * self.slope + by_parameter * parameter.slope }
+    }
+    fn pow(self, exponent: Tangent) -> Self {
+        let Self { value, slope } = self.powf(exponent.value);
+        // The logarithm of 0 times the power, which is 0 there.
+        let by_exponent = if self.value > 0.0 { value * libm::log(self.value) } else { 0.0 };
+        Self { value, slope: slope + by_exponent * exponent.slope }
+    }
+}
+
+impl Neg for Tangent {
+    type Output = Self;
+    fn neg(self) -> Self {
+        (-self.dual()).into()
+    }
+}
+
+/// Arithmetic of tangents with each other and with `f64`, and of other numbers with the value of a tangent.
+macro_rules! arithmetic {
+    ($($operator:ident $name:ident;)*) => {$(
+        impl $operator for Tangent {
+            type Output = Self;
+            fn $name(self, other: Self) -> Self {
+                self.dual().$name(other.dual()).into()
+            }
+        }
+        impl $operator<f64> for Tangent {
+            type Output = Self;
+            fn $name(self, other: f64) -> Self {
+                self.dual().$name(other).into()
+            }
+        }
+        impl $operator<Tangent> for f64 {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Tangent) -> Self {
+                self.$name(other.value)
+            }
+        }
+        impl<const D: usize> $operator<Tangent> for Dual<D> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Tangent) -> Self {
+                self.$name(other.value)
+            }
+        }
+    )*};
+}
+
+arithmetic! {
+    Add add;
+    Sub sub;
+    Mul mul;
+    Div div;
+}
+
+impl AddAssign for Tangent {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Tangent {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+/// Two tangents side by side, for a [`Pair`](super::Pair): the values lie together, as those of the pair do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangents {
+    /// The values.
+    pub values: [f64; 2],
+    /// The slopes.
+    pub slopes: [f64; 2],
+}
+
+impl Tangents {
+    /// One of them.
+    #[inline(always)]
+    pub fn side(self, side: usize) -> Tangent {
+        Tangent { value: self.values[side], slope: self.slopes[side] }
+    }
+}
+
+impl From<[Tangent; 2]> for Tangents {
+    fn from(both: [Tangent; 2]) -> Self {
+        Self { values: both.map(|it| it.value), slopes: both.map(|it| it.slope) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the parameter varies, its slope is that of a variable in the same place.
+    #[test]
+    fn slopes_of_parameters_are_those_of_variables() {
+        fn equation<S: Scalar>(x: S, p: Tangent) -> S {
+            ((x * p + S::along(p)).pow(p) / p - p).abs().sqrt()
+        }
+        let (x, p) = (Tangent::still(0.7), Tangent { value: 1.3, slope: 2.0 });
+        let plain = |p: f64| equation(0.7, Tangent::still(p));
+        let step = 1e-6;
+        let expected = 2.0 * (plain(1.3 + step) - plain(1.3 - step)) / (2.0 * step);
+        let Tangent { value, slope } = equation(x, p);
+        assert_eq!(value, plain(1.3));
+        assert!((slope / expected - 1.0).abs() < 1e-8, "{slope}, not {expected}");
+    }
+
+    #[test]
+    fn other_numbers_see_values_alone() {
+        let p = Tangent { value: 3.0, slope: 1.0 };
+        assert_eq!((2.0 - p, f64::along(p), 2.0f64.pow(p)), (-1.0, 3.0, 8.0));
+        assert_eq!(Dual::<2>::variable(2.0, 1) * p, Dual::<2>::variable(2.0, 1) * 3.0);
+    }
+}
