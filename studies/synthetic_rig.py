@@ -62,11 +62,11 @@ def truth(law: str, duration: float, tolerance: float = 1e-6) -> dict[str, Array
     plant, friction = configure(parameters)
     run = Run(Plant(plant), friction, tolerance)
     inputs = [Inputs(voltage(k * STEP), 0.0, SUPPLY) for k in range(round(duration / STEP) + 1)]
-    run.sample(inputs[0])
+    run.sample(inputs[0], 0.0)
     run.start()
     rows = [run.row(0.0)]
     for k, given in enumerate(inputs[:-1]):
-        run.sample(given)
+        run.sample(given, k * STEP)
         run.advance(STEP)
         rows.append(run.row((k + 1) * STEP))
     return {
