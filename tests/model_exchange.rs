@@ -177,6 +177,46 @@ fn stuck_carriage_has_rates_of_exactly_zero_and_does_not_drift() {
     }
 }
 
+/// A minute of a slow pull: the mass sticks and slips some two hundred times. The host itself asserts that one update
+/// settles each event.
+#[test]
+fn slow_pull_sticks_and_slips_alike_and_without_drift() {
+    let pull = |_: f64, inputs: &mut [f64]| inputs.copy_from_slice(&[1e-3, 0.0, 0.0, 1.0]);
+    let setup = setup(&friction_bench::MODEL, "Stribeck");
+    let setup = ["spring.stiffness", "driveVelocity"]
+        .into_iter()
+        .zip([2e4, 1e-3])
+        .fold(setup, |setup, (name, value)| setup.set(name, value).expect("a parameter"));
+    let table = setup.table();
+    let places =
+        ["position", "sticking", "solver.events"].map(|name| match table.find(name).map(|entry| entry.place) {
+            Some(Place::Computed(place)) => place,
+            _ => panic!("{name} is computed"),
+        });
+    let (mut inside, mut host) = (setup.start(0.0).expect("a run"), outside(&setup, pull));
+    let mut seen = vec![0.0; table.computed().count()];
+    let mut look = |host: &mut Host| {
+        host.model.values(&mut seen);
+        places.map(|place| seen[place])
+    };
+    let mut before = look(&mut host);
+    for step in 1..=6000 {
+        let end = f64::from(step) * 1e-2;
+        host.advance(end);
+        inside.advance_to(end).expect("a step");
+        let now @ [position, sticking, events] = look(&mut host);
+        let expected = inside.get("position").expect("a variable");
+        assert!((position - expected).abs() <= 1e-7, "{position} outside, {expected} inside, at {end} s");
+        if [sticking, events] == [1.0, before[2]] {
+            assert_eq!(position.to_bits(), before[0].to_bits(), "drift at {end} s");
+        }
+        before = now;
+    }
+    let events = before[2];
+    assert_eq!(events, inside.get("solver.events").expect("a variable"));
+    assert!(events > 400.0, "{events} events");
+}
+
 #[test]
 fn saved_states_repeat_bit_for_bit() {
     for law in laws() {
