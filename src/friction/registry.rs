@@ -26,6 +26,7 @@ macro_rules! registry {
         /// A friction law chosen at run time.
         #[derive(Clone, Debug)]
         #[allow(missing_docs, reason = "each variant is described by the law it names")]
+        #[expect(clippy::large_enum_variant, reason = "a plant holds one, and a box would cost each evaluation")]
         pub enum Friction {
             $($law($type)),*
         }

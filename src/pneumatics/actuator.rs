@@ -115,6 +115,7 @@ macro_rules! actuators {
         /// An actuator chosen at run time.
         #[derive(Clone, Debug)]
         #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        #[expect(clippy::large_enum_variant, reason = "a plant holds one, and a box would cost each evaluation")]
         pub enum Actuator {
             $($item($module::$type)),*
         }
