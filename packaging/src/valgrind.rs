@@ -24,7 +24,8 @@ pub fn is_available() -> bool {
 /// When it finds something or a test fails.
 pub fn check_memory(workspace: &Workspace) -> Result<()> {
     /// Tests that repeat others many times, or start programs of their own.
-    const LONG: [&str; 4] = ["for_every_law", "corrupt_bytes", "eight_threads", "another_process"];
+    const LONG: [&str; 5] =
+        ["for_every_law", "all_models_and_laws", "corrupt_bytes", "eight_threads", "another_process"];
     let mut interface = tests(workspace, "c_interface");
     interface.args(LONG.into_iter().flat_map(|name| ["--skip", name]));
     process::run(&mut interface)?;
