@@ -29,7 +29,7 @@ pub fn check_memory(workspace: &Workspace) -> Result<()> {
     let mut interface = tests(workspace, "c_interface");
     interface.args(LONG.into_iter().flat_map(|name| ["--skip", name]));
     process::run(&mut interface)?;
-    process::run(tests(workspace, "fuzz").env("SERVO_FUZZ_CALLS", "4000"))
+    process::run(tests(workspace, "fuzz").env("SERVO_FUZZ_CALLS", "8000"))
 }
 
 fn tests(workspace: &Workspace, name: &str) -> Command {
