@@ -76,8 +76,8 @@ impl Instance {
     }
 
     /// Derivatives of a sum of computed reals, each times its seed, with respect to knowns: time, inputs, continuous
-    /// states and tunable parameters. The derivatives of all computed variables are taken in the direction of each known, so that what is found
-    /// differs from directional derivatives by the rounding of the sum alone.
+    /// states and tunable parameters. The derivatives of all computed variables are taken in the direction of each known,
+    /// so that what is found differs from directional derivatives by the rounding of the sum alone.
     pub fn adjoint_derivative(
         &mut self,
         seeds: impl Iterator<Item = (u32, f64)> + Clone,

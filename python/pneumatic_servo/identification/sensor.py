@@ -107,17 +107,20 @@ class Sensor:
             information += np.exp(self._log_likelihood(shifted)) * self._score(shifted) ** 2
         return np.sqrt(np.maximum(information, (1e-6 / self.noise) ** 2))
 
+    def _ends(self, differences: Array) -> tuple[Array, Array]:
+        """Return the ends of the ranges that readings stand for, in units of the noise, as P sees them: it is even."""
+        half, distance = 0.5 * self.step, np.abs(differences)
+        return (half - distance) / self.noise, (-half - distance) / self.noise
+
     def _log_likelihood(self, differences: Array) -> Array:
         """Return the logarithm of P, which is even, without the loss of digits in the tails."""
-        upper = (0.5 * self.step - np.abs(differences)) / self.noise
-        lower = (-0.5 * self.step - np.abs(differences)) / self.noise
+        upper, lower = self._ends(differences)
         high, low = log_ndtr(upper), log_ndtr(lower)
         return np.asarray(high + np.log1p(-np.exp(low - high)))
 
     def _score(self, differences: Array) -> Array:
         """Return the derivative of the logarithm of P."""
-        upper = (0.5 * self.step - np.abs(differences)) / self.noise
-        lower = (-0.5 * self.step - np.abs(differences)) / self.noise
+        upper, lower = self._ends(differences)
         likelihood = self._log_likelihood(differences) + 0.5 * np.log(2.0 * np.pi)
         size = (np.exp(-0.5 * upper**2 - likelihood) - np.exp(-0.5 * lower**2 - likelihood)) / self.noise
         return np.asarray(-np.sign(differences) * size)
