@@ -105,7 +105,8 @@ class Sensor:
         for reading in range(-reach, reach + 1):
             shifted = offset + self.step * reading
             information += np.exp(self._log_likelihood(shifted)) * self._score(shifted) ** 2
-        return np.sqrt(np.maximum(information, (1e-6 / self.noise) ** 2))
+        weights: Array = np.sqrt(np.maximum(information, (1e-6 / self.noise) ** 2))
+        return weights
 
     def _ends(self, differences: Array) -> tuple[Array, Array]:
         """Return the ends of the ranges that readings stand for, in units of the noise, as P sees them: it is even."""

@@ -128,7 +128,7 @@ def refine(
         if last and np.array_equal(last[0][0], x):
             return last[0][1]
         [of_data] = problem.residuals([x])
-        found = np.concatenate([of_data, problem.pulls(x)])
+        found: Array = np.concatenate([of_data, problem.pulls(x)])
         last[:] = [(x.copy(), found)]
         if tell is not None:
             tell(f"cost {np.mean(of_data**2):.5g}")
