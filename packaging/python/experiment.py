@@ -8,9 +8,12 @@ from __future__ import annotations
 import argparse
 import csv
 import math
+import multiprocessing
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -46,28 +49,34 @@ def main() -> int:
     parser.add_argument("--every-law", action="store_true", help="run every friction law and draw figures")
     parser.add_argument("--output", type=Path, help="folder of the results (default: beside each FMU)")
     arguments = parser.parse_args()
-    for fmu in arguments.fmus:
-        folder: Path = arguments.output or fmu.parent
-        if arguments.every_law:
-            run_every_law(fmu, folder / fmu.stem)
-        else:
-            write_csv(timed(fmu, ""), folder / f"{fmu.stem}.csv")
+    if arguments.every_law:
+        with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as processes:
+            for fmu in arguments.fmus:
+                run_every_law(fmu, (arguments.output or fmu.parent) / fmu.stem, processes)
+    else:
+        for fmu in arguments.fmus:
+            write_csv(timed(fmu, ""), (arguments.output or fmu.parent) / f"{fmu.stem}.csv")
     return 0
 
 
-def run_every_law(fmu: Path, folder: Path) -> None:
+def run_every_law(fmu: Path, folder: Path, processes: Executor) -> None:
     """Leaves a CSV and a figure per law, and one figure of all."""
-    # Loaded where it is needed: the first time, Matplotlib takes longer than all runs.
+    runs = list(processes.map(run_law, repeat(fmu), laws_of(fmu), repeat(folder)))
+    if len(runs) > 1:
+        # Loaded where it is needed: the first time, Matplotlib takes longer than all runs.
+        import figures
+
+        figures.draw_overview(runs, folder / "laws.png")
+
+
+def run_law(fmu: Path, law: str, folder: Path) -> Run:
+    """Leaves a CSV and a figure of a law."""
     import figures
 
-    runs = []
-    for law in laws_of(fmu):
-        run = timed(fmu, law)
-        write_csv(run, folder / f"{law or run.model}.csv")
-        figures.draw_run(run, folder / f"{law or run.model}.png")
-        runs.append(run)
-    if len(runs) > 1:
-        figures.draw_overview(runs, folder / "laws.png")
+    run = timed(fmu, law)
+    write_csv(run, folder / f"{law or run.model}.csv")
+    figures.draw_run(run, folder / f"{law or run.model}.png")
+    return run
 
 
 def timed(fmu: Path, law: str) -> Run:

@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -34,9 +35,11 @@ pub fn leave_out(what: &str, reason: &str) -> Result<()> {
     Ok(())
 }
 
-/// Prints the heading of a section.
+/// Prints the heading of a section, and how long the program has been running.
 pub fn heading(text: &str) {
-    println!("\n== {text} ==");
+    static BEGIN: OnceLock<Instant> = OnceLock::new();
+    let seconds = BEGIN.get_or_init(Instant::now).elapsed().as_secs();
+    println!("\n== {text} == ({}:{:02})", seconds / 60, seconds % 60);
     // Programs started next write to the same terminal or file, so the heading must be there first.
     std::io::stdout().flush().ok();
 }
@@ -55,6 +58,22 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
         let result = work();
         drop(done);
         result
+    })
+}
+
+/// Does two things at once, and waits for both.
+///
+/// # Errors
+/// Of the first that failed, or else of the second.
+pub fn both<A: Send, B>(
+    first: impl FnOnce() -> Result<A> + Send,
+    second: impl FnOnce() -> Result<B>,
+) -> Result<(A, B)> {
+    std::thread::scope(|scope| {
+        let first = scope.spawn(first);
+        let second = second();
+        let first = first.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok((first?, second?))
     })
 }
 

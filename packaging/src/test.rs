@@ -70,15 +70,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Library: unit tests, published numbers, C interface");
     checks.cargo(&["test"])?;
 
-    if valgrind::is_available() {
-        heading("C interface under valgrind");
-        valgrind::check_memory(workspace)?;
-        heading("Instructions of a communication step");
-        valgrind::check_instructions(workspace)?;
-    } else {
-        process::leave_out("Memory checks and instruction counts", "valgrind is missing (apt install valgrind)")?;
-    }
-    sanitizer::check(workspace)?;
+    // valgrind runs one test at a time; the other processors build and run the same tests with the sanitizer.
+    process::both(|| valgrind::check(workspace), || sanitizer::check(workspace))?;
 
     Stress::SHORT.run()?;
 
@@ -96,7 +89,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     checks.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
 
     heading("Import with FMPy");
-    checks.python(&venv, &["pytest", "tests/python"])?;
+    // As many tests at a time as there are processors.
+    checks.python(&venv, &["pytest", "--numprocesses", "auto", "--dist", "worksteal", "tests/python"])?;
 
     playground::check(workspace, &venv)?;
     platform_test::run_if_possible(workspace)

@@ -10,11 +10,26 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::files;
-use crate::process;
+use crate::process::{self, heading};
 use crate::workspace::Workspace;
 
+/// Looks for memory errors, and compares the instruction counts with the record.
+///
+/// # Errors
+/// When a check fails, or under CI when valgrind is missing.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    if !is_available() {
+        let reason = "valgrind is missing (apt install valgrind)";
+        return process::leave_out("Memory checks and instruction counts", reason);
+    }
+    heading("C interface under valgrind");
+    check_memory(workspace)?;
+    heading("Instructions of a communication step");
+    check_instructions(workspace)
+}
+
 /// Whether valgrind is installed.
-pub fn is_available() -> bool {
+fn is_available() -> bool {
     which::which("valgrind").is_ok()
 }
 
@@ -22,7 +37,7 @@ pub fn is_available() -> bool {
 ///
 /// # Errors
 /// When it finds something or a test fails.
-pub fn check_memory(workspace: &Workspace) -> Result<()> {
+fn check_memory(workspace: &Workspace) -> Result<()> {
     /// Tests that repeat others many times, or start programs of their own.
     const LONG: [&str; 5] =
         ["for_every_law", "all_models_and_laws", "corrupt_bytes", "eight_threads", "another_process"];
@@ -56,7 +71,7 @@ const RECORD: &str = "benches/instructions.json";
 ///
 /// # Errors
 /// When a law needs clearly more instructions than recorded with the same compiler; under CI, with another compiler.
-pub fn check_instructions(workspace: &Workspace) -> Result<()> {
+fn check_instructions(workspace: &Workspace) -> Result<()> {
     let file = workspace.root.join(RECORD);
     let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     let recorded: Counts = serde_json::from_str(&text).with_context(|| format!("{} is no record", file.display()))?;

@@ -4,12 +4,14 @@
 //! | file | what it does |
 //! |---|---|
 //! | [`exports`] | the functions, declared once: C functions, and a table of them to load or to call |
+//! | `instantiation` | those of them that make instances |
 //! | `callbacks` | the host's logger |
 //! | `values` | values on their way between host and instance |
 //! | [`types`] | the C types |
 
 mod callbacks;
 pub mod exports;
+mod instantiation;
 pub mod types;
 mod values;
 

@@ -4,7 +4,7 @@ mod experiment;
 mod machine;
 mod reproduction;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 
 use self::machine::Machine;
 use self::reproduction::Reproduction;
@@ -77,14 +77,14 @@ fn run_all(workspace: &Workspace) -> Result<()> {
 ///
 /// Two builds at a time: one alone leaves half of two processors idle, because large crates are one unit of work.
 fn build_all(workspace: &Workspace) -> Result<(Vec<Library>, Vec<u8>, Reproduction)> {
-    std::thread::scope(|scope| {
-        let beside =
-            scope.spawn(|| Ok((aarch64::build(&workspace.inside("platform-test"))?, Reproduction::build(workspace)?)));
-        let libraries = build::libraries(workspace, &Platform::ALL.into());
-        let beside: Result<_> = beside.join().map_err(|_| anyhow!("a build panicked"))?;
-        let (arm, again) = beside.context("Linux on Arm, or linux64 in another place")?;
-        Ok((libraries?, arm, again))
-    })
+    let ((arm, again), libraries) = process::both(
+        || {
+            let arm = aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm")?;
+            Ok((arm, Reproduction::build(workspace).context("linux64 in another place")?))
+        },
+        || build::libraries(workspace, &Platform::ALL.into()),
+    )?;
+    Ok((libraries, arm, again))
 }
 
 /// Gates that never close are worth nothing.
