@@ -67,33 +67,10 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Documentation");
     checks.documentation()?;
 
-    heading("Library: unit tests, published numbers, C interface");
-    checks.cargo(&["test"])?;
-
-    // valgrind runs one test at a time; the other processors build and run the same tests with the sanitizer.
-    process::both(|| valgrind::check(workspace), || sanitizer::check(workspace))?;
-
-    Stress::SHORT.run()?;
-
-    heading("Packaging: unit tests");
-    checks.cargo(&["test", "--profile", "xtask", "--package", "packaging"])?;
-
-    Package::default().run(workspace)?;
-    Gallery {}.run(workspace)?;
-    wheel::install(&venv, &wheel::build(workspace)?)?;
-
-    heading("Python: types of the package");
-    checks.python(&venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
-
-    heading("Import with the crate fmi");
-    checks.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
-
-    heading("Import with FMPy");
-    // As many tests at a time as there are processors.
-    checks.python(&venv, &["pytest", "--numprocesses", "auto", "--dist", "worksteal", "tests/python"])?;
-
-    playground::check(workspace, &venv)?;
-    platform_test::run_if_possible(workspace)
+    // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
+    process::both(|| checks.plant(), || checks.packages(&venv))?;
+    let (_, libraries) = process::both(|| checks.imports(&venv), || platform_test::build_if_possible(workspace))?;
+    libraries.map_or(Ok(()), |libraries| libraries.check(workspace))
 }
 
 /// Runs checks in the repository.
@@ -103,6 +80,35 @@ struct Checks<'a> {
 }
 
 impl Checks<'_> {
+    /// Plant and C interface by themselves, and what packs them.
+    fn plant(&self) -> Result<()> {
+        heading("Library: unit tests, published numbers, C interface");
+        self.cargo(&["test"])?;
+        valgrind::check(self.workspace)?;
+        sanitizer::check(self.workspace)?;
+        Stress::SHORT.run()?;
+        heading("Packaging: unit tests");
+        self.cargo(&["test", "--profile", "xtask", "--package", "packaging"])
+    }
+
+    /// Everything that is handed out: FMUs, figures, wheel and page. Leaves the wheel installed.
+    fn packages(&self, venv: &Venv) -> Result<()> {
+        Package::default().run(self.workspace)?;
+        Gallery {}.run(self.workspace)?;
+        wheel::install(venv, &wheel::build(self.workspace)?)?;
+        heading("Python: types of the package");
+        self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
+        playground::check(self.workspace, venv)
+    }
+
+    /// What is handed out, in the hands of its users.
+    fn imports(&self, venv: &Venv) -> Result<()> {
+        heading("Import with the crate fmi");
+        self.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
+        heading("Import with FMPy");
+        self.python(venv, &["pytest", "tests/python"])
+    }
+
     fn cargo(&self, arguments: &[&str]) -> Result<()> {
         process::run(self.prepared(process::cargo().args(arguments)))
     }

@@ -23,17 +23,17 @@ use crate::workspace::Workspace;
 /// When a tool is missing or a test fails.
 pub fn run(workspace: &Workspace) -> Result<()> {
     tools::require(missing()?)?;
-    run_all(workspace)
+    Built::new(workspace)?.check(workspace)
 }
 
-/// Runs these tests, or says what they would need.
+/// Builds what these tests are about, or says what that would need.
 ///
 /// # Errors
-/// When a test fails, or under CI when a tool is missing.
-pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
+/// When a build fails, or under CI when a tool is missing.
+pub fn build_if_possible(workspace: &Workspace) -> Result<Option<Built>> {
     match tools::require(missing()?) {
-        Ok(()) => run_all(workspace),
-        Err(problem) => process::leave_out("Other platforms", &format!("{problem:#}")),
+        Ok(()) => Built::new(workspace).map(Some),
+        Err(problem) => process::leave_out("Other platforms", &format!("{problem:#}")).map(|()| None),
     }
 }
 
@@ -47,44 +47,58 @@ fn missing() -> Result<Vec<(&'static str, Vec<Tool>)>> {
     Ok(missing)
 }
 
-fn run_all(workspace: &Workspace) -> Result<()> {
-    Venv::prepare(workspace, Requirements::ZIG)?;
-    let (libraries, arm, again) = build_all(workspace)?;
-    for library in &libraries {
-        library.keep(workspace)?;
-    }
-    heading("Refuse damaged libraries");
-    for library in &libraries {
-        refuse_damaged(library)?;
-    }
-    heading("Join the FMUs for all platforms");
-    package::join(workspace, &libraries)?;
-
-    heading("Run every model under every friction law on every processor and system");
-    let experiments = experiment::all();
-    let reference = Machine::Linux.run(workspace, &libraries[0].bytes, &experiments)?;
-    experiment::complete(&reference)?;
-    for (machine, bytes) in [(Machine::Windows, &libraries[1].bytes), (Machine::Arm, &arm)] {
-        let results = machine.run(workspace, bytes, &experiments)?;
-        experiment::same(machine.name(), &reference, &results)?;
-    }
-
-    heading("Compare what was built twice");
-    again.compare(workspace, &libraries)
+/// What these tests are about.
+pub struct Built {
+    libraries: Vec<Library>,
+    /// The library for Linux on Arm.
+    arm: Vec<u8>,
+    /// A second library for linux64.
+    again: Reproduction,
 }
 
-/// The libraries of all platforms, that of Linux on Arm, and a second one of linux64.
-///
-/// Two builds at a time: one alone leaves half of two processors idle, because large crates are one unit of work.
-fn build_all(workspace: &Workspace) -> Result<(Vec<Library>, Vec<u8>, Reproduction)> {
-    let ((arm, again), libraries) = process::both(
-        || {
-            let arm = aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm")?;
-            Ok((arm, Reproduction::build(workspace).context("linux64 in another place")?))
-        },
-        || build::libraries(workspace, &Platform::ALL.into()),
-    )?;
-    Ok((libraries, arm, again))
+impl Built {
+    /// Builds two libraries at a time: one alone leaves half of two processors idle, because large crates are one unit of
+    /// work.
+    fn new(workspace: &Workspace) -> Result<Self> {
+        Venv::prepare(workspace, Requirements::ZIG)?;
+        let ((arm, again), libraries) = process::both(
+            || {
+                let arm = aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm")?;
+                Ok((arm, Reproduction::build(workspace).context("linux64 in another place")?))
+            },
+            || build::libraries(workspace, &Platform::ALL.into()),
+        )?;
+        Ok(Self { libraries, arm, again })
+    }
+
+    /// Checks, runs and compares the libraries, and leaves FMUs with all of them.
+    ///
+    /// # Errors
+    /// When a test fails.
+    pub fn check(&self, workspace: &Workspace) -> Result<()> {
+        let libraries = &self.libraries;
+        for library in libraries {
+            library.keep(workspace)?;
+        }
+        heading("Refuse damaged libraries");
+        for library in libraries {
+            refuse_damaged(library)?;
+        }
+        heading("Join the FMUs for all platforms");
+        package::join(workspace, libraries)?;
+
+        heading("Run every model under every friction law on every processor and system");
+        let experiments = experiment::all();
+        let reference = Machine::Linux.run(workspace, &libraries[0].bytes, &experiments)?;
+        experiment::complete(&reference)?;
+        for (machine, bytes) in [(Machine::Windows, &libraries[1].bytes), (Machine::Arm, &self.arm)] {
+            let results = machine.run(workspace, bytes, &experiments)?;
+            experiment::same(machine.name(), &reference, &results)?;
+        }
+
+        heading("Compare what was built twice");
+        self.again.compare(workspace, libraries)
+    }
 }
 
 /// Gates that never close are worth nothing.
