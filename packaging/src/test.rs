@@ -69,8 +69,8 @@ fn run(workspace: &Workspace) -> Result<()> {
 
     // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
     process::both(|| checks.plant(), || checks.packages(&venv))?;
-    let (_, libraries) = process::both(|| checks.imports(&venv), || platform_test::build_if_possible(workspace))?;
-    libraries.map_or(Ok(()), |libraries| libraries.check(workspace))
+    let (_, platforms) = process::both(|| checks.imports(&venv), || platform_test::run_if_possible(workspace))?;
+    platforms.map_or(Ok(()), |platforms| platforms.join(workspace))
 }
 
 /// Runs checks in the repository.

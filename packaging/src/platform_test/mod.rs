@@ -23,16 +23,16 @@ use crate::workspace::Workspace;
 /// When a tool is missing or a test fails.
 pub fn run(workspace: &Workspace) -> Result<()> {
     tools::require(missing()?)?;
-    Built::new(workspace)?.check(workspace)
+    Built::tested(workspace)?.join(workspace)
 }
 
-/// Builds what these tests are about, or says what that would need.
+/// Builds and tests the libraries of all platforms, or says what that would need.
 ///
 /// # Errors
-/// When a build fails, or under CI when a tool is missing.
-pub fn build_if_possible(workspace: &Workspace) -> Result<Option<Built>> {
+/// When a test fails, or under CI when a tool is missing.
+pub fn run_if_possible(workspace: &Workspace) -> Result<Option<Built>> {
     match tools::require(missing()?) {
-        Ok(()) => Built::new(workspace).map(Some),
+        Ok(()) => Built::tested(workspace).map(Some),
         Err(problem) => process::leave_out("Other platforms", &format!("{problem:#}")).map(|()| None),
     }
 }
@@ -57,6 +57,21 @@ pub struct Built {
 }
 
 impl Built {
+    /// Builds the libraries, and runs and compares them.
+    fn tested(workspace: &Workspace) -> Result<Self> {
+        let built = Self::new(workspace)?;
+        for library in &built.libraries {
+            library.keep(workspace)?;
+        }
+        heading("Refuse damaged libraries");
+        for library in &built.libraries {
+            refuse_damaged(library)?;
+        }
+        heading("Run every model under every friction law on every processor and system");
+        built.compare_machines(workspace)?;
+        Ok(built)
+    }
+
     /// Builds two libraries at a time: one alone leaves half of two processors idle, because large crates are one unit of
     /// work.
     fn new(workspace: &Workspace) -> Result<Self> {
@@ -71,33 +86,26 @@ impl Built {
         Ok(Self { libraries, arm, again })
     }
 
-    /// Checks, runs and compares the libraries, and leaves FMUs with all of them.
-    ///
-    /// # Errors
-    /// When a test fails.
-    pub fn check(&self, workspace: &Workspace) -> Result<()> {
-        let libraries = &self.libraries;
-        for library in libraries {
-            library.keep(workspace)?;
-        }
-        heading("Refuse damaged libraries");
-        for library in libraries {
-            refuse_damaged(library)?;
-        }
-        heading("Join the FMUs for all platforms");
-        package::join(workspace, libraries)?;
-
-        heading("Run every model under every friction law on every processor and system");
+    fn compare_machines(&self, workspace: &Workspace) -> Result<()> {
         let experiments = experiment::all();
-        let reference = Machine::Linux.run(workspace, &libraries[0].bytes, &experiments)?;
+        let reference = Machine::Linux.run(workspace, &self.libraries[0].bytes, &experiments)?;
         experiment::complete(&reference)?;
-        for (machine, bytes) in [(Machine::Windows, &libraries[1].bytes), (Machine::Arm, &self.arm)] {
+        for (machine, bytes) in [(Machine::Windows, &self.libraries[1].bytes), (Machine::Arm, &self.arm)] {
             let results = machine.run(workspace, bytes, &experiments)?;
             experiment::same(machine.name(), &reference, &results)?;
         }
+        Ok(())
+    }
 
+    /// Leaves FMUs for all platforms in place of those for this one, and compares what was built twice.
+    ///
+    /// # Errors
+    /// When something cannot be written, or differs.
+    pub fn join(&self, workspace: &Workspace) -> Result<()> {
+        heading("Join the FMUs for all platforms");
+        package::join(workspace, &self.libraries)?;
         heading("Compare what was built twice");
-        self.again.compare(workspace, libraries)
+        self.again.compare(workspace, &self.libraries)
     }
 }
 
