@@ -20,6 +20,7 @@ NOT_HERE = {
     "python/README.md": "its command installs, and the environment of the tests has the package",
     "docs/platforms.md": "its commands build and install",
     "docs/realtime.md": "its host is compiled and run by test_realtime.py",
+    "docs/tools/rust.md": "its program takes minutes to compile, and is run by hand",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
 }
 """Pages whose shell commands are not run by these tests, and why; their programs are."""

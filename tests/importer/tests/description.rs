@@ -1,9 +1,9 @@
-//! The description, read by another implementation, says what the variable table says.
+//! The description for FMI 2.0, read by another implementation, says what the variable table says.
 
 use anyhow::{Context, Result};
 use fmi::schema::fmi2::{Causality, ScalarVariableElement, Variability};
 use fmi::traits::FmiImport;
-use importer::open;
+use importer::fmi2::open;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
-use fmi::fmi2::instance::Common;
-use importer::{Host, gallery, open};
+use fmi::fmi2::instance::{Common, InstanceCS};
+use importer::fmi2::{co_simulation, open};
+use importer::{Host, gallery};
 use pneumatic_servo::friction::LAWS;
 
 const MODEL: &str = "PneumaticServoCylinder";
@@ -32,7 +33,7 @@ fn default_experiment_has_the_bits_that_fmpy_found() -> Result<()> {
     for (id, law, _) in LAWS.items {
         let columns = results(law)?;
         let (times, voltages) = (&columns["time"], &columns["valveVoltage"]);
-        let mut host = Host::new(&import)?;
+        let mut host = co_simulation(&import)?;
         host.set_integer("friction.law", *id)?;
         host.initialize()?;
         for row in 0..times.len() {
@@ -53,7 +54,7 @@ fn default_experiment_has_the_bits_that_fmpy_found() -> Result<()> {
 #[test]
 fn serialized_state_goes_on_in_another_instance() -> Result<()> {
     let import = open(MODEL)?;
-    let mut first = Host::new(&import)?;
+    let mut first = co_simulation(&import)?;
     first.initialize()?;
     first.set_real("valveVoltage", 6.5)?;
     advance(&mut first, 0, 400)?;
@@ -61,7 +62,7 @@ fn serialized_state_goes_on_in_another_instance() -> Result<()> {
     let bytes = first.instance.serialize_fmu_state(&state)?;
     advance(&mut first, 400, 800)?;
 
-    let mut second = Host::new(&import)?;
+    let mut second = co_simulation(&import)?;
     second.initialize()?;
     let state = second.instance.deserialize_fmu_state(&bytes)?;
     assert!(matches!(Result::from(second.instance.set_fmu_state(&state)), Ok(fmi::fmi2::Fmi2Res::OK)));
@@ -77,13 +78,13 @@ fn serialized_state_goes_on_in_another_instance() -> Result<()> {
 fn instances_do_not_disturb_each_other() -> Result<()> {
     let import = open(MODEL)?;
     let alone = {
-        let mut host = Host::new(&import)?;
+        let mut host = co_simulation(&import)?;
         host.initialize()?;
         host.set_real("valveVoltage", 6.0)?;
         advance(&mut host, 0, 300)?;
         host.real("position")?
     };
-    let (mut left, mut right) = (Host::new(&import)?, Host::new(&import)?);
+    let (mut left, mut right) = (co_simulation(&import)?, co_simulation(&import)?);
     left.initialize()?;
     right.initialize()?;
     left.set_real("valveVoltage", 6.0)?;
@@ -100,13 +101,13 @@ fn instances_do_not_disturb_each_other() -> Result<()> {
 #[test]
 fn version_and_types_are_those_of_fmi_2() -> Result<()> {
     let import = open(MODEL)?;
-    let host = Host::new(&import)?;
+    let host = co_simulation(&import)?;
     assert_eq!(host.instance.get_version(), "2.0");
     assert_eq!(host.instance.get_types_platform(), "default");
     Ok(())
 }
 
 /// Steps of 1 ms, by their numbers.
-fn advance(host: &mut Host, first: u32, last: u32) -> Result<()> {
+fn advance(host: &mut Host<'_, InstanceCS>, first: u32, last: u32) -> Result<()> {
     (first..last).try_for_each(|step| host.step(f64::from(step) * 1e-3, f64::from(step + 1) * 1e-3))
 }
