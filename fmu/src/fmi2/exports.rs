@@ -134,7 +134,7 @@ exports! {
         get(instance, Base::Absent("String"), references, number, values, |_| ptr::null())
     };
 
-    /// Sets real inputs and parameters: all of them, or none if one is refused.
+    /// Sets real inputs, parameters and, for a solver outside, states: all of them, or none if one is refused.
     fn fmi2SetReal(references: *const ValueReference, number: usize, values: *const Real) => Set, |instance| {
         set(instance, Base::Real, references, number, values, |value| value)
     };
@@ -173,12 +173,12 @@ exports! {
         serialize(instance, state, bytes, size)
     };
 
-    /// Takes a saved state from bytes, of any instance of the same model and build on any platform.
+    /// Takes a saved state from bytes, of any instance of the same kind, model and build on any platform.
     fn fmi2DeSerializeFMUstate(bytes: *const Byte, size: usize, state: *mut FmuState) => UseState, |instance| {
         deserialize(instance, bytes, size, state)
     };
 
-    /// The exact derivative of computed reals in one direction of time, inputs and continuous states.
+    /// The exact derivative of computed reals in one direction of time, inputs, continuous states and tunable parameters.
     fn fmi2GetDirectionalDerivative(
         unknowns: *const ValueReference,
         number_of_unknowns: usize,

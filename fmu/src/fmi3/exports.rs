@@ -1,4 +1,5 @@
-//! The exported C functions: all functions of FMI 3.0, and nothing else.
+//! The exported C functions: all functions of FMI 3.0, and nothing else. Those that make instances are in
+//! `instantiation`.
 //!
 //! Each turns pointers into lists that are read and written element by element, and hands everything to
 //! `Handle::call`. What the FMU does not offer is refused with a reason.

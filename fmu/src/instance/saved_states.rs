@@ -77,7 +77,9 @@ impl Instance {
     pub fn set_state(&mut self, handle: usize) -> Result<(), Failure> {
         let SavedState { record, snapshot } = self.saved.get(handle)?;
         if record.kind != self.record.kind {
-            return Err(Failure::error("the FMU state is one of the other kind: of co-simulation or model exchange"));
+            return Err(Failure::error(
+                "the FMU state is of another kind of instance: its solver is elsewhere, or it handles events otherwise",
+            ));
         }
         match snapshot {
             Some(snapshot) => {

@@ -4,23 +4,16 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
 use std::sync::LazyLock;
 
-use libloading::Library;
 use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::fmi3::exports::Functions;
 use pneumatic_servo_fmu::guid;
 
-use super::{Message, Messages, OK, cylinder, library_path, vr};
+use super::{Message, Messages, OK, cylinder, symbol, vr};
 
 /// The library under test.
 pub static LIBRARY3: LazyLock<Functions> = LazyLock::new(|| {
-    // SAFETY: loading the library runs no code of ours; it is never unloaded, and its functions are those of the names.
-    unsafe {
-        let library = Library::new(library_path()).expect("the built library");
-        let functions =
-            Functions::load(|name| library.get(name.as_bytes()).map(|symbol| *symbol)).expect("all functions");
-        std::mem::forget(library);
-        functions
-    }
+    // SAFETY: the library is never unloaded, and its functions are those of the names.
+    unsafe { Functions::load(symbol) }.expect("all functions")
 });
 
 /// How an instance is made.
@@ -341,7 +334,7 @@ impl Instance3 {
         bytes
     }
 
-    /// All real variables of the cylinder but the solver's, bit for bit.
+    /// All real variables of the cylinder, bit for bit.
     pub fn bits(&self) -> Vec<u64> {
         let table = (cylinder().variables)();
         let arrays = table.arrays().filter(|(_, first)| super::is_real(first));

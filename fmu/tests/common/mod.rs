@@ -28,15 +28,18 @@ type Text = *const c_char;
 
 /// The library under test.
 pub static LIBRARY: LazyLock<Functions> = LazyLock::new(|| {
-    // SAFETY: loading the library runs no code of ours; it is never unloaded, and its functions are those of the names.
-    unsafe {
-        let library = Library::new(library_path()).expect("the built library");
-        let functions =
-            Functions::load(|name| library.get(name.as_bytes()).map(|symbol| *symbol)).expect("all functions");
-        std::mem::forget(library);
-        functions
-    }
+    // SAFETY: the library is never unloaded, and its functions are those of the names.
+    unsafe { Functions::load(symbol) }.expect("all functions")
 });
+
+/// A function of the library, which is never unloaded.
+fn symbol(name: &str) -> Result<*const c_void, libloading::Error> {
+    // SAFETY: loading the library runs no code of ours.
+    static FILE: LazyLock<Library> =
+        LazyLock::new(|| unsafe { Library::new(library_path()) }.expect("the built library"));
+    // SAFETY: nothing but the address is taken.
+    unsafe { FILE.get(name.as_bytes()) }.map(|symbol| *symbol)
+}
 
 /// The file of the library: cargo builds it for the test, beside the test's own executable.
 pub fn library_path() -> PathBuf {
