@@ -47,6 +47,12 @@ impl FrictionContact {
         self.drive
     }
 
+    /// Whether the memory of the law follows the motion.
+    #[inline(always)]
+    pub fn follows(&self) -> bool {
+        self.follows
+    }
+
     /// Number of states of the law.
     pub fn count(&self) -> usize {
         self.count

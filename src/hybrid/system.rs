@@ -60,6 +60,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Handles the event in a place of the indicators, whose value fell below zero.
     fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; U], memory: &mut Self::Memory);
 
+    /// Whether the indicators stay as they are where the inputs change from the first values to the second, and the memory
+    /// follows them.
+    fn indicators_hold(&self, _inputs: [&[f64; U]; 2]) -> bool {
+        false
+    }
+
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
     fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 

@@ -318,6 +318,13 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
+    /// The voltage acts on the actuator alone.
+    fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
+        let [from, to] = inputs.map(Inputs::read);
+        let others = |u: Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits);
+        others(from) == others(to) && !self.friction.follows()
+    }
+
     fn has_events(&self) -> bool {
         self.friction.has_events()
     }
@@ -358,11 +365,10 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     /// The voltage, and the play that follows it, act on the actuator alone.
     fn refresh(&self, x: &[f64; N], [from, to]: [&[f64; 3]; 2], memory: &Memory, derivatives: &mut [f64; N]) -> bool {
-        let [before, u] = [from, to].map(Inputs::read);
-        let others = |u: &Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits);
-        if others(&before) != others(&u) || self.friction.law().follows(Drive::Force) {
+        if !<Self as HybridSystem<N, 3>>::indicators_hold(self, [from, to]) {
             return false;
         }
+        let u = Inputs::read(to);
         derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
         true
     }

@@ -96,6 +96,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     indicators: H::Indicators,
     /// Whether states and memory have followed the present inputs.
     is_settled: bool,
+    /// Whether the indicators are those of the present inputs, once the memory has followed these.
+    indicators_hold: bool,
     /// The event that is at its limit here, and happens within the step tried last.
     leaving: Option<usize>,
     /// Whether the run pauses before an event, instead of switching.
@@ -132,6 +134,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             arrived_with: None,
             indicators,
             is_settled: false,
+            indicators_hold: false,
             leaving: None,
             pauses: false,
             pending: None,
@@ -152,7 +155,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     pub fn replace_system(&mut self, system: H) {
         self.scales = system.scales();
         self.system = system;
-        (self.is_linearised, self.arrived_with, self.is_settled) = (false, None, false);
+        (self.is_linearised, self.arrived_with) = (false, None);
+        (self.is_settled, self.indicators_hold) = (false, false);
     }
 
     /// What has been done so far.
@@ -190,7 +194,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         (self.x, self.memory) = (x, memory);
         let Progress { time, step, choice, counters, balance, pending } = progress;
         (self.time, self.step, self.choice, self.counters, self.balance) = (time, step, choice, counters, balance);
-        (self.is_linearised, self.arrived_with, self.is_settled, self.leaving) = (false, None, false, None);
+        (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
+        (self.is_settled, self.indicators_hold) = (false, false);
         self.pending = pending.map(|event| event as usize);
     }
 
@@ -199,6 +204,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let inputs = Held::new(self.time, values, slopes);
         // Inputs that stay as they are leave everything valid.
         let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes();
+        if !is_same {
+            let (before, held) = (self.inputs.at(self.time), self.is_settled || self.indicators_hold);
+            self.indicators_hold = held && self.system.indicators_hold([&before, &values]);
+        }
         self.is_linearised &= is_same;
         self.is_settled &= is_same;
         self.inputs = inputs;
@@ -276,6 +285,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.switch(event)?;
         }
         self.follow();
+        if self.indicators_hold {
+            (self.is_settled, self.indicators_hold) = (true, false);
+            return Ok(());
+        }
         self.settle()
     }
 
