@@ -171,10 +171,10 @@ fn stiffness_does_not_limit_the_step() {
     assert!(stiff_steps < 2 * mild_steps, "{stiff_steps} steps, {mild_steps} for the mild problem");
 }
 
-/// Gentle equations are solved without Jacobians, and as accurately. At tighter tolerances the implicit method pays.
+/// Gentle equations are solved without Jacobians, and as accurately.
 #[test]
 fn gentle_equations_need_no_jacobian() {
-    for (tolerance, is_explicit) in [(1e-3, true), (1e-4, true), (1e-5, true), (1e-6, false)] {
+    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
         let settings = Settings { tolerance, ..ADAPTIVE };
         let mut run = Run::new(Oscillator { is_gentle: true }, settings, 0.0, [1.0, 0.0], (), [0.0]);
         for point in 1..=100 {
@@ -183,7 +183,7 @@ fn gentle_equations_need_no_jacobian() {
         let (x, ()) = run.state();
         let error = (x[0] - 10.0f64.cos()).hypot(x[1] + 10.0f64.sin());
         assert!(error < 100.0 * tolerance, "{error} at {tolerance}");
-        assert_eq!(run.counters().jacobians == 0, is_explicit, "{:?} at {tolerance}", run.counters());
+        assert_eq!(run.counters().jacobians, 0, "{:?} at {tolerance}", run.counters());
     }
 }
 

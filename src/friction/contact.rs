@@ -20,6 +20,8 @@ pub struct FrictionContact {
     holds_exactly: bool,
     /// Whether the memory of the law follows the motion.
     follows: bool,
+    /// Whether the force changes gently within a mode.
+    is_gentle: bool,
     /// Index of the first state of the law among the states of the model.
     first: usize,
     /// Number of states of the law.
@@ -33,7 +35,8 @@ impl FrictionContact {
     /// value reference.
     pub fn new(law: Friction, drive: Drive, first: usize, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
-        Self { drive, holds_exactly, follows: law.follows(drive), count: law.states(), law, first, references }
+        let (follows, is_gentle) = (law.follows(drive), law.is_gentle());
+        Self { drive, holds_exactly, follows, is_gentle, count: law.states(), law, first, references }
     }
 
     /// The law.
@@ -51,6 +54,12 @@ impl FrictionContact {
     #[inline(always)]
     pub fn follows(&self) -> bool {
         self.follows
+    }
+
+    /// Whether the force changes gently within a mode.
+    #[inline(always)]
+    pub fn is_gentle(&self) -> bool {
+        self.is_gentle
     }
 
     /// Number of states of the law.

@@ -74,10 +74,6 @@ pub trait FrictionLaw: ParameterSet {
     /// The events that can end a mode of the law.
     const EVENTS: &'static [Event] = &[];
 
-    /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
-    /// settles within microseconds, or a line through zero velocity.
-    const IS_GENTLE: bool = false;
-
     /// The drives under which the memory [follows](Self::follow) the motion.
     const FOLLOWS: &'static [Drive] = &[];
 
@@ -92,6 +88,12 @@ pub trait FrictionLaw: ParameterSet {
     /// The events that its parameters leave possible.
     fn events(&self) -> &'static [Event] {
         Self::EVENTS
+    }
+
+    /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
+    /// settles within microseconds, or a line through zero velocity.
+    fn is_gentle(&self) -> bool {
+        false
     }
 
     /// Number of continuous states, at most [`MAX_STATES`].

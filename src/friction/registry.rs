@@ -113,7 +113,7 @@ macro_rules! registry {
 
             /// Whether the force changes gently within a mode.
             pub fn is_gentle(&self) -> bool {
-                match self { $(Friction::$law(_) => <$type as FrictionLaw>::IS_GENTLE),* }
+                match self { $(Friction::$law(law) => law.is_gentle()),* }
             }
 
             /// Whether the memory follows the motion under a drive.

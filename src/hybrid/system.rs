@@ -32,6 +32,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
     const GROUPS: Groups = [0, 0];
 
+    /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.
+    const LED: usize = 0;
+
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
@@ -128,10 +131,27 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         false
     }
 
+    /// The states in a step of a size in s, under inputs that are held; of each array the first [`LED`](Self::LED).
+    fn led(&self, x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory, _step: f64) -> Led<[f64; N]> {
+        Led { middle: *x, end: *x, bend: [0.0; N] }
+    }
+
     /// Whether the equations change gently around these states within a mode, so that accuracy, not stability, bounds
     /// the steps of an explicit method. It may be wrong for some parameters: then steps cost more, but are as accurate.
     fn is_gentle(&self, _x: &[f64; N]) -> bool {
         false
+    }
+
+    /// Longest step in s of an explicit method. Beyond what is stable, errors of rounding would grow to the tolerance
+    /// where nothing moves.
+    fn longest_gentle_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the equations are smooth, without a kink, along a step of a size in s from the first of these states, with
+    /// the first of these inputs, to the second. Asked of gentle steps only.
+    fn is_smooth(&self, _x: [&[f64; N]; 2], _u: [&[f64; U]; 2], _memory: &Self::Memory, _step: f64) -> bool {
+        true
     }
 
     /// Magnitudes of the states: the solver keeps the error per step of state `i` below
@@ -184,6 +204,17 @@ pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U
         }
     }
     derivatives
+}
+
+/// States that follow inputs alone, in a step over which these are held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Led<X> {
+    /// In the middle, the values with which the rule of Simpson has the means over the step.
+    pub middle: X,
+    /// At the end.
+    pub end: X,
+    /// By how much those in the middle differ from the true ones, which is their error for those that depend on them.
+    pub bend: X,
 }
 
 /// Inputs that vary linearly from a point in time.

@@ -57,6 +57,11 @@ impl MonotoneCurve {
         let (t, [value, slope, square, cube]) = (x - *from, *coefficients);
         ((t * cube + square) * t + slope) * t + value
     }
+
+    /// The number of the piece with a continuous slope in which a place lies: before, along or beyond the curve.
+    pub fn piece(&self, x: f64) -> u32 {
+        u32::from(self.segments.first().is_some_and(|first| x > first.from)) + u32::from(x >= self.last[0])
+    }
 }
 
 /// Slopes of the curve at its points, for widths and slopes of the chords between them.

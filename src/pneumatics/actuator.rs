@@ -6,7 +6,7 @@ use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
 use super::{regulator, switching, valve};
 use crate::enumeration;
-use crate::hybrid::Sample;
+use crate::hybrid::{Led, Sample};
 use crate::numbers::{Pair, Scalar};
 use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
 
@@ -73,6 +73,11 @@ pub trait Actuating: Sized {
     /// Rates of the states under a voltage.
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
 
+    /// The states in a step of a size in s, under a voltage that is held. Sampled actuators are not asked.
+    fn later(&self, states: [f64; STATES], _voltage: f64, _memory: &Self::Memory, _step: f64) -> Led<[f64; STATES]> {
+        Led { middle: states, end: states, bend: [0.0; STATES] }
+    }
+
     /// Lets the memory follow the voltage.
     fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
 
@@ -87,6 +92,17 @@ pub trait Actuating: Sized {
     /// What flows into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
+    /// The number of the smooth piece of [`feed`](Self::feed) in which the states and the pressures in Pa of both chambers
+    /// lie. Sampled actuators are not asked.
+    fn piece(&self, _states: [f64; STATES], _ports: &Ports<f64>, _pressures: [f64; 2]) -> u32 {
+        0
+    }
+
+    /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
+    fn stays_in_piece(&self, _ends: [[f64; STATES]; 2], _voltage: f64, _memory: &Self::Memory, _step: f64) -> bool {
+        true
+    }
+
     /// Mass flows in kg/s that it draws from the supply for the chambers: all that flows into them, unless it has an
     /// exhaust.
     fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
@@ -100,6 +116,19 @@ pub trait Actuating: Sized {
     fn fits(&self, _memory: &Self::Memory) -> bool {
         true
     }
+}
+
+/// How many times what a state does besides a parabola counts as its error: what it does to the pressures has the same sign
+/// in step after step.
+pub(super) const BEND_WEIGHT: f64 = 10.0;
+
+/// Steps times the fastest rate of a state below which the rule of Simpson has its mean: it errs by a 1920th of the fourth
+/// power. In much shorter steps the mean would be lost in rounding.
+pub(super) const SHORT: f64 = 0.01;
+
+/// The value in the middle of a step with which the rule of Simpson has a mean, between values at the start and at the end.
+pub(super) fn simpson_middle(start: f64, mean: f64, end: f64) -> f64 {
+    1.5 * mean - 0.25 * (start + end)
 }
 
 /// Makes the enumeration of actuators, their table and the dispatch from one line per actuator.
@@ -238,6 +267,12 @@ macro_rules! actuators {
                 }
             }
 
+            /// The number of the smooth piece of [`feed`](Self::feed).
+            #[inline(always)]
+            pub fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: [f64; 2]) -> u32 {
+                match self { $(Self::$item(actuator) => actuator.piece(states, ports, pressures)),* }
+            }
+
             /// Mass flows in kg/s that it draws from the supply for the chambers.
             pub fn drawn<S: Scalar>(
                 &self,
@@ -289,6 +324,18 @@ impl Actuator {
     #[inline(always)]
     pub fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory) -> [S; STATES] {
         dispatch!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
+    }
+
+    /// The states in a step of a size in s, under a voltage that is held.
+    #[inline(always)]
+    pub fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, step: f64) -> Led<[f64; STATES]> {
+        dispatch!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, step))
+    }
+
+    /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
+    #[inline(always)]
+    pub fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
+        dispatch!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))
     }
 
     /// Lets the memory follow the voltage.

@@ -92,6 +92,22 @@ impl Orifice<Tangents> {
     }
 }
 
+/// The number of the smooth piece of a flow in which two pressures lie, in two bits: one way or the other, laminar or not.
+///
+/// At equal pressures the gas that flows becomes that of the other side, with another temperature. Where the flow becomes
+/// choked its slope is continuous, and no step takes notice.
+#[inline(always)]
+pub fn piece(from: f64, to: f64) -> u32 {
+    u32::from(to > LAMINAR_RATIO * from) + u32::from(to > from) + u32::from(LAMINAR_RATIO * to > from)
+}
+
+/// The numbers of the pieces of the flows from two ports into two chambers, in eight bits.
+#[inline(always)]
+pub fn edge_pieces(ports: [f64; 2], chambers: [f64; 2]) -> u32 {
+    let of_port = |port: f64| piece(port, chambers[0]) | piece(port, chambers[1]) << 2;
+    of_port(ports[0]) | of_port(ports[1]) << 4
+}
+
 impl<K: Copy> Orifice<K> {
     /// Flow between two states through a sonic conductance in m3/(s Pa).
     #[inline(always)]
@@ -155,6 +171,12 @@ mod tests {
             orifice.flow(1e-9, state(5e5, 300.0), state(6e5, 300.0)),
         );
         assert_eq!(forth.mass, -back.mass);
+    }
+
+    #[test]
+    fn pieces_end_where_the_flow_becomes_laminar_and_where_it_turns() {
+        let numbers = [0.1, 0.99, 0.996, 0.999, 1.001, 1.004, 1.01, 10.0].map(|ratio| piece(5e5, 5e5 * ratio));
+        assert_eq!(numbers, [0, 0, 1, 1, 2, 2, 3, 3]);
     }
 
     /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.

@@ -1,8 +1,9 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuator::{Actuating, Ports, STATES, VOLTAGE};
+use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, VOLTAGE, simpson_middle};
 use super::gas::GasState;
-use super::orifice::{Inflow, Orifice};
+use super::orifice::{Inflow, Orifice, piece};
+use crate::hybrid::Led;
 use crate::numbers::{Pair, Scalar};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
@@ -108,9 +109,29 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
+    fn later(&self, [_, pressure]: [f64; STATES], voltage: f64, _memory: &(), step: f64) -> Led<[f64; STATES]> {
+        let command = self.regulator.command(voltage);
+        let (constant, distance) = (self.regulator.time_constant, pressure - command);
+        let left = libm::exp(-0.5 * step / constant);
+        let (middle, end) = (distance * left, distance * left * left);
+        let effective = if step < SHORT * constant {
+            middle
+        } else {
+            simpson_middle(distance, (distance - end) * constant / step, end)
+        };
+        let bend = BEND_WEIGHT * (effective - middle);
+        Led { middle: [0.0, command + effective], end: [0.0, command + end], bend: [0.0, bend] }
+    }
+
+    #[inline(always)]
     fn feed<S: Scalar>(&self, [_, pressure]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([pressure; 2])), gas))
+    }
+
+    #[inline(always)]
+    fn piece(&self, [_, pressure]: [f64; STATES], _ports: &Ports<f64>, [pressure_a, _]: [f64; 2]) -> u32 {
+        piece(pressure, pressure_a)
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
@@ -122,6 +143,19 @@ impl Actuating for PressureRegulator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::variables::{ParameterSet, Tunable};
+
+    /// The lag has the solution `p = p_c + (p_0 - p_c)*exp(-t/tau)`, whose mean over a step of `tau` is
+    /// `p_c + (p_0 - p_c)*(1 - 1/e)`.
+    #[test]
+    fn held_voltage_has_a_closed_form() {
+        let p = Parameters::read(&[1e5, 9e5, 0.02, 4e-9, 0.3].map(Tunable::still)).expect("legal");
+        let regulator = PressureRegulator::new(p).expect("legal");
+        let Led { middle: [_, middle], end: [_, end], .. } = regulator.later([0.0, 2e5], 5.0, &(), 0.02);
+        let left = (-1.0f64).exp();
+        assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");
+        assert!(((2e5 + 4.0 * middle + end) / 6.0 - (5e5 - 3e5 * (1.0 - left))).abs() < 1e-9, "{middle}");
+    }
 
     #[test]
     fn pressure_is_linear_in_the_voltage_between_the_limits() {

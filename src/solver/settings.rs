@@ -93,12 +93,6 @@ impl Settings {
         Ok(wanted.clamp(FEWEST, MOST) as u64)
     }
 
-    /// Whether the tolerance is so loose that a method whose steps are cheap is worth a try.
-    pub(super) fn favours_cheap_steps(&self) -> bool {
-        const LEAST: f64 = 1e-5;
-        self.is_adaptive() && self.tolerance >= LEAST
-    }
-
     /// Whether the step size is chosen by error control.
     pub fn is_adaptive(&self) -> bool {
         self.scheme == Scheme::Adaptive

@@ -78,7 +78,10 @@ impl FrictionLaw for Bristle {
     type Memory = Memory;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
-    const IS_GENTLE: bool = true;
+
+    fn is_gentle(&self) -> bool {
+        true
+    }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {
         let mut seeds = self.seed;

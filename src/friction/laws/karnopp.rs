@@ -68,10 +68,13 @@ impl FrictionLaw for Karnopp {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall];
-    const IS_GENTLE: bool = true;
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {

@@ -49,7 +49,6 @@ impl FrictionLaw for MaxwellSlip {
     type Memory = Memory;
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
-    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
 
     fn start(&self, contact: &Contact<f64>) -> Memory {

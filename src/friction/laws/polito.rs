@@ -69,12 +69,15 @@ impl FrictionLaw for Polito {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
-    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
     fn check(&self) -> Result<(), ParameterError> {
         check_forces(self.accelerating.static_force, "Fc1", self.accelerating.coulomb_force)?;
         check_forces(self.accelerating.static_force, "Fc2", self.decelerating_coulomb)
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.accelerating.is_gentle()
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {

@@ -67,7 +67,6 @@ impl FrictionLaw for Stribeck {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = Mode::EVENTS;
-    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -78,6 +77,10 @@ impl FrictionLaw for Stribeck {
             return Err(ParameterError::new("FsInf", value, &reason));
         }
         Ok(())
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {

@@ -51,6 +51,11 @@ impl StribeckCurve {
         check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
+    /// Whether its slope is finite everywhere.
+    pub fn is_gentle(&self) -> bool {
+        self.exponent.value >= 1.0
+    }
+
     /// Friction in N at a speed (a velocity's magnitude) and load level.
     pub fn at<S: Scalar>(&self, speed: S, level: S) -> S {
         level * (self.decay(speed) * (self.static_force - self.coulomb_force) + self.coulomb_force)

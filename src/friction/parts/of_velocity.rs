@@ -29,10 +29,12 @@ wrapper! {
 impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
     type Memory = ();
 
-    const IS_GENTLE: bool = L::IS_GENTLE;
-
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()
+    }
+
+    fn is_gentle(&self) -> bool {
+        L::IS_GENTLE
     }
 
     fn start(&self, _contact: &Contact<f64>) {}

@@ -75,6 +75,11 @@ pub trait SetValued: ParameterSet {
         Ok(())
     }
 
+    /// Whether the kinetic force changes gently with the velocity.
+    fn is_gentle(&self) -> bool {
+        true
+    }
+
     /// Largest force in N that holds the mass at a load level.
     fn break_away<S: Scalar>(&self, level: S) -> S;
 
@@ -92,11 +97,14 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
 
     const STICTION: Stiction = Stiction::Exact;
     const EVENTS: &'static [Event] = Mode::EVENTS;
-    const IS_GENTLE: bool = true;
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.0.is_gentle()
     }
 
     fn start(&self, contact: &Contact<f64>) -> Mode {

@@ -86,7 +86,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     #[inline(always)]
-    fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
+    pub(super) fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
         Ports {
             supply: &self.supply,
             supply_pressure: self.at_least_ambient(supply),
@@ -98,6 +98,12 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     #[inline(always)]
     pub(super) fn at_least_ambient<S: Scalar>(&self, pressure: S) -> S {
         pressure.max(S::constant(self.p.ambient_pressure))
+    }
+
+    /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have
+    /// the same pressure.
+    pub(super) fn has_kink_at_equal_pressures(&self) -> bool {
+        self.p.piston_leakage != 0.0 || self.options.kappa_difference != 0.0
     }
 
     /// Laminar leakage past the piston seal into the chambers.

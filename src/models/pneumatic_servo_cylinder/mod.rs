@@ -36,7 +36,7 @@ use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
-use crate::hybrid::{Groups, HybridSystem, QUANTITIES, Sample};
+use crate::hybrid::{Groups, HybridSystem, Led, QUANTITIES, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
@@ -224,6 +224,12 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
     }
 
+    /// Whether something changes faster within a step than the error estimate of explicit steps can tell: waves in lines,
+    /// pulses, friction along the stroke.
+    fn has_rapid_parts(&self) -> bool {
+        self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
+    }
+
     /// Number of states that are integrated.
     pub fn states(&self) -> usize {
         let lines = if self.lines.are_used() { lines::STATES } else { 0 };
@@ -279,6 +285,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     type Indicators = Indicators;
 
     const GROUPS: Groups = if EXTENDED { [0, 0] } else { [STATES, State::FRICTION] };
+
+    const LED: usize = STATES;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let u = &Inputs::read(u);
@@ -373,10 +381,40 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         true
     }
 
-    /// Away from the stops, which are stiff.
+    /// Away from the stops, which are stiff, and without parts of which the error estimate of a step tells too little.
     fn is_gentle(&self, x: &[f64; N]) -> bool {
         let (position, margin) = (x[State::Position.at(N)], 0.02 * self.p.stroke);
-        margin < position && position < self.p.stroke - margin && self.friction.law().is_gentle()
+        let is_free = margin < position && position < self.p.stroke - margin;
+        is_free && self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
+    }
+
+    /// At equal pressures the flow through an open valve settles within some ten milliseconds.
+    fn longest_gentle_step(&self) -> f64 {
+        0.01
+    }
+
+    fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {
+        let [u, u_end] = u.map(Inputs::read);
+        let piece = |x: &[f64; N], u: &Inputs<f64>| {
+            let pressures = [x[PRESSURE_A], x[PRESSURE_B]];
+            let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
+            (of_actuator, self.has_kink_at_equal_pressures() && pressures[0] > pressures[1])
+        };
+        let states = [x, end].map(of_actuator);
+        piece(x, &u) == piece(end, &u_end)
+            && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
+            && <Self as HybridSystem<N, 3>>::is_gentle(self, end)
+    }
+
+    fn led(&self, x: &[f64; N], u: &[f64; 3], memory: &Memory, step: f64) -> Led<[f64; N]> {
+        let voltage = Inputs::read(u).valve_voltage;
+        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, step);
+        let placed = |own: [f64; STATES]| {
+            let mut all = [0.0; N];
+            all[..STATES].copy_from_slice(&own);
+            all
+        };
+        Led { middle: placed(middle), end: placed(end), bend: placed(bend) }
     }
 
     fn depends_on_time(&self) -> bool {

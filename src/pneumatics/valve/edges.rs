@@ -46,6 +46,18 @@ impl Opening {
             Self::Table(curves) => Pair(std::array::from_fn(|side| curves[side].at(travel.0[side]))),
         }
     }
+
+    /// The number of the smooth piece in which a spool lies, in sixteen bits.
+    #[inline(always)]
+    pub fn piece(&self, spool: f64) -> u32 {
+        let [towards_a, towards_b] = match self {
+            Self::Linear { dead_zone, .. } => {
+                [spool, -spool].map(|travel| u32::from(travel > dead_zone.value) + u32::from(travel > 1.0))
+            }
+            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)],
+        };
+        towards_a | towards_b << 8
+    }
 }
 
 /// A metering edge as a data sheet states it.
@@ -110,6 +122,22 @@ mod tests {
         assert_eq!([-1.0, 0.1].map(|spool| conductance(spool).0[0]), [0.002 * 4e-9; 2]);
         assert!((conductance(1.0).0[0] - 4e-9).abs() < 1e-24);
         assert_eq!(conductance(1.0), conductance(-1.0).swapped());
+    }
+
+    #[test]
+    fn pieces_end_at_the_corners_of_the_opening() {
+        let curve = MonotoneCurve::through(&[(0.1, 0.0), (0.5, 0.3), (1.0, 1.0)]);
+        let table = Opening::Table(Box::new([curve.clone(), curve]));
+        for (opening, corners) in [(Opening::linear(Tunable::still(0.1)), vec![0.1, 1.0]), (table, vec![0.1, 1.0])] {
+            for side in [1.0, -1.0] {
+                let mut before = opening.piece(0.0);
+                for corner in &corners {
+                    let [below, above] = [-1e-12, 1e-12].map(|off| opening.piece(side * (corner + off)));
+                    assert!(below == before && above != below, "at {corner}: {before}, {below}, {above}");
+                    before = above;
+                }
+            }
+        }
     }
 
     #[test]

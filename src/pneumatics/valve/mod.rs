@@ -3,11 +3,12 @@
 mod edges;
 mod parameters;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
-use super::actuator::{Actuating, Ports, STATES, SUPPLY, VOLTAGE};
+use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
-use super::orifice::Inflow;
+use super::orifice::{Inflow, edge_pieces};
+use crate::hybrid::Led;
 use crate::numbers::{Pair, Scalar};
 use crate::outputs;
 use crate::variables::{ParameterError, Tunable, Variable, units};
@@ -53,6 +54,68 @@ impl Spool {
     /// Acceleration in 1/s2.
     pub fn acceleration<S: Scalar>(&self, set_point: S, spool: S, velocity: S) -> S {
         (set_point - spool) * self.stiffness - velocity * self.damping
+    }
+
+    /// The least time in s from one turning point to the next.
+    fn shortest_way(&self) -> f64 {
+        PI / self.stiffness.sqrt()
+    }
+
+    /// How far from the set point it comes from a distance to it, and a velocity.
+    fn reach(&self, distance: f64, velocity: f64) -> f64 {
+        (distance * distance + velocity * velocity / self.stiffness).sqrt()
+    }
+
+    /// Velocity and spool in a step of a size in s towards a set point.
+    fn later(&self, [velocity, spool]: [f64; 2], set_point: f64, step: f64) -> Led<[f64; 2]> {
+        let half = self.propagator(0.5 * step);
+        let moved = |[velocity, distance]: [f64; 2]| {
+            let [[a, b], [c, d]] = half;
+            [c * distance + d * velocity, a * distance + b * velocity]
+        };
+        let distance = spool - set_point;
+        let middle = moved([velocity, distance]);
+        let [end_velocity, end] = moved(middle);
+        if (self.stiffness + self.damping * self.damping) * step * step < SHORT * SHORT {
+            let placed = |[velocity, distance]: [f64; 2]| [velocity, set_point + distance];
+            return Led { middle: placed(middle), end: placed([end_velocity, end]), bend: [0.0; 2] };
+        }
+        let way = end - distance;
+        // The equation of motion, integrated over the step.
+        let mean = (velocity - end_velocity - self.damping * way) / (self.stiffness * step);
+        let effective = [simpson_middle(velocity, way / step, end_velocity), simpson_middle(distance, mean, end)];
+        Led {
+            middle: [effective[0], set_point + effective[1]],
+            end: [end_velocity, set_point + end],
+            bend: [effective[0] - middle[0], effective[1] - middle[1]],
+        }
+    }
+
+    /// What a distance from the set point and a velocity become in a time in s, as a matrix of two rows.
+    ///
+    /// ```text
+    /// exp(-d*t)*| c + d*s     s     |   d = zeta*wn, w^2 = wn^2 - d^2
+    ///           | -wn^2*s   c - d*s |   c = cos(w*t), s = sin(w*t)/w, or cosh and sinh where w^2 < 0
+    /// ```
+    fn propagator(&self, time: f64) -> [[f64; 2]; 2] {
+        /// Beyond this the smaller of the two exponentials in a hyperbolic function is lost in rounding.
+        const FAR: f64 = 20.0;
+        let decay = 0.5 * self.damping;
+        let square = self.stiffness - decay * decay;
+        let frequency = square.abs().sqrt();
+        let angle = frequency * time;
+        let left = libm::exp(-decay * time);
+        let (c, s) = if square > 0.0 {
+            (left * libm::cos(angle), left * libm::sin(angle) / frequency)
+        } else if angle == 0.0 {
+            (left, left * time)
+        } else if angle < FAR {
+            (left * libm::cosh(angle), left * libm::sinh(angle) / frequency)
+        } else {
+            let slow = 0.5 * libm::exp(angle - decay * time);
+            (slow, slow / frequency)
+        };
+        [[c + decay * s, s], [-self.stiffness * s, c - decay * s]]
     }
 }
 
@@ -161,6 +224,13 @@ impl Actuating for ProportionalValve {
         [self.valve.spool.acceleration(self.set_point(voltage, *set_point), spool, velocity), velocity]
     }
 
+    #[inline(always)]
+    fn later(&self, states: [f64; STATES], voltage: f64, set_point: &f64, step: f64) -> Led<[f64; STATES]> {
+        let led = self.valve.spool.later(states, self.set_point(voltage, *set_point), step);
+        let [_, spool] = led.bend;
+        Led { bend: [0.0, BEND_WEIGHT * spool], ..led }
+    }
+
     fn follow(&self, voltage: f64, set_point: &mut f64) {
         *set_point = self.set_point(voltage, *set_point);
     }
@@ -172,6 +242,25 @@ impl Actuating for ProportionalValve {
         let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
         Inflow::from(self.supply.flow(opening, supply, gas))
             + Inflow::from(self.exhaust.flow(opening.swapped(), exhaust, gas))
+    }
+
+    #[inline(always)]
+    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<f64>, pressures: [f64; 2]) -> u32 {
+        let edges = edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures);
+        edges | self.opening.piece(spool) << 8
+    }
+
+    /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
+    /// set point than its energy allows.
+    #[inline(always)]
+    fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, set_point: &f64, step: f64) -> bool {
+        let [[velocity, spool], [end_velocity, _]] = ends;
+        if velocity * end_velocity > 0.0 && step < self.valve.spool.shortest_way() {
+            return true;
+        }
+        let set_point = self.set_point(voltage, *set_point);
+        let reach = self.valve.spool.reach(set_point - spool, velocity);
+        [-reach, reach].iter().all(|far| self.opening.piece(set_point + far) == self.opening.piece(spool))
     }
 
     fn drawn<S: Scalar>(&self, [_, spool]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
@@ -202,6 +291,7 @@ impl ProportionalValve {
 mod tests {
     use super::*;
     use crate::numbers::Dual;
+    use crate::variables::ParameterSet;
 
     const VALVE: Valve =
         Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
@@ -238,6 +328,57 @@ mod tests {
         assert_eq!([1.0, -1.0].map(|command| VALVE.play(0.2, command)), [1.0, -1.0]);
         assert!((VALVE.play(0.2, 0.995) - 0.99).abs() < 1e-15 && (VALVE.play(1.0, 0.995) - 1.0).abs() < 1e-15);
         assert!((VALVE.play(0.2, 0.99) - 0.98).abs() < 1e-15);
+    }
+
+    /// Against 1000 steps of the classical Runge-Kutta method, and their means by the rule of Simpson.
+    #[test]
+    fn spool_towards_a_held_set_point_has_a_closed_form() {
+        const STEPS: usize = 1000;
+        for damping in [0.0, 0.7, 1.0, 1.0 + 1e-9, 5.0, 60.0] {
+            let spool = Spool::new(100.0, damping);
+            for step in [1e-3, 1e-2] {
+                let start = [40.0, -0.3];
+                let Led { middle, end, .. } = spool.later(start, 0.2, step);
+                let (mut x, mut sums, h) = (start, [0.0; 2], step / STEPS as f64);
+                let rates = |[v, s]: [f64; 2]| [spool.acceleration(0.2, s, v), v];
+                for _ in 0..STEPS {
+                    let on = |k: [f64; 2], by: f64| [x[0] + by * k[0], x[1] + by * k[1]];
+                    let k1 = rates(x);
+                    let k2 = rates(on(k1, 0.5 * h));
+                    let k3 = rates(on(k2, 0.5 * h));
+                    let k4 = rates(on(k3, h));
+                    let between = on(k2, 0.5 * h);
+                    let after = [0, 1].map(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+                    sums = [0, 1].map(|i| sums[i] + (x[i] + 4.0 * between[i] + after[i]) / 6.0 / STEPS as f64);
+                    x = after;
+                }
+                for i in 0..2 {
+                    let (mean, scale) = ((start[i] + 4.0 * middle[i] + end[i]) / 6.0, [400.0, 1.0][i]);
+                    assert!((end[i] - x[i]).abs() < 1e-5 * scale, "{damping}, {step}: {end:?}, not {x:?}");
+                    assert!((mean - sums[i]).abs() < 1e-5 * scale, "{damping}, {step}: {mean}, not {}", sums[i]);
+                }
+            }
+        }
+        let rest = Led { middle: [0.0, 0.2], end: [0.0, 0.2], bend: [0.0; 2] };
+        assert_eq!(VALVE.spool.later([0.0, 0.2], 0.2, 1e-3), rest);
+    }
+
+    /// A spool that overshoots into the opening and comes back within a step, and one that does not get there.
+    #[test]
+    fn turn_of_the_spool_beyond_an_edge_is_noticed() {
+        let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
+        let edge = 0.08;
+        for (set_point, stays) in [(0.98 * edge, false), (0.4 * edge, true)] {
+            let Led { end, .. } = valve.valve.spool.later([0.0; 2], set_point, 0.02);
+            assert!(end[1] < edge);
+            let voltage = 5.0 + 5.0 * set_point;
+            let memory = valve.set_point(voltage, 0.0);
+            assert_eq!(valve.stays_in_piece([[0.0; 2], end], voltage, &memory, 0.02), stays, "{set_point}");
+        }
+    }
+
+    fn starts() -> Vec<Tunable> {
+        Parameters::table().iter().map(|variable| Tunable::still(variable.start.expect("a start value"))).collect()
     }
 
     /// Without hysteresis the set point is the command, derivatives included.

@@ -89,6 +89,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     is_linearised: bool,
     /// Derivatives at the end of the explicit step tried last.
     end_slope: [f64; N],
+    /// Error of the explicit step tried last if it crosses a kink.
+    bend: [f64; N],
     /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
     /// are those of that point: the next step may start from them.
     arrived_with: Option<[f64; U]>,
@@ -131,6 +133,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
             end_slope: [0.0; N],
+            bend: [0.0; N],
             arrived_with: None,
             indicators,
             is_settled: false,

@@ -5,10 +5,13 @@ use crate::hybrid::HybridSystem;
 use crate::numbers::Dual;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::Hermite;
+use crate::solver::runge_kutta::Classical;
 use crate::solver::settings::Scheme;
 use crate::solver::{implicit_euler, rosenbrock, runge_kutta};
 
 const SAFETY: f64 = 0.9;
+/// Fraction of the tolerance that an explicit step across a kink may use up.
+const KINK_SHARE: f64 = 0.1;
 const MAX_GROWTH: f64 = 5.0;
 const MAX_SHRINKAGE: f64 = 0.1;
 /// Multiple of its scale that no state exceeds unless the scheme diverges.
@@ -44,10 +47,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Ok(trial) => trial,
             Err(nonsense) => return self.reject_nonsense(h, nonsense),
         };
-        let error = self.error_norm(&trial);
+        let error = self.error_norm(&trial.end, &trial.error);
         if error > 1.0 {
             let factor = (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE);
-            return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial)));
+            return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial.end, &trial.error)));
+        }
+        if self.is_explicit && !self.is_smooth(h, end_time, &trial) {
+            let share = self.error_norm(&trial.end, &self.bend) / KINK_SHARE;
+            if share > 1.0 {
+                // What a kink does grows with the square of the step.
+                let factor = (SAFETY / share.sqrt()).clamp(MAX_SHRINKAGE, 0.5);
+                let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&trial.end, &run.bend));
+                return self.reject(h, factor, reason);
+            }
         }
         if self.system.has_events() {
             let after = self.indicators_at(end_time, &trial.end);
@@ -75,12 +87,18 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Chooses the method of the next step of the adaptive scheme.
     fn choose(&mut self, remaining: f64) {
         let before = self.is_explicit;
-        self.is_explicit = self.settings.favours_cheap_steps() && self.system.is_gentle(&self.x);
+        self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle(&self.x);
         if self.is_explicit {
-            self.step = self.choice.choose(self.step, remaining);
+            self.step = self.choice.choose(self.step.min(self.system.longest_gentle_step()), remaining);
             self.is_explicit = !self.choice.is_implicit();
         }
         self.is_linearised &= self.is_explicit == before;
+    }
+
+    /// Whether an explicit step meets no kink.
+    fn is_smooth(&self, h: f64, end_time: f64, trial: &Trial<N>) -> bool {
+        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
+        self.system.is_smooth([&self.x, &trial.end], [&u, &u_end], &self.memory, h)
     }
 
     fn linearise(&mut self) {
@@ -114,9 +132,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let here = &self.linearisation;
         let trial = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
-                let trial;
-                (trial, self.end_slope) =
-                    runge_kutta::classical_with_error(system, time, x, inputs, memory, &here.derivatives, h);
+                let Classical { trial, slope, bend } =
+                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h);
+                (self.end_slope, self.bend) = (slope, bend);
                 trial
             }
             Scheme::Adaptive => {
@@ -141,20 +159,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         Ok(trial)
     }
 
-    /// The largest error of a state relative to what is allowed.
-    fn error_norm(&self, trial: &Trial<N>) -> f64 {
+    /// The largest error of a state at the end of a step relative to what is allowed.
+    fn error_norm(&self, end: &[f64; N], errors: &[f64; N]) -> f64 {
         // One instruction, where `f64::max` needs several to tell a missing number.
         let larger = |a: f64, b: f64| if a < b { b } else { a };
         // All states side by side, then the largest.
-        let relative: [f64; N] = std::array::from_fn(|i| {
-            trial.error[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), trial.end[i].abs())
-        });
+        let relative: [f64; N] =
+            std::array::from_fn(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
     /// Name of the state whose error is largest.
-    fn least_accurate(&self, trial: &Trial<N>) -> &'static str {
-        let relative = |i: usize| trial.error[i].abs() / self.scales[i].max(self.x[i].abs()).max(trial.end[i].abs());
+    fn least_accurate(&self, end: &[f64; N], errors: &[f64; N]) -> &'static str {
+        let relative = |i: usize| errors[i].abs() / self.scales[i].max(self.x[i].abs()).max(end[i].abs());
         self.system.state_name((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
     }
 
