@@ -181,6 +181,10 @@ impl Outputs {
                 stiffness: case.parameter("cylinder.stopStiffness"),
                 damping: case.parameter("cylinder.stopDamping"),
             },
+            clearances: [
+                case.parameter("chamberA.deadVolume") / bore,
+                case.parameter("chamberB.deadVolume") / (bore - rod),
+            ],
         };
         Self { area_a: bore, area_b: bore - rod, dead_force, stops, mass: case.parameter("mass.moving") }
     }
