@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn the_sets_of_the_repository_are_legal() -> Result<()> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        assert_eq!(of(CYLINDER, &folder)?.len(), 8);
+        assert_eq!(of(CYLINDER, &folder)?.len(), 9);
         let vibro_impact = of(&models::vibro_impact::MODEL, &folder)?;
         assert_eq!(vibro_impact.into_iter().map(|set| set.name).collect::<Vec<_>>(), ["Bifurcations"]);
         Ok(())
