@@ -100,12 +100,6 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         pressure.max(S::constant(self.p.ambient_pressure))
     }
 
-    /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have
-    /// the same pressure.
-    pub(super) fn has_kink_at_equal_pressures(&self) -> bool {
-        self.p.piston_leakage != 0.0 || self.options.kappa_difference != 0.0
-    }
-
     /// Laminar leakage past the piston seal into the chambers.
     pub(super) fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
         let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);

@@ -15,6 +15,7 @@
 mod air;
 mod balance;
 mod carriage;
+mod gentle;
 mod jacobian;
 mod lines;
 mod options;
@@ -224,12 +225,6 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
     }
 
-    /// Whether something changes faster within a step than the error estimate of explicit steps can tell: waves in lines,
-    /// pulses, friction along the stroke.
-    fn has_rapid_parts(&self) -> bool {
-        self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
-    }
-
     /// Number of states that are integrated.
     pub fn states(&self) -> usize {
         let lines = if self.lines.are_used() { lines::STATES } else { 0 };
@@ -381,11 +376,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         true
     }
 
-    /// Away from the stops, which are stiff, and without parts of which the error estimate of a step tells too little.
     fn is_gentle(&self, x: &[f64; N]) -> bool {
-        let (position, margin) = (x[State::Position.at(N)], 0.02 * self.p.stroke);
-        let is_free = margin < position && position < self.p.stroke - margin;
-        is_free && self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
+        self.is_gentle_at(x[State::Position.at(N)])
     }
 
     /// At equal pressures the flow through an open valve settles within some ten milliseconds.
@@ -395,15 +387,10 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {
         let [u, u_end] = u.map(Inputs::read);
-        let piece = |x: &[f64; N], u: &Inputs<f64>| {
-            let pressures = [x[PRESSURE_A], x[PRESSURE_B]];
-            let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
-            (of_actuator, self.has_kink_at_equal_pressures() && pressures[0] > pressures[1])
-        };
         let states = [x, end].map(of_actuator);
-        piece(x, &u) == piece(end, &u_end)
+        self.piece(x, &u) == self.piece(end, &u_end)
             && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
-            && <Self as HybridSystem<N, 3>>::is_gentle(self, end)
+            && self.is_gentle_at(end[State::Position.at(N)])
     }
 
     fn led(&self, x: &[f64; N], u: &[f64; 3], memory: &Memory, step: f64) -> Led<[f64; N]> {

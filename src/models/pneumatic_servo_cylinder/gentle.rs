@@ -1,0 +1,36 @@
+//! Where explicit steps may be taken: gentle equations, and their smooth pieces.
+
+use super::variables::Inputs;
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Whether the equations are gentle at a position in m: away from the stops, which are stiff, and without parts of which
+    /// the error estimate of a step tells too little.
+    #[inline(always)]
+    pub(super) fn is_gentle_at(&self, position: f64) -> bool {
+        let margin = 0.02 * self.p.stroke;
+        let is_free = margin < position && position < self.p.stroke - margin;
+        is_free && self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
+    }
+
+    /// Whether something changes faster within a step than its error estimate can tell: waves in lines, pulses, friction
+    /// along the stroke.
+    fn has_rapid_parts(&self) -> bool {
+        self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
+    }
+
+    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, and the side of
+    /// [equal pressures](Self::has_kink_at_equal_pressures).
+    #[inline(always)]
+    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> (u32, bool) {
+        let pressures = [x[PRESSURE_A], x[PRESSURE_B]];
+        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
+        (of_actuator, self.has_kink_at_equal_pressures() && pressures[0] > pressures[1])
+    }
+
+    /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have
+    /// the same pressure.
+    fn has_kink_at_equal_pressures(&self) -> bool {
+        self.p.piston_leakage != 0.0 || self.options.kappa_difference != 0.0
+    }
+}
