@@ -131,11 +131,12 @@ const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, _) = build::<true>(start, &[])?;
     if equations.is_extended() {
-        let (has_lines, bristles) = (equations.lines.are_used(), equations.friction.count());
-        return match (has_lines, bristles) {
-            (false, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + sensors::COUNT }>(start)?)),
-            (false, _) => Ok(Box::new(equations.simulator::<{ MOST - lines::STATES }>(start)?)),
-            (true, _) => Ok(Box::new(equations.simulator::<MOST>(start)?)),
+        return match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
+            (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
+            (false, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
+            (false, _, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + sensors::COUNT }>(start)?)),
+            (true, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES + lines::STATES }>(start)?)),
+            _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
         };
     }
     let (equations, _) = build::<false>(start, &[])?;
