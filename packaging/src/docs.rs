@@ -15,6 +15,15 @@ Example:
   cargo xtask package && cargo xtask docs     then open target/docs/pneumatic_servo.html")]
 pub struct Docs {}
 
+/// pdoc, once the package has loaded what it otherwise loads when it is asked for: pdoc does not ask.
+const PDOC: &str = "
+import pneumatic_servo
+for name in pneumatic_servo.__all__:
+    setattr(pneumatic_servo, name, getattr(pneumatic_servo, name))
+from pdoc.__main__ import cli
+cli()
+";
+
 impl Docs {
     /// Builds and installs the wheel, and reads its docstrings.
     ///
@@ -26,8 +35,8 @@ impl Docs {
         wheel::install(&venv, &wheel::build(workspace)?)?;
         heading("Reference pages of the Python package");
         let folder = workspace.target.join("docs");
-        let pages = ["pneumatic_servo", "pneumatic_servo.envs"];
-        process::run(venv.command().args(["-m", "pdoc", "--docformat", "numpy", "-o"]).arg(&folder).args(pages))?;
+        let pages = ["pneumatic_servo", "pneumatic_servo.envs", "pneumatic_servo.identification"];
+        process::run(venv.command().args(["-c", PDOC, "--docformat", "numpy", "-o"]).arg(&folder).args(pages))?;
         println!("{}", folder.join("pneumatic_servo.html").display());
         Ok(())
     }
