@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from multiprocessing import Pool
@@ -36,6 +37,13 @@ class Plant:
 
     def advance(self, end: float) -> None:
         self.simulation.step(end - self.simulation.time)
+
+
+def parameter_set(name: str) -> dict[str, ps.Value]:
+    """The values of a set, as it is packed into the FMU."""
+    sets = json.loads((ROOT / "modelDescription" / "parameter_sets.json").read_text(encoding="utf-8"))
+    values: dict[str, ps.Value] = next(one["values"] for one in sets if one["name"] == name)
+    return values
 
 
 def arguments(text: str) -> argparse.Namespace:

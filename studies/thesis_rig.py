@@ -27,7 +27,6 @@ Usage: python studies/thesis_rig.py [--output target/studies]
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,12 +34,12 @@ from pathlib import Path
 
 import numpy as np
 import pneumatic_servo as ps
+from common import ROOT, parameter_set
 from numpy.typing import NDArray
 from pneumatic_servo.files import write_csv
 
 Array = NDArray[np.float64]
 
-ROOT = Path(__file__).resolve().parents[1]
 AMBIENT = 101325.0
 STROKE = 0.5
 ROD = (6.0 / 16.0) ** 2
@@ -53,14 +52,8 @@ VISIBLE = 1e-3
 """Travel in m that the position transducer of the rig tells."""
 STILL = 2e-3
 """Speed in m/s below which a figure of the rig shows a carriage at rest."""
-COLUMNS = ["fact", "unit", "thesis", "set Rig", "within", "reproduced"]
-
-
-def rig() -> dict[str, ps.Value]:
-    """The set Rig, as it is packed into the FMU."""
-    sets = json.loads((ROOT / "modelDescription" / "parameter_sets.json").read_text(encoding="utf-8"))
-    values: dict[str, ps.Value] = next(one["values"] for one in sets if one["name"] == "Rig")
-    return values
+SET = "Rig"
+COLUMNS = ["fact", "unit", "thesis", f"set {SET}", "within", "reproduced"]
 
 
 @dataclass(frozen=True)
@@ -256,7 +249,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of the table")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    table = [fact.row for fact in facts(Rig(rig()))]
+    table = [fact.row for fact in facts(Rig(parameter_set(SET)))]
     write_csv(options.output / "thesis_rig.csv", COLUMNS, table)
     for row in table:
         print(f"| {' | '.join(row)} |")

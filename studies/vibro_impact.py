@@ -12,14 +12,12 @@ Usage: python studies/vibro_impact.py [--small]
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from common import Plant, arguments, parallel, plt, save
+from common import Plant, arguments, parallel, parameter_set, plt, save
 from pneumatic_servo import figures
 
 FREQUENCY = 15.0
@@ -41,8 +39,7 @@ DIAGRAMS = ((0.5, 1.56), (0.5, 1.0), (1.0, 1.0), (1.5, 1.0))
 BASINS = ((1.0, 0.1), (1.5, 0.95), (1.5, 1.06))
 """Amplitude and friction of the basins at the frequency 1: two that are published, and one with irregular motion."""
 
-SETS = Path(__file__).parents[1] / "modelDescription" / "parameter_sets.json"
-SYSTEM = next(s["values"] for s in json.loads(SETS.read_text()) if s["name"] == "Bifurcations")
+SYSTEM = parameter_set("Bifurcations")
 """The dimensionless system of the bifurcations and basins."""
 
 SAME = 2e-3

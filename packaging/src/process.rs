@@ -64,7 +64,7 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
 /// Does two things at once, and waits for both.
 ///
 /// # Errors
-/// Of the first that failed, or else of the second.
+/// Of the first, or else of the second.
 pub fn both<A: Send, B>(
     first: impl FnOnce() -> Result<A> + Send,
     second: impl FnOnce() -> Result<B>,

@@ -21,8 +21,8 @@ use crate::workspace::Workspace;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
-/// Takes about an hour on two processors. A check whose tool is missing is left out with a message; with the variable CI set that is
-/// an error.
+/// Takes about an hour on two processors. A check whose tool is missing is left out with a message; with the variable
+/// CI set that is an error.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:

@@ -12,9 +12,10 @@ ROOT = Path(__file__).parents[2]
 
 def test_set_rig_does_what_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "studies"))
-    from thesis_rig import COLUMNS, Rig, facts, rig
+    from common import parameter_set
+    from thesis_rig import COLUMNS, SET, Rig, facts
 
-    found = [list(fact.row) for fact in facts(Rig(rig()))]
+    found = [list(fact.row) for fact in facts(Rig(parameter_set(SET)))]
     with (ROOT / "docs" / "identification" / "thesis_rig.csv").open(encoding="utf-8", newline="") as stream:
         assert list(csv.reader(stream)) == [COLUMNS, *found]
     page = (ROOT / "docs" / "identification.md").read_text(encoding="utf-8")

@@ -1,7 +1,9 @@
 //! The description for FMI 2.0, read by another implementation, says what the variable table says.
 
+mod roles;
+
 use anyhow::{Context, Result};
-use fmi::schema::fmi2::{Causality, ScalarVariableElement, Variability};
+use fmi::schema::fmi2::ScalarVariableElement;
 use fmi::traits::FmiImport;
 use importer::fmi2::open;
 use pneumatic_servo::models;
@@ -87,21 +89,4 @@ fn capabilities_and_default_experiment_are_read() -> Result<()> {
     Ok(())
 }
 
-fn causality(variable: &Variable) -> Causality {
-    match variable.role {
-        Role::Time => Causality::Independent,
-        Role::Input => Causality::Input,
-        Role::Fixed | Role::Tunable => Causality::Parameter,
-        Role::Output => Causality::Output,
-        Role::Local => Causality::Local,
-    }
-}
-
-fn variability(variable: &Variable) -> Variability {
-    match (variable.role, variable.kind) {
-        (Role::Fixed, _) => Variability::Fixed,
-        (Role::Tunable, _) => Variability::Tunable,
-        (_, Kind::Real(_)) => Variability::Continuous,
-        _ => Variability::Discrete,
-    }
-}
+roles::in_schema!(fmi::schema::fmi2);

@@ -1,8 +1,10 @@
 //! The description for FMI 3.0, read by another implementation, says what the variable table says.
 
+mod roles;
+
 use anyhow::{Context, Result};
 use fmi::fmi3::import::Fmi3Import;
-use fmi::fmi3::schema::{Causality, Fmi3Unknown, InitializableVariableTrait, Variability};
+use fmi::fmi3::schema::{Fmi3Unknown, InitializableVariableTrait};
 use fmi::schema::fmi3::Variable as Read;
 use fmi::traits::FmiImport;
 use importer::fmi3::open;
@@ -107,21 +109,4 @@ fn crate_refuses_units_that_the_standard_has() {
     assert!(format!("{error:?}").contains("UnknownField"), "{error:?}");
 }
 
-fn causality(variable: &Variable) -> Causality {
-    match variable.role {
-        Role::Time => Causality::Independent,
-        Role::Input => Causality::Input,
-        Role::Fixed | Role::Tunable => Causality::Parameter,
-        Role::Output => Causality::Output,
-        Role::Local => Causality::Local,
-    }
-}
-
-fn variability(variable: &Variable) -> Variability {
-    match (variable.role, variable.kind) {
-        (Role::Fixed, _) => Variability::Fixed,
-        (Role::Tunable, _) => Variability::Tunable,
-        (_, Kind::Real(_)) => Variability::Continuous,
-        _ => Variability::Discrete,
-    }
-}
+roles::in_schema!(fmi::fmi3::schema);
