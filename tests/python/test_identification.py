@@ -197,9 +197,11 @@ def test_mechanical_half_alone_gives_mass_and_friction() -> None:
 def test_intervals_contain_the_truth_as_often_as_they_say(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten records of a rig that is integrated independently, with other noise: a small identification_coverage.py."""
     monkeypatch.syspath_prepend(str(ROOT / "studies"))
-    from identification_coverage import rows
+    from identification_coverage import estimates, rows
+    from synthetic_rig import truth
 
-    table = rows("Coulomb", duration=1.0, repetitions=10)
+    true = truth("Coulomb", duration=1.0)
+    table = rows("Coulomb", [estimates(("Coulomb", true, seed)) for seed in range(10)])
     assert len(table) == 4
     for _, name, _, _, covered, error, half in table:
         # Of ten true intervals of 95 % fewer than seven hold once in a thousand; of half as wide ones, once in four.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.profile import profile
@@ -100,7 +101,7 @@ class Linearised:
     @property
     def white(self) -> Array:
         """Covariance if the residuals are independent."""
-        inverse = np.linalg.pinv(self.derivatives, rcond=RANK)
+        inverse = np.linalg.pinv(triangle(self.derivatives), rcond=RANK)
         return np.asarray(inverse @ inverse.T)
 
 
@@ -157,7 +158,7 @@ def _outer(free: Free, inner: float) -> float:
 
 def _blind(derivatives: Array) -> NDArray[np.bool_]:
     """Tell which parameters take part in a direction that the residuals do not see."""
-    _, values, directions = np.linalg.svd(derivatives, full_matrices=False)
+    _, values, directions = np.linalg.svd(triangle(derivatives), full_matrices=False)
     if not len(values) or values[0] == 0.0:
         return np.ones(derivatives.shape[1], dtype=bool)
     unseen = directions[values < RANK * values[0]]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.experiments import Experiment, Options
 from pneumatic_servo.identification.fitting import free_parameters, make_experiment
 from pneumatic_servo.identification.intervals import RANK
@@ -194,7 +195,7 @@ def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str,
 def _judge(problem: Problem) -> tuple[dict[str, float], float]:
     """Return half of the intervals to expect, and the logarithm of the determinant of the information."""
     derivatives = jacobian(problem, problem.start)
-    _, sizes, directions = np.linalg.svd(derivatives, full_matrices=False)
+    _, sizes, directions = np.linalg.svd(triangle(derivatives), full_matrices=False)
     seen = sizes > RANK * max(float(sizes[0]), 1e-300)
     variance = np.sum((directions[seen] / sizes[seen, None]) ** 2, axis=0)
     blind = np.any(np.abs(directions[~seen]) > 0.1, axis=0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
@@ -41,12 +42,12 @@ class Record:
     begin: float
     signals: Mapping[str, Array]
 
-    @property
+    @cached_property
     def step(self) -> float:
         """The usual interval between samples in s."""
         return float(np.median(np.diff(self.time)))
 
-    @property
+    @cached_property
     def grid(self) -> Array:
         """Communication points of a simulation of this record, in s: its usual interval, up to its end."""
         return np.arange(int(np.floor(self.time[-1] / self.step + 1e-6)) + 1, dtype=np.float64) * self.step

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from pneumatic_servo.identification.compression import compressed
 from pneumatic_servo.identification.problem import TOLERANCE, Problem
 from pneumatic_servo.identification.sensor import Sensor
 
@@ -25,6 +26,8 @@ SPREAD = 1.6
 """Starts without bounds lie within a factor of five, or within so many magnitudes, of the first."""
 AT_NOISE = 1.5
 """Mean square of residuals, in units of the noise, at which no other start can lead to anything better."""
+SAME = 1e-3
+"""Relative difference of costs below which two solutions are taken for the same."""
 CHUNK = 32
 """Starts that are simulated in one task."""
 
@@ -137,8 +140,10 @@ def refine(
     def slopes(x: Array) -> Array:
         return np.vstack([jacobian(problem, x, is_central=effort.is_central), np.diag(problem.pull)])
 
+    # Other losses look at each residual by itself.
+    function, derivatives = compressed(residuals, slopes) if loss == "linear" else (residuals, slopes)
     found: Any = least_squares(
-        residuals, inside, jac=slopes, bounds=(low, high), loss=loss,
+        function, inside, jac=derivatives, bounds=(low, high), loss=loss,
         x_scale="jac", ftol=effort.cost, xtol=effort.step, gtol=1e-10, max_nfev=80,
     )  # fmt: skip
     return Solution(found.x, float(found.cost), bool(found.status > 0), str(found.message))
@@ -149,33 +154,51 @@ def solve(
 ) -> tuple[Solution, list[Solution]]:
     """Return the best solution and all that were refined.
 
-    Starts are simulated once; the best are refined, until one leaves no more than noise. A Dask client as `cluster`
-    does both on its workers.
+    The first start is refined; unless it leaves no more than noise, random ones are simulated, and the best of them
+    refined, until one leaves no more than noise or two have come to the same end. A Dask client as `cluster` simulates
+    all on its workers, and refines the best there at once.
     """
-    candidates = [problem.start, *scattered(problem, starts, seed)]
-    chunks = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
     if cluster is not None:
-        costs = np.concatenate(cluster.gather([cluster.submit(_costs, problem, chunk, pure=False) for chunk in chunks]))
+        solutions = _on_cluster(problem, [problem.start, *scattered(problem, starts, seed)], loss, cluster)
     else:
-        found = []
-        for number, chunk in enumerate(chunks):
-            found.append(_costs(problem, chunk))
-            if tell is not None:
-                tell(f"start {min((number + 1) * CHUNK, len(candidates))} of {len(candidates)}")
-        costs = np.concatenate(found)
-    order = np.argsort(costs, kind="stable")[: REFINED if starts else 1]
-    best = list(dict.fromkeys([int(order[0]), 0, *map(int, order)]))[:REFINED]
-    if cluster is not None:
-        tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
-        solutions = list(cluster.gather(tasks))
-    else:
-        solutions = []
-        for index in best:
-            solutions.append(refine(problem, candidates[index], loss, tell, ROUGH))
-            if 2.0 * solutions[-1].cost < AT_NOISE * problem.size:
-                break
+        solutions = [refine(problem, problem.start, loss, tell, ROUGH)]
+        if starts > 0 and not _is_enough(problem, solutions):
+            candidates = scattered(problem, starts, seed)
+            for index in _best(_costs_told(problem, candidates, tell), REFINED - 1):
+                solutions.append(refine(problem, candidates[index], loss, tell, ROUGH))
+                if _is_enough(problem, solutions):
+                    break
     solutions.sort(key=lambda solution: (solution.cost, not solution.converged))
     return solutions[0], solutions
+
+
+def _is_enough(problem: Problem, solutions: Sequence[Solution]) -> bool:
+    """Tell whether the last solution leaves no more than noise, or the two best are the same."""
+    if 2.0 * solutions[-1].cost < AT_NOISE * problem.size:
+        return True
+    costs = sorted(solution.cost for solution in solutions)
+    return len(costs) > 1 and costs[1] <= (1.0 + SAME) * costs[0]
+
+
+def _best(costs: Array, number: int) -> list[int]:
+    return [int(index) for index in np.argsort(costs, kind="stable")[:number]]
+
+
+def _costs_told(problem: Problem, candidates: Sequence[Array], tell: Tell | None) -> Array:
+    found = []
+    for first in range(0, len(candidates), CHUNK):
+        found.append(_costs(problem, candidates[first : first + CHUNK]))
+        if tell is not None:
+            tell(f"start {min(first + CHUNK, len(candidates))} of {len(candidates)}")
+    return np.concatenate(found)
+
+
+def _on_cluster(problem: Problem, candidates: Sequence[Array], loss: str, cluster: Any) -> list[Solution]:
+    chunks = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
+    costs = np.concatenate(cluster.gather([cluster.submit(_costs, problem, chunk, pure=False) for chunk in chunks]))
+    best = list(dict.fromkeys([0, *_best(costs, REFINED)]))[: REFINED if len(candidates) > 1 else 1]
+    tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
+    return list(cluster.gather(tasks))
 
 
 def scattered(problem: Problem, number: int, seed: int) -> list[Array]:

@@ -1,0 +1,62 @@
+"""How a fit searches: short problems that stand for long ones, and no more starts than are needed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from numpy.typing import NDArray
+from pneumatic_servo.identification.compression import ROWS, compressed, triangle
+from scipy.optimize import least_squares
+from test_identification import bench
+
+Array = NDArray[np.float64]
+
+GIVEN = {"experiment": "motion", "play": 0.0}
+
+
+@pytest.mark.parametrize("rows", [7, ROWS - 1, ROWS, 3 * ROWS + 17])
+def test_triangle_has_the_products_of_the_columns(rows: int) -> None:
+    matrix = np.random.default_rng(rows).standard_normal((rows, 5))
+    found = triangle(matrix)
+    assert found.shape == (5, 5) and np.array_equal(found, np.triu(found))
+    assert np.allclose(found.T @ found, matrix.T @ matrix, rtol=0.0, atol=1e-12 * rows)
+
+
+def test_short_problem_ends_where_the_long_one_does() -> None:
+    time = np.linspace(0.0, 1.0, 2 * ROWS + 3)
+    seen = 3.0 * np.exp(-2.0 * time) + 0.05 * np.random.default_rng(1).standard_normal(len(time))
+
+    def residuals(x: Array) -> Array:
+        return np.asarray(x[0] * np.exp(-x[1] * time) - seen)
+
+    def slopes(x: Array) -> Array:
+        fall = np.exp(-x[1] * time)
+        return np.column_stack([fall, -x[0] * time * fall])
+
+    options = {"x0": np.array([1.0, 0.1]), "bounds": ([0.0, 0.0], [10.0, 1.9]), "x_scale": "jac"}
+    long = least_squares(residuals, jac=slopes, **options)
+    function, derivatives = compressed(residuals, slopes)
+    short = least_squares(function, jac=derivatives, **options)
+    # The second parameter ends at its bound. Rounding, 1e-16 in 2000 residuals, may not turn a step.
+    assert short.nfev == long.nfev and np.allclose(short.x, long.x, rtol=1e-9)
+    assert short.cost == pytest.approx(long.cost, rel=1e-12)
+
+
+def test_start_that_leaves_only_noise_needs_no_others() -> None:
+    told: list[str] = []
+    found = ps.fit(bench(), **GIVEN, law="Stribeck", starts=1000, progress=told.append)
+    assert found.converged and not [word for word in told if word.startswith("start")]
+
+
+def test_search_ends_where_two_starts_meet() -> None:
+    """A law that leaves more than noise, with a single minimum: no third start is refined."""
+    told: list[str] = []
+    ps.fit(bench(), **GIVEN, law="Coulomb", starts=32, progress=told.append)
+    first = told.index("start 32 of 32")
+    costs = [float(word.split()[1]) for word in told if word.startswith("cost")]
+    # Of two searches each begins higher than the one before ended; the last fits go on from their end.
+    searches = 1 + sum(later > 1.5 * earlier for earlier, later in pairwise(costs))
+    assert first > 0 and searches == 2
