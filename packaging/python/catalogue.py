@@ -15,15 +15,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
+import matplotlib as mpl
 import numpy as np
 from client import Client
 from experiment import LAW, signals
-from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
+from matplotlib.figure import Figure
+from pneumatic_servo.figures import BLUE, GREEN, GREY, STYLE, VERMILION
 
 SPEEDS = np.geomspace(1e-4, 0.1, 16)
 """Speeds of the steady curve in m/s."""
@@ -152,8 +149,8 @@ def draw(portraits: Sequence[Portrait], file: Path) -> None:
     portraits = [portrait for portrait in portraits if np.any(portrait.steady[:, 1] != 0.0)]
     columns = 4
     blocks = -(-len(portraits) // columns)
-    with plt.rc_context(STYLE | {"axes.titlesize": 12, "axes.titleweight": "bold", "font.size": 10}):
-        figure = plt.figure(figsize=(12, 5.4 * blocks), dpi=100, layout="constrained")
+    with mpl.rc_context(STYLE | {"axes.titlesize": 12, "axes.titleweight": "bold", "font.size": 10}):
+        figure = Figure(figsize=(12, 5.4 * blocks), dpi=100, layout="constrained")
         for block, part in enumerate(np.atleast_1d(figure.subfigures(blocks, 1))):
             grid = part.subplots(3, columns, squeeze=False)
             chosen = portraits[block * columns : (block + 1) * columns]
@@ -164,7 +161,7 @@ def draw(portraits: Sequence[Portrait], file: Path) -> None:
                     for axis in grid[:, column]:
                         axis.set_visible(False)
         figure.suptitle("Friction laws on the bench, with their defaults", fontsize=14, fontweight="bold")
-        save(figure, file)
+        figure.savefig(file, metadata={"Software": None})
 
 
 def draw_portrait(axes: np.ndarray, portrait: Portrait, first: bool) -> None:

@@ -12,15 +12,12 @@ import sys
 import zipfile
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
+import matplotlib as mpl
 import numpy as np
-from figures import BLUE, GREEN, GREY, STYLE, VERMILION, save
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
+from matplotlib.figure import Figure
+from pneumatic_servo.figures import BLUE, GREEN, GREY, STYLE, VERMILION
 
 STEP = 1e-3
 """Communication step in s: the sample time of the controller."""
@@ -92,10 +89,9 @@ def write(columns: dict[str, np.ndarray], file: Path) -> None:
 
 def draw(runs: dict[str, dict[str, np.ndarray]], file: Path) -> None:
     """One column per set: position and reference, error, friction force, voltage."""
-    with plt.rc_context(STYLE):
-        figure, grid = plt.subplots(
-            4, len(runs), figsize=(12, 8), sharex=True, sharey="row", squeeze=False, layout="constrained"
-        )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(12, 8), layout="constrained")
+        grid = figure.subplots(4, len(runs), sharex=True, sharey="row", squeeze=False)
         for axes, (name, columns) in zip(grid.T, runs.items(), strict=True):
             time = columns["time"]
             position, error, force, voltage = axes
@@ -116,7 +112,7 @@ def draw(runs: dict[str, dict[str, np.ndarray]], file: Path) -> None:
         grid[0, 0].legend(loc="upper left")
         figure.align_ylabels(grid[:, 0])
         figure.suptitle("PneumaticServoDrive: a slow ramp with dry and with lubricated seals", fontsize=12)
-        save(figure, file)
+        figure.savefig(file, metadata={"Software": None})
 
 
 if __name__ == "__main__":

@@ -1,28 +1,35 @@
-"""Runs the default experiment of FMUs.
-
-As it is: a CSV per FMU beside it. With `--every-law`: a CSV and a figure per friction law in a folder per model.
-"""
+"""Runs the default experiment of FMUs and leaves a CSV per FMU beside it."""
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
 import math
-import multiprocessing
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor
-from itertools import repeat
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from client import Client, Value
-from run import EXPERIMENTS, Run, Units
+
+EXPERIMENTS = json.loads((Path(__file__).parents[2] / "modelDescription" / "experiments.json").read_text("utf-8"))
+"""The default experiment of every model, as the plant states it."""
 
 LAW = "friction.law"
 """The parameter that is varied, where a model has it."""
+
+
+@dataclass
+class Run:
+    """What an experiment gave: one column per variable, one row per communication point."""
+
+    model: str
+    law: str
+    columns: dict[str, np.ndarray]
 
 
 def signals(model: str) -> dict[str, Callable[[float], float]]:
@@ -44,46 +51,19 @@ def course(stated: dict[str, Any]) -> Callable[[float], float]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
-    parser.add_argument("--every-law", action="store_true", help="run every friction law and draw figures")
-    parser.add_argument("--output", type=Path, help="folder of the results (default: beside each FMU)")
-    arguments = parser.parse_args()
-    if arguments.every_law:
-        with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as processes:
-            for fmu in arguments.fmus:
-                run_every_law(fmu, (arguments.output or fmu.parent) / fmu.stem, processes)
-    else:
-        for fmu in arguments.fmus:
-            write_csv(timed(fmu, ""), (arguments.output or fmu.parent) / f"{fmu.stem}.csv")
+    for fmu in parser.parse_args().fmus:
+        write_csv(timed(fmu), fmu.with_suffix(".csv"))
     return 0
 
 
-def run_every_law(fmu: Path, folder: Path, processes: Executor) -> None:
-    """Leaves a CSV and a figure per law, and one figure of all."""
-    runs = list(processes.map(run_law, repeat(fmu), laws_of(fmu), repeat(folder)))
-    if len(runs) > 1:
-        # Loaded where it is needed: the first time, Matplotlib takes longer than all runs.
-        import figures
-
-        figures.draw_overview(runs, folder / "laws.png")
-
-
-def run_law(fmu: Path, law: str, folder: Path) -> Run:
-    """Leaves a CSV and a figure of a law."""
-    import figures
-
-    run = timed(fmu, law)
-    write_csv(run, folder / f"{law or run.model}.csv")
-    figures.draw_run(run, folder / f"{law or run.model}.png")
-    return run
-
-
-def timed(fmu: Path, law: str) -> Run:
+def timed(fmu: Path, law: str = "") -> Run:
     """Runs, and says how long that took."""
     begin = time.perf_counter()
     run = simulate(fmu, law)
-    print(f"{run.name}: {len(run.columns['time']) - 1} steps in {time.perf_counter() - begin:.2f} s", flush=True)
+    name = f"{run.model}, {law}" if law else run.model
+    print(f"{name}: {len(run.columns['time']) - 1} steps in {time.perf_counter() - begin:.2f} s", flush=True)
     return run
 
 
@@ -113,7 +93,7 @@ def simulate(fmu: Path, law: str = "", parameters: dict[str, Value] | None = Non
             if index < count:
                 client.advance((index + 1) * step)
         columns = dict(zip(["time", *names], rows.T, strict=True))
-        return Run(client.description.modelName, law, columns, Units.of(client.description))
+        return Run(client.description.modelName, law, columns)
 
 
 def write_csv(run: Run, file: Path) -> None:

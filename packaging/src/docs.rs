@@ -30,7 +30,6 @@ impl Docs {
     /// # Errors
     /// When the wheel cannot be built or the pages cannot be made.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        Venv::prepare(workspace, Requirements::PACKAGE)?;
         let venv = Venv::prepare(workspace, Requirements::TESTS)?;
         wheel::install(&venv, &wheel::build(workspace)?)?;
         heading("Reference pages of the Python package");

@@ -7,11 +7,13 @@ use crate::package;
 use crate::process::{self, heading};
 use crate::ssp;
 use crate::venv::{Requirements, Venv};
+use crate::wheel;
 use crate::workspace::Workspace;
 
 /// Run and draw every friction law in every model, compare the laws, and run the drive; needs `package`.
 ///
-/// Results are in target/gallery, in a folder per model.
+/// Results are in target/gallery, in a folder per model. The figures are those of the Python package, whose wheel this
+/// builds and installs.
 #[derive(Args)]
 #[command(after_help = "\
 Example:
@@ -27,14 +29,15 @@ impl Gallery {
         for fmu in package::fmus(workspace) {
             ensure!(fmu.is_file(), "{} is missing: run `cargo xtask package` first", fmu.display());
         }
-        let venv = Venv::prepare(workspace, Requirements::PACKAGE)?;
+        let venv = Venv::prepare(workspace, Requirements::FIGURES)?;
+        wheel::install(&venv, &wheel::build(workspace)?)?;
         let script = |name: &str| {
             let mut command = venv.command();
             command.arg(workspace.python().join(name)).arg("--output").arg(workspace.gallery());
             command
         };
         heading("Run the default experiments under every friction law");
-        process::run(script("experiment.py").arg("--every-law").args(package::fmus(workspace)))?;
+        process::run(script("gallery.py").args(package::fmus(workspace)))?;
         heading("Run the drive");
         process::run(script("drive.py").arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
         heading("Compare the friction laws");

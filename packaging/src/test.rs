@@ -16,7 +16,6 @@ use crate::sanitizer;
 use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
-use crate::wheel;
 use crate::workspace::Workspace;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
@@ -47,7 +46,6 @@ impl Test {
 
 fn run(workspace: &Workspace) -> Result<()> {
     heading("Prepare the Python environment");
-    Venv::prepare(workspace, Requirements::PACKAGE)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let checks = Checks { workspace, bindgen: bindgen(&venv)? };
 
@@ -95,7 +93,6 @@ impl Checks<'_> {
     fn packages(&self, venv: &Venv) -> Result<()> {
         Package::default().run(self.workspace)?;
         Gallery {}.run(self.workspace)?;
-        wheel::install(venv, &wheel::build(self.workspace)?)?;
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)

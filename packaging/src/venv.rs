@@ -1,7 +1,7 @@
 //! The Python environments of the packaging: made under the target directory by `venv` and `pip`, with pinned packages.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, anyhow};
@@ -11,17 +11,21 @@ use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
-/// What an environment is for: the folder it is made in, and the packages.
+/// What an environment is for: the folder it is made in, and the lists of its packages in `packaging`.
+///
+/// Environments in one folder share it: each list is installed once.
 #[derive(Clone, Copy)]
-pub struct Requirements(&'static str, &'static str);
+pub struct Requirements(&'static str, &'static [&'static str]);
 
 impl Requirements {
-    /// Validating and running FMUs, drawing results.
-    pub const PACKAGE: Self = Self("venv", "packaging/requirements.txt");
-    /// The tests too; in the same folder, which holds the packages above already.
-    pub const TESTS: Self = Self("venv", "packaging/requirements-tests.txt");
+    /// Validating and running FMUs.
+    pub const PACKAGE: Self = Self("venv", &["requirements.txt"]);
+    /// The Python package and its figures too.
+    pub const FIGURES: Self = Self("venv", &["requirements.txt", "requirements-figures.txt"]);
+    /// The tests too.
+    pub const TESTS: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-tests.txt"]);
     /// Linking for other machines.
-    pub const ZIG: Self = Self("venv-zig", "packaging/requirements-zig.txt");
+    pub const ZIG: Self = Self("venv-zig", &["requirements-zig.txt"]);
 }
 
 /// A virtual environment.
@@ -36,23 +40,30 @@ impl Venv {
     ///
     /// # Errors
     /// When Python or its venv module is missing (the message says what to install), or a package is.
-    pub fn prepare(workspace: &Workspace, Requirements(folder, list): Requirements) -> Result<Self> {
+    pub fn prepare(workspace: &Workspace, Requirements(folder, lists): Requirements) -> Result<Self> {
         let cache = workspace.environments.join("cache");
         let venv = Self { folder: workspace.environments.join(folder), cache };
-        let list = workspace.root.join(list);
-        let wanted = std::fs::read_to_string(&list).with_context(|| format!("cannot read {}", list.display()))?;
+        for list in lists {
+            venv.install(&workspace.root.join("packaging").join(list))?;
+        }
+        Ok(venv)
+    }
+
+    /// Installs the packages of a list, unless that is what was installed last.
+    fn install(&self, list: &Path) -> Result<()> {
+        let wanted = std::fs::read_to_string(list).with_context(|| format!("cannot read {}", list.display()))?;
         // What was installed last is kept beside the packages.
-        let stamp = venv.folder.join(list.file_name().context("requirements without a name")?);
+        let stamp = self.folder.join(list.file_name().context("requirements without a name")?);
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-            return Ok(venv);
+            return Ok(());
         }
-        println!("installing the packages of {} into {}", list.display(), venv.folder.display());
+        println!("installing the packages of {} into {}", list.display(), self.folder.display());
         // The last thing that is made of an environment is its pip.
-        if !venv.program("pip").exists() {
+        if !self.program("pip").exists() {
             let python = find_python().map_err(|tool| anyhow!("missing: {tool}"))?;
-            process::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&venv.folder))?;
+            process::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&self.folder))?;
         }
-        let mut pip = venv.command();
+        let mut pip = self.command();
         pip.args([
             "-m",
             "pip",
@@ -62,9 +73,8 @@ impl Venv {
             "--no-deps",
             "--progress-bar=off",
         ]);
-        process::run(pip.env("PIP_CACHE_DIR", venv.cache.join("pip")).arg("--requirement").arg(&list))?;
-        files::write(&stamp, wanted)?;
-        Ok(venv)
+        process::run(pip.env("PIP_CACHE_DIR", self.cache.join("pip")).arg("--requirement").arg(list))?;
+        files::write(&stamp, wanted)
     }
 
     /// A program of the environment.

@@ -7,8 +7,10 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
+import numpy as np
 from cycler import cycler
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
+from numpy.typing import NDArray
 
 from pneumatic_servo.variables import Unit, Variable
 
@@ -17,8 +19,10 @@ if TYPE_CHECKING:
 
     from pneumatic_servo.run import Run
 
+Values = NDArray[np.float64]
+
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
-GREY = "#5a6570"
+GREY, SHADE = "#5a6570", "#eceff3"
 COLOURS = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]
 """Colours that people with any colour vision tell apart."""
 
@@ -41,8 +45,24 @@ STYLE: Any = {
 """Settings of matplotlib for `matplotlib.rc_context`."""
 
 USUAL = ["valveVoltage", "position", "velocity", "chamberA.pressure", "chamberB.pressure", "frictionForce"]
+CONTACTS = [
+    ("relativeVelocity", "frictionForce"),
+    ("trolley[1].velocity", "trolley[1].frictionForce"),
+    ("velocity", "frictionForce"),
+]
+"""Velocity and friction of a contact; of the first pair that is recorded one is drawn against the other."""
+
 WIDTH, HEIGHT = 8.0, 1.9
 """Width of a figure and height of a panel in inches."""
+
+SPARSE = 0.02
+"""Samples farther apart than this part of an axis are drawn as dots."""
+
+TINY = 1e-300
+"""In place of the extent of a curve that has none."""
+
+LINES = 2.0
+"""Where matplotlib draws lines: above areas, below text."""
 
 
 class Drawing(Figure):
@@ -59,18 +79,31 @@ def draw_run(run: Run, names: Sequence[str] = ()) -> Figure:
     panels = _panels(run, names)
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * len(panels)), layout="constrained")
-        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (unit, variables) in zip(axes, panels.items(), strict=True):
-            for variable in variables:
-                _draw(axis, run, variable, variable.name)
-            _label(axis, variables, unit)
-            if len(variables) > 1:
-                axis.legend(ncols=3)
-        axes[-1].set_xlabel("time (s)")
+        draw_panels(figure, run, panels)
         law = run.settings.get("friction.law")
         if law is not None:
-            axes[0].set_title(f"friction law {law}")
+            figure.axes[0].set_title(f"friction law {law}", loc="left")
     return figure
+
+
+def draw_panels(figure: FigureBase, run: Run, panels: Sequence[tuple[str, Sequence[str]]]) -> None:
+    """Draw panels one below the other, each with its label and the names of its curves; sticking is shaded.
+
+    The first curve of a panel lies on top.
+    """
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, (label, names) in zip(axes, panels, strict=True):
+        variables = [run.variables[name] for name in names]
+        _shade_sticking(axis, run)
+        for place, variable in enumerate(variables):
+            _draw(axis, run, variable, variable.name, above=-place)
+        _label(axis, label, variables[0].shown)
+        if len(variables) > 1:
+            # Above the panel, where it hides nothing.
+            above = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
+            axis.legend(ncols=min(len(variables), 4), handlelength=1.2, columnspacing=1.2, **above)
+    axes[-1].set_xlabel("time (s)")
+    figure.align_ylabels(axes)
 
 
 def draw_laws(runs: Mapping[str, Run], names: Sequence[str]) -> Figure:
@@ -82,30 +115,95 @@ def draw_laws(runs: Mapping[str, Run], names: Sequence[str]) -> Figure:
         for axis, variable in zip(axes, variables, strict=True):
             for law, run in runs.items():
                 _draw(axis, run, variable, law)
-            _label(axis, [variable], variable.shown)
+            _label(axis, variable.name, variable.shown)
         axes[-1].set_xlabel("time (s)")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(runs), 5))
     return figure
 
 
-def _panels(run: Run, names: Sequence[str]) -> dict[Unit, list[Variable]]:
+def draw_friction(run: Run) -> Figure:
+    """Draw friction against velocity, as a whole and near standstill."""
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 3.4), layout="constrained")
+        whole, near = figure.subplots(1, 2)
+        draw_contact(whole, run)
+        draw_standstill(near, run)
+    return figure
+
+
+def contact(variables: Mapping[str, Variable]) -> tuple[str, str] | None:
+    """Name the velocity and the friction force to draw against each other, if both of a contact are there."""
+    return next((pair for pair in CONTACTS if set(pair) <= variables.keys()), None)
+
+
+def draw_contact(axis: Axes, run: Run) -> None:
+    """Draw friction against velocity: a line, with dots where samples are far apart and the line is only a guide."""
+    velocity, force = _axes_of_contact(axis, run)
+    gaps = np.hypot(*(np.diff(values) / max(np.ptp(values), TINY) for values in (velocity, force)))
+    far = np.append(gaps > SPARSE, False) | np.append(False, gaps > SPARSE)
+    axis.axhline(0.0, color=GREY, linewidth=0.6)
+    axis.axvline(0.0, color=GREY, linewidth=0.6)
+    axis.plot(velocity, force, color=GREEN, linewidth=0.5, alpha=0.4)
+    axis.plot(np.where(far, np.nan, velocity), force, color=GREEN, linewidth=1.0)
+    axis.plot(velocity[far], force[far], ".", color=GREEN, markersize=2.5)
+    axis.set_title("friction force against velocity")
+
+
+def draw_standstill(axis: Axes, run: Run) -> None:
+    """Draw friction against a twentieth of the velocities, where the mass starts and stops; dots are samples."""
+    velocity, force = _axes_of_contact(axis, run)
+    limit = np.max(np.abs(velocity)) / 20.0
+    near = np.abs(velocity) <= limit
+    axis.plot(velocity, force, color=GREEN, linewidth=0.5, alpha=0.4)
+    axis.plot(velocity[near], force[near], ".", color=GREEN, markersize=2.5)
+    if limit > 0.0:
+        inside = force[near]
+        margin = 0.05 * max(np.ptp(inside), 1.0)
+        axis.set(xlim=(-limit, limit), ylim=(np.min(inside) - margin, np.max(inside) + margin))
+    axis.set_title("the same near standstill; dots: samples")
+
+
+def _axes_of_contact(axis: Axes, run: Run) -> tuple[Values, Values]:
+    pair = contact(run.variables)
+    if pair is None:
+        pairs = "; ".join(" and ".join(names) for names in CONTACTS)
+        raise KeyError(f"friction against velocity needs both variables of a contact among the outputs: {pairs}")
+    velocity, force = (run.variables[name].shown for name in pair)
+    axis.set_xlabel(f"velocity ({velocity.name})")
+    axis.set_ylabel(f"friction force ({force.name})")
+    return shown(run, pair[0]), shown(run, pair[1])
+
+
+def shown(run: Run, name: str) -> Values:
+    """Return a variable in the unit that it is shown in."""
+    unit = run.variables[name].shown
+    values: Values = unit.factor * run[name] + unit.offset
+    return values
+
+
+def _panels(run: Run, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Sort what to draw by unit: by default the usual variables, or the first six where none of those is recorded."""
     chosen = list(names) or [name for name in USUAL if name in run.variables] or list(run.variables)[:6]
-    panels: dict[Unit, list[Variable]] = {}
+    panels: dict[Unit, list[str]] = {}
     for name in chosen:
-        variable = run.variables[name]
-        panels.setdefault(variable.shown, []).append(variable)
-    return panels
+        panels.setdefault(run.variables[name].shown, []).append(name)
+    return [(names[0] if len(names) == 1 else names[0].rpartition(".")[2], names) for names in panels.values()]
 
 
-def _draw(axis: Axes, run: Run, variable: Variable, label: str) -> None:
-    shown = variable.shown
+def _draw(axis: Axes, run: Run, variable: Variable, label: str, above: int = 0) -> None:
     # An input is held over each step; everything else moves between the rows.
     style = "steps-post" if variable.role == "input" else "default"
-    axis.plot(run.time, shown.factor * run[variable.name] + shown.offset, drawstyle=style, label=label)
+    axis.plot(run.time, shown(run, variable.name), drawstyle=style, label=label, zorder=LINES + 0.01 * above)
 
 
-def _label(axis: Axes, variables: Sequence[Variable], unit: Unit) -> None:
-    common = variables[0].name if len(variables) == 1 else variables[0].name.rpartition(".")[2]
-    axis.set_ylabel(common if unit.name == "1" else f"{common} ({unit.name})")
+def _label(axis: Axes, text: str, unit: Unit) -> None:
+    axis.set_ylabel(text if unit.name == "1" else f"{text} ({unit.name})")
     axis.margins(x=0)
+
+
+def _shade_sticking(axis: Axes, run: Run) -> None:
+    """Mark the time during which the mass sticks, where that is recorded."""
+    if "sticking" in run.variables:
+        sticking = run["sticking"] > 0.5
+        across = axis.get_xaxis_transform()
+        axis.fill_between(run.time, 0, 1, where=sticking, step="post", transform=across, color=SHADE, linewidth=0)

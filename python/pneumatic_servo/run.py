@@ -68,7 +68,7 @@ class Run:
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
 
     def plot(self, *names: str) -> Figure:
-        """Draw variables over time, one panel per unit.
+        """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.
 
         Parameters
         ----------
@@ -85,6 +85,23 @@ class Run:
         for name in names:
             _place(self.variables, name)
         return draw_run(self, names)
+
+    def plot_friction(self) -> Figure:
+        """Draw friction against velocity, as a whole and near standstill.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            With units on its axes.
+
+        Raises
+        ------
+        KeyError
+            When velocity or friction force of the contact was not recorded.
+        """
+        from pneumatic_servo.figures import draw_friction
+
+        return draw_friction(self)
 
 
 class Runs(Sequence[Run]):

@@ -274,6 +274,28 @@ def test_figure_has_units_on_its_axes(plant: ps.Model) -> None:
     assert np.allclose(drawn, 1e3 * run["position"])
 
 
+def test_figure_of_the_friction_shows_force_against_velocity(plant: ps.Model) -> None:
+    run = plant.simulate(inputs={"valveVoltage": (TIMES, VOLTAGES)}, stop=1.0, step=STEP)
+    whole, near = run.plot_friction().axes
+    curves = [line for line in whole.lines if len(line.get_xdata()) == len(run)]
+    assert all(np.allclose(line.get_ydata(), run["frictionForce"]) for line in curves) and curves
+    assert np.allclose(curves[0].get_xdata(), 1e3 * run["velocity"])
+    assert near.get_xlim()[1] == pytest.approx(50.0 * np.max(np.abs(run["velocity"])))
+    with pytest.raises(KeyError, match="velocity and frictionForce"):
+        plant.simulate(stop=0.01, step=STEP, outputs=["position"]).plot_friction()
+
+
+def test_figure_shades_the_time_of_sticking(plant: ps.Model) -> None:
+    run = plant.simulate(
+        inputs={"valveVoltage": (TIMES, VOLTAGES)}, stop=1.0, step=STEP, outputs=["position", "sticking"]
+    )
+    shaded = run.plot("position").axes[0].collections[0].get_paths()
+    beginnings = [path.vertices[:, 0].min() for path in shaded]
+    starts = np.flatnonzero(np.diff(run["sticking"], prepend=0.0) > 0.0)
+    assert np.allclose(beginnings, run.time[starts])
+    assert not plant.simulate(stop=0.1, step=STEP, outputs=["position"]).plot().axes[0].collections
+
+
 def test_other_models_run_too() -> None:
     for name in ps.models():
         model = ps.Model(name)
