@@ -77,6 +77,12 @@ def run(options: argparse.Namespace) -> None:
         line.clear()
     if options.out is not None:
         found.to_ssv(options.out)
+        if found.beside:
+            model = found.problem.experiment.table.name
+            print(
+                f"note: {options.out} is without {', '.join(found.beside)}, which {model} does not have",
+                file=sys.stderr,
+            )
     if options.json is not None:
         found.to_json(options.json)
     if options.report is not None:

@@ -147,7 +147,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     """Return what is free."""
     words = split(given) if isinstance(given, str) else list(given)
     if not words:
-        every = usual(experiment.law, experiment.table, experiment.settings)
+        every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
     free = [parse(word, experiment.table, experiment.compared) for word in words]
     names = [parameter.name for parameter in free]
@@ -158,6 +158,9 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
             raise ValueError(f"--fit {name}: it is also among the known values of --set")
     if not free:
         raise ValueError("--fit: nothing is free")
+    missing = next((name for name in experiment.unknown if name not in {*names, *experiment.settings}), None)
+    if missing is not None:
+        raise ValueError(f"--fit: {missing} has no default; it must be free, or known by --set {missing}=...")
     return free
 
 

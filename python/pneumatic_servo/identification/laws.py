@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,9 +88,9 @@ def compare_fits(
         own = {**shared, **(settings_of or {}).get(law, {})}
         free = _free(law, own, (fit_of or {}).get(law, ()), common, options["experiment"])
         fits.append(fit(data, law=law, fit=free, settings=own, **options))
-    first = fits[0]
+    first = next((found for found in fits if not math.isnan(_total(found, found, held=False))), fits[0])
     by_error = bool(first.hold_out_rms)
-    fits.sort(key=lambda found: _total(found, first, held=True) if by_error else found.aic)
+    fits.sort(key=lambda found: _last_if_nan(_total(found, first, held=True) if by_error else found.aic))
     return Ranking(tuple(fits))
 
 
@@ -104,6 +105,11 @@ def _free(
     words = [split(given) if isinstance(given, str) else list(given) for given in (own, common)]
     chosen = words[0] or usual(law, table, settings)
     return [word for word in [*chosen, *words[1]] if word.partition("=")[0] not in settings]
+
+
+def _last_if_nan(value: float) -> float:
+    """Return what sorts a law whose fitted values cannot be simulated behind all others."""
+    return math.inf if math.isnan(value) else value
 
 
 def _total(found: Fit, first: Fit, *, held: bool) -> float:

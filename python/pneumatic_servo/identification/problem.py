@@ -22,8 +22,8 @@ TOLERANCE = 1e-6
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
 
-FAILED = 1e3
-"""Residual, in units of the noise, where a simulation could not go on."""
+FAILED = 1e12
+"""Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
 
 
 MAGNITUDES = {"position0": 1e-4, "velocity0": 1e-2, "chamberA.pressure0": 1e3, "chamberB.pressure0": 1e3}

@@ -77,6 +77,11 @@ class Fit:
         table = self.problem.experiment.table
         return {name: value for name, value in known.items() if name in table.variables}
 
+    @property
+    def beside(self) -> list[str]:
+        """Fitted values that are none of the model, but of sensors or of a test bench."""
+        return [name for name in self.parameters if name not in self.problem.experiment.table.variables]
+
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""
         return {
@@ -85,14 +90,17 @@ class Fit:
                 name: {"value": _finite(e.value), "low": _finite(e.low), "high": _finite(e.high), "unit": e.unit}
                 for name, e in self.parameters.items()
             },
-            "rms": self.rms,
-            "hold_out_rms": self.hold_out_rms,
+            "rms": {signal: _finite(rms) for signal, rms in self.rms.items()},
+            "hold_out_rms": {signal: _finite(rms) for signal, rms in self.hold_out_rms.items()},
             "undetermined": list(self.undetermined),
             "law": self.law,
         }
 
     def to_json(self, file: str | Path) -> None:
-        """Write values and intervals; the file appears as a whole or not at all. An interval without end is null."""
+        """Write values and intervals; the file appears as a whole or not at all.
+
+        What is not finite, as the end of an interval may be, is null.
+        """
         text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")

@@ -71,23 +71,24 @@ class Solution:
 def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tuple[Array, Array]:
     """Return the derivatives of the differences by finite differences within the bounds, and the differences.
 
-    All runs are made at once on all cores. What windows begin with is moved in all of them together, since none sees
-    that of another.
+    The runs are made at once on all cores. What windows begin with is moved in all of them together, since none sees
+    that of another. Where a law refuses one side, as sliding friction beyond what breaks away, the other one tells.
     """
     moves = _moves(problem)
     low, high = problem.bounds
     ups = [np.minimum(x + STEP * move, high) for move in moves]
-    downs = [np.maximum(x - STEP * move, low) if is_central or np.array_equal(up, x) else x
-             for up, move in zip(ups, moves, strict=True)]  # fmt: skip
-    below = [down for down in downs if down is not x]
-    stacked = problem.stacked([x, *ups, *below])
-    rows = iter(stacked[1 + len(moves) :])
-    lower = [stacked[0] if down is x else next(rows) for down in downs]
-    slopes = [
-        (above - under) / np.max(up - down)
-        for above, under, up, down in zip(stacked[1:], lower, ups, downs, strict=False)
-    ]
-    return np.nan_to_num(_by_column(problem, np.array(slopes)), posinf=0.0, neginf=0.0), stacked[0]
+    downs = [np.maximum(x - STEP * move, low) for move in moves]
+    base, *above = problem.stacked([x, *ups])
+    has_above = [not np.array_equal(up, x) and not np.all(np.isnan(run)) for up, run in zip(ups, above, strict=True)]
+    both = [index for index in range(len(moves)) if is_central or not has_above[index]]
+    below = dict(zip(both, problem.stacked([downs[index] for index in both]), strict=True)) if both else {}
+    slopes = []
+    for index, (up, down) in enumerate(zip(ups, downs, strict=True)):
+        first, last = (up, above[index]) if has_above[index] else (x, base)
+        has_below = index in below and not (has_above[index] and np.all(np.isnan(below[index])))
+        second, least = (down, below[index]) if has_below else (x, base)
+        slopes.append((last - least) / np.max(first - second))
+    return np.nan_to_num(_by_column(problem, np.array(slopes)), posinf=0.0, neginf=0.0), base
 
 
 def jacobian(problem: Problem, x: Array, *, is_central: bool = True) -> Array:

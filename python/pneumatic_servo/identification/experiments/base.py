@@ -147,6 +147,11 @@ class Experiment(ABC):
         """The signals that are compared."""
 
     @property
+    def unknown(self) -> tuple[str, ...]:
+        """What has to be free or known, since the model has no default of it."""
+        return ()
+
+    @property
     def outputs(self) -> list[str]:
         """The variables of the model that are recorded: those that are compared, unless those follow from others."""
         return list(self.compared)

@@ -43,6 +43,11 @@ class Motion(Experiment):
         return ("frictionForce",) if "frictionForce" in self.signals else ("force",)
 
     @property
+    def unknown(self) -> tuple[str, ...]:
+        """The area that the pressure pushes on, where the force has both."""
+        return ("area",) if self.compared == ("force",) and "pressure" in self.signals else ()
+
+    @property
     def outputs(self) -> list[str]:
         """The friction force."""
         return ["frictionForce"]

@@ -1,0 +1,83 @@
+"""Fits that come to values which a law refuses, and what is told where nothing can be simulated."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from numpy.typing import NDArray
+from pneumatic_servo.cli import main
+from test_identification import bench
+
+Array = NDArray[np.float64]
+
+LEVELS = ["friction.stribeck.Fs", "friction.stribeck.Fc"]
+KNOWN: dict[str, ps.Value] = {"friction.stribeck.vs": 0.012, "friction.stribeck.sigma2": 0.0}
+
+
+def coulomb() -> dict[str, Array]:
+    """Friction that sliding does not lessen, by a sensor of little noise, but with a fault of 3 N for 1 s."""
+    data = bench()
+    time, speed = data["time"], np.append(0.0, np.diff(data["position"]) / 0.01)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(len(time))
+    return {**data, "frictionForce": 7.0 * np.sign(speed) + noise + 3.0 * ((time > 4.0) & (time < 5.0))}
+
+
+def test_search_does_not_end_where_sliding_friction_would_exceed_break_away() -> None:
+    """What is left of the faulty stretch is 10,000 times the noise, and still better than what cannot be simulated."""
+    start = {"friction.stribeck.Fs": 7.5, "friction.stribeck.Fc": 6.0}
+    found = ps.fit(coulomb(), experiment="motion", law="Stribeck", fit=[f"{k}={v}" for k, v in start.items()],
+                   settings=KNOWN, play=0.0, starts=0, loss="soft_l1")  # fmt: skip
+    assert found.converged and found.values[LEVELS[0]] >= found.values[LEVELS[1]]
+    # A tenth of the samples are off by 3 N.
+    assert found.rms["frictionForce"] == pytest.approx(3.0 * np.sqrt(0.1), rel=0.1)
+
+
+def test_slope_is_found_on_the_side_that_the_law_allows() -> None:
+    """With break-away exactly as strong as sliding friction the one cannot fall, the other not grow."""
+    found = ps.fit(coulomb(), experiment="motion", law="Stribeck", fit=[f"{name}=6.5" for name in LEVELS],
+                   settings=KNOWN, play=0.0, starts=0, loss="soft_l1")  # fmt: skip
+    # Steps that lead beyond the edge are shortened until they end on it, 1 % off the best place; at first it was 7 %.
+    assert found.values[LEVELS[1]] == pytest.approx(7.0, rel=0.02)
+
+
+def test_number_that_is_none_is_null_and_its_law_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = ps.fit(bench(), experiment="motion", law="Coulomb", play=0.0, starts=0, hold_out=0.3)
+    nothing = {signal: float("nan") for signal in found.rms}
+    broken = replace(found, converged=False, rms=nothing, hold_out_rms=nothing, aic=float("nan"))
+    broken.to_json(tmp_path / "a.json")
+    written = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert written["rms"] == written["hold_out_rms"] == {"frictionForce": None}
+    fits = {"Coulomb": found, "Stribeck": broken}
+    monkeypatch.setattr("pneumatic_servo.identification.laws.fit", lambda data, law, **_: fits[law])
+    ranking = ps.compare_fits({}, ["Stribeck", "Coulomb"], experiment="motion")
+    assert [one.law for one in ranking.fits] == ["Coulomb", "Coulomb"] and ranking.best is found
+
+
+def table(file: Path) -> Path:
+    """A seal of 7 N and 500 mm2 under 2 bar."""
+    data = coulomb()
+    force = data["frictionForce"] + 500e-6 * 2e5
+    rows = zip(data["time"], 1e3 * data["position"], force, strict=True)
+    lines = [f"{t:.3f},{x:.6f},{f:.4f},2.0" for t, x, f in rows]
+    file.write_text("\n".join(["t,x,f,p", *lines, ""]), encoding="utf-8")
+    return file
+
+
+COLUMNS = "time=t,position=x[mm],force=f,pressure=p[bar]"
+
+
+def test_force_beside_a_pressure_needs_an_area(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["fit", str(table(tmp_path / "seal.csv")), "--experiment", "motion", "--law", "Coulomb",
+             "--columns", COLUMNS, "--starts", "0", "--set", "friction.coulomb.sigma2=0"]  # fmt: skip
+    assert main([*given, "--fit", "friction.coulomb.Fc"]) == 2
+    assert "area has no default" in capsys.readouterr().err
+    result = tmp_path / "a.json"
+    assert main([*given, "--json", str(result), "--out", str(tmp_path / "a.ssv")]) == 0
+    assert "a.ssv is without area, which FrictionBench does not have" in capsys.readouterr().err
+    found = json.loads(result.read_text(encoding="utf-8"))["parameters"]
+    assert found.keys() == {"friction.coulomb.Fc", "area"} and found["area"]["value"] == pytest.approx(500e-6, rel=0.01)
