@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 GAP = 5.0
 """Intervals longer than so many usual ones split a record."""
+LOST = 0.02
+"""Shorter intervals, in s, are bridged on straight lines: a few lost samples tell less than a new beginning costs."""
 SHORTEST = 50
 """Samples without which a record tells too little."""
 
@@ -108,7 +110,7 @@ def _pieces(name: str, signals: Mapping[str, Array]) -> list[Record]:
     intervals = np.diff(time)
     if not len(intervals):
         raise ValueError(f"{name}: too short, a single sample")
-    ends = [0, *(np.flatnonzero(intervals > GAP * np.median(intervals)) + 1), len(time)]
+    ends = [0, *(np.flatnonzero(intervals > max(GAP * np.median(intervals), LOST)) + 1), len(time)]
     others = {signal: values for signal, values in signals.items() if signal != "time"}
     whole = Record(name, time - time[0], float(time[0]), others)
     return [whole.part(int(first), int(last)) for first, last in pairwise(ends)]
