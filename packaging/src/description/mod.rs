@@ -104,7 +104,7 @@ fn kind(name: &'static str, model: &Model, common: &[Attribute], own: &[Attribut
 type Attribute = (&'static str, &'static str);
 
 /// Whether there is anything to exchange: a model without continuous states needs no solver.
-fn is_exchanged(model: &Model) -> bool {
+pub fn is_exchanged(model: &Model) -> bool {
     (model.variables)().number_of_states() > 0
 }
 

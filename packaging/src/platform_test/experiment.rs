@@ -1,14 +1,32 @@
-//! The default experiment of every model under every friction law, and of cylinders with options, as text for
-//! `tests/platforms/host.c`, and what comes back.
+//! The experiments that `tests/platforms/host.c` runs, as text: the default experiment of every model under every
+//! friction law, and of cylinders with options, by FMI 2.0; parts of them by FMI 3.0.
 
 use std::fmt::Write;
 
-use anyhow::{Result, bail, ensure};
 use pneumatic_servo::model::{Course, Experiment, Model};
 use pneumatic_servo::models;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pneumatic_servo_fmu::guid;
+
+use crate::description::is_exchanged;
+
+/// How the host calls co-simulation by FMI 2.0.
+pub const FMI2: &str = "fmi2";
+/// How it calls co-simulation by FMI 3.0.
+pub const FMI3: &str = "fmi3";
+
+/// The other ways to run the library by FMI 3.0, and the parts of the experiment that they take.
+const FACES: [(&str, Part); 3] = [(FMI3, 4), ("fmi3-events", 4), (EXCHANGE, 20)];
+const EXCHANGE: &str = "fmi3-exchange";
+/// The laws under which FMI 3.0 is run: a set-valued one, one with memory and one with samples.
+const LAWS_OF_FMI3: [&str; 3] = ["Stribeck", "LuGre", "DNLRX"];
+
+/// A fraction of the experiment, 4 for the first quarter.
+type Part = u32;
+
+/// Runs that would take more than half of the time together, in an emulator minutes, and their parts.
+const LONG: [(&str, Part); 3] = [("Festoon_Bristle", 20), ("FrictionBench_Bristle", 20), ("Festoon_BlimanSorine", 4)];
 
 /// The parameter that is varied, where a model has it.
 const LAW: &str = "friction.law";
@@ -72,31 +90,62 @@ fn experiment(model: &Model) -> String {
             .filter(|variable| variable.role == Role::Output && is_real(variable))
             .map(|variable| variable.reference),
     );
-    match variables.find(LAW).map(|law| law.variable.kind) {
-        Some(Kind::Enumeration(laws)) => {
-            for (id, name, _) in laws.items {
-                push_run(&mut text, &format!("{}_{name}", model.name), model, &[(LAW, f64::from(*id))]);
-            }
-        }
-        _ => push_run(&mut text, model.name, model, &[]),
-    }
-    if model.name == MODEL.name {
-        for (name, changes) in OPTIONS {
-            push_run(&mut text, &format!("{}_{name}", model.name), model, changes);
-        }
+    for run in runs(model) {
+        push_run(&mut text, model, &run);
     }
     text
 }
 
-/// A run with changed parameters: the integers and choices among them, then the real ones.
-fn push_run(text: &mut String, label: &str, model: &Model, changes: &[(&str, f64)]) {
-    let entries = changes.iter().map(|(name, value)| {
+/// A run: how the library is called, what part of the experiment, and what differs from the defaults.
+struct Run {
+    face: &'static str,
+    label: String,
+    steps: u32,
+    changes: Vec<(&'static str, f64)>,
+}
+
+fn runs(model: &Model) -> Vec<Run> {
+    let steps = model.experiment.steps();
+    let all = variants(model);
+    let of_fmi2 = all.iter().map(|(label, _, changes)| {
+        let part = LONG.iter().find(|(long, _)| long == label).map_or(1, |(_, part)| *part);
+        Run { face: FMI2, label: label.clone(), steps: steps / part, changes: changes.clone() }
+    });
+    let of_fmi3 = all.iter().filter(|(_, law, _)| law.is_none_or(|law| LAWS_OF_FMI3.contains(&law)));
+    let of_fmi3 = of_fmi3.flat_map(|(label, _, changes)| {
+        FACES.map(|(face, part)| Run { face, label: label.clone(), steps: steps / part, changes: changes.clone() })
+    });
+    of_fmi2.chain(of_fmi3.filter(|run| run.face != EXCHANGE || is_exchanged(model))).collect()
+}
+
+/// A label, the friction law where it is what is varied, and what differs from the defaults.
+type Variant = (String, Option<&'static str>, Vec<(&'static str, f64)>);
+
+fn variants(model: &Model) -> Vec<Variant> {
+    let mut variants = match (model.variables)().find(LAW).map(|law| law.variable.kind) {
+        Some(Kind::Enumeration(laws)) => {
+            let of = |(id, name, _): &(i32, &'static str, _)| {
+                (format!("{}_{name}", model.name), Some(*name), vec![(LAW, f64::from(*id))])
+            };
+            laws.items.iter().map(of).collect()
+        }
+        _ => vec![(model.name.to_owned(), None, Vec::new())],
+    };
+    if model.name == MODEL.name {
+        variants.extend(OPTIONS.map(|(name, changes)| (format!("{}_{name}", model.name), None, changes.to_vec())));
+    }
+    variants
+}
+
+/// A run with changed parameters: the choices among them, then the real ones.
+fn push_run(text: &mut String, model: &Model, run: &Run) {
+    let entries = run.changes.iter().map(|(name, value)| {
         let entry = (model.variables)().find(name).unwrap_or_else(|| panic!("{name} is no variable of {}", model.name));
         (entry.variable, *value)
     });
-    let (reals, others): (Vec<_>, Vec<_>) = entries.partition(|(variable, _)| is_real(variable));
-    push_word(text, format_args!("run {label} {}", others.len()));
-    for (variable, value) in others {
+    let (reals, choices): (Vec<_>, Vec<_>) = entries.partition(|(variable, _)| is_real(variable));
+    push_word(text, format_args!("run {} {} {} {}", run.face, run.label, run.steps, choices.len()));
+    for (variable, value) in choices {
         push_word(text, format_args!("{} {value}", variable.reference));
     }
     push_word(text, format_args!("{}", reals.len()));
@@ -141,69 +190,37 @@ fn push_word(text: &mut String, word: std::fmt::Arguments<'_>) {
     write!(text, "{word} ").expect("a string takes any text");
 }
 
-/// The results must be those of every run to its end.
-///
-/// # Errors
-/// When runs are missing.
-pub fn complete(results: &str) -> Result<()> {
-    let wanted = all().matches("run ").count();
-    let found = results.lines().filter(|line| line.starts_with("run ")).count();
-    ensure!(found == wanted && results.lines().last() == Some("done"), "{found} of {wanted} runs came to their end");
-    Ok(())
-}
-
-/// Every bit of the results of two machines must agree.
-///
-/// # Errors
-/// Names the first run and line where they differ.
-pub fn same(machine: &str, reference: &str, results: &str) -> Result<()> {
-    let (mut run, mut runs, mut numbers) = ("", 0, 0_usize);
-    let mut ours = results.lines();
-    for expected in reference.lines() {
-        if let Some(name) = expected.strip_prefix("run ") {
-            (run, runs) = (name, runs + 1);
-        }
-        numbers += expected.split(' ').count();
-        let found = ours.next().unwrap_or("nothing");
-        if found != expected {
-            bail!("{machine} departs from linux64 in {run}:\n  linux64: {expected}\n  {machine}: {found}");
-        }
-    }
-    ensure!(ours.next().is_none(), "{machine} gave more than linux64");
-    println!("{machine}: {runs} runs, {numbers} numbers, saved states included, are those of linux64 bit for bit");
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const RESULTS: &str = "run A\n3ff0000000000000 0\nrun B\n0 1\ndone\n";
-
-    #[test]
-    fn equal_results_pass_whatever_their_line_ends() -> Result<()> {
-        same("a machine", RESULTS, &RESULTS.replace('\n', "\r\n"))
-    }
-
-    #[test]
-    fn a_bit_that_differs_is_shown() {
-        let problem = same("a machine", RESULTS, &RESULTS.replace("0 1", "0 2")).unwrap_err().to_string();
-        assert!(problem.contains("in B:") && problem.contains("a machine: 0 2"), "{problem}");
-    }
-
-    #[test]
-    fn missing_and_surplus_lines_are_noticed() {
-        assert!(same("a machine", RESULTS, "run A\n").is_err());
-        assert!(same("a machine", "run A\n", RESULTS).is_err());
-        assert!(complete(RESULTS).is_err());
-    }
 
     #[test]
     fn every_model_has_its_experiment() {
         let text = all();
         assert_eq!(text.matches("experiment ").count(), models::ALL.len());
-        assert!(text.contains("run PneumaticServoCylinder_LuGre 1 10000 14 0 \n"), "one choice, and no real parameter");
-        assert!(text.contains("run PneumaticServoCylinder_pulses 1 1032 3 5 "), "one choice, and five real parameters");
+        let one = "run fmi2 PneumaticServoCylinder_LuGre 3000 1 10000 14 0 \n";
+        assert!(text.contains(one), "one choice, and no real parameter");
+        let more = "run fmi2 PneumaticServoCylinder_pulses 3000 1 1032 3 5 ";
+        assert!(text.contains(more), "one choice, and five real parameters");
         assert!(models::ALL.iter().all(|model| !courses(model).is_empty()));
+    }
+
+    #[test]
+    fn every_model_is_run_in_every_way_that_it_has_and_under_every_law_by_fmi_2() {
+        for model in models::ALL {
+            let runs = runs(model);
+            let of = |face: &str| runs.iter().filter(|run| run.face == face && run.steps > 1).count();
+            assert_eq!(of(FMI2), variants(model).len());
+            for (face, _) in FACES {
+                let none = face == EXCHANGE && !is_exchanged(model);
+                assert_eq!(of(face) > 0, !none, "{} by {face}", model.name);
+            }
+        }
+    }
+
+    #[test]
+    fn what_takes_long_is_known_by_its_label() {
+        let labels: Vec<_> = models::ALL.iter().flat_map(|model| variants(model)).map(|(label, ..)| label).collect();
+        assert!(LONG.iter().all(|(long, _)| labels.iter().any(|label| label == long)));
     }
 }

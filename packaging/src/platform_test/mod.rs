@@ -3,6 +3,7 @@
 mod experiment;
 mod machine;
 mod reproduction;
+mod results;
 
 use anyhow::{Context, Result, ensure};
 
@@ -89,10 +90,11 @@ impl Built {
     fn compare_machines(&self, workspace: &Workspace) -> Result<()> {
         let experiments = experiment::all();
         let reference = Machine::Linux.run(workspace, &self.libraries[0].bytes, &experiments)?;
-        experiment::complete(&reference)?;
+        results::complete(&experiments, &reference)?;
+        results::versions_agree(&reference)?;
         for (machine, bytes) in [(Machine::Windows, &self.libraries[1].bytes), (Machine::Arm, &self.arm)] {
-            let results = machine.run(workspace, bytes, &experiments)?;
-            experiment::same(machine.name(), &reference, &results)?;
+            let found = machine.run(workspace, bytes, &experiments)?;
+            results::same(machine.name(), &reference, &found)?;
         }
         Ok(())
     }

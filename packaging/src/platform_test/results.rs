@@ -1,0 +1,96 @@
+//! What the host prints, and whether it is what it must be.
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::experiment::{FMI2, FMI3};
+
+/// The results must be those of every run of the experiments to its end.
+///
+/// # Errors
+/// When runs are missing.
+pub fn complete(experiments: &str, results: &str) -> Result<()> {
+    let wanted = experiments.matches("run ").count();
+    let found = results.lines().filter(|line| line.starts_with("run ")).count();
+    ensure!(found == wanted && results.lines().last() == Some("done"), "{found} of {wanted} runs came to their end");
+    Ok(())
+}
+
+/// Every bit of the results of two machines must agree.
+///
+/// # Errors
+/// Names the first run and line where they differ.
+pub fn same(machine: &str, reference: &str, results: &str) -> Result<()> {
+    let (mut run, mut runs, mut numbers) = ("", 0, 0_usize);
+    let mut ours = results.lines();
+    for expected in reference.lines() {
+        if let Some(name) = expected.strip_prefix("run ") {
+            (run, runs) = (name, runs + 1);
+        }
+        numbers += expected.split(' ').count();
+        let found = ours.next().unwrap_or("nothing");
+        if found != expected {
+            bail!("{machine} departs from linux64 in {run}:\n  linux64: {expected}\n  {machine}: {found}");
+        }
+    }
+    ensure!(ours.next().is_none(), "{machine} gave more than linux64");
+    println!("{machine}: {runs} runs, {numbers} numbers, saved states included, are those of linux64 bit for bit");
+    Ok(())
+}
+
+/// Both versions of the standard must give the same outputs, as far as the shorter of two runs goes.
+///
+/// # Errors
+/// Names the first run and line where they differ, or a run by FMI 3.0 alone.
+pub fn versions_agree(results: &str) -> Result<()> {
+    let runs: Vec<_> = results.split("run ").skip(1).map(|run| run.split_once('\n').unwrap_or((run, ""))).collect();
+    let (mut compared, mut rows) = (0, 0);
+    for (name, by_fmi3) in &runs {
+        let Some(label) = name.strip_prefix(FMI3).and_then(|rest| rest.strip_prefix(' ')) else { continue };
+        let twin = runs.iter().find(|(name, _)| *name == format!("{FMI2} {label}"));
+        let (_, by_fmi2) = twin.with_context(|| format!("{label} was run by FMI 3.0 only"))?;
+        for (row, expected) in outputs(by_fmi3).zip(outputs(by_fmi2)) {
+            ensure!(row == expected, "FMI 3.0 departs from FMI 2.0 in {label}:\n  2.0: {expected}\n  3.0: {row}");
+            rows += 1;
+        }
+        compared += 1;
+    }
+    ensure!(compared > 0 && rows > 0, "there is nothing to compare");
+    println!("{compared} runs by FMI 3.0, {rows} communication points, are those by FMI 2.0 bit for bit");
+    Ok(())
+}
+
+/// The rows of a run without the saved state.
+fn outputs(run: &str) -> impl Iterator<Item = &str> {
+    run.lines().filter(|line| !line.starts_with("state") && *line != "done")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RESULTS: &str = "run fmi2 A\n3ff0000000000000 0\n0 3\nrun fmi3 A\n3ff0000000000000 0\nstate 12\ndone\n";
+
+    #[test]
+    fn equal_results_pass_whatever_their_line_ends() -> Result<()> {
+        versions_agree(RESULTS)?;
+        same("a machine", RESULTS, &RESULTS.replace('\n', "\r\n"))
+    }
+
+    #[test]
+    fn a_bit_that_differs_is_shown() {
+        let problem = same("a machine", RESULTS, &RESULTS.replace("state 12", "state 13")).unwrap_err().to_string();
+        assert!(problem.contains("in fmi3 A:") && problem.contains("a machine: state 13"), "{problem}");
+        let changed = RESULTS.replacen("3ff0000000000000 0", "3ff0000000000001 0", 1);
+        let problem = versions_agree(&changed).unwrap_err().to_string();
+        assert!(problem.contains("in A:") && problem.contains("2.0: 3ff0000000000001 0"), "{problem}");
+    }
+
+    #[test]
+    fn missing_and_surplus_lines_are_noticed() {
+        assert!(same("a machine", RESULTS, "run fmi2 A\n").is_err());
+        assert!(same("a machine", "run fmi2 A\n", RESULTS).is_err());
+        assert!(complete("run fmi2 A 2 0 0 \n", RESULTS).is_err());
+        assert!(versions_agree(&RESULTS.replace("run fmi2 A", "run fmi2 B")).is_err());
+        assert!(versions_agree("run fmi2 A\n0\ndone\n").is_err());
+    }
+}
