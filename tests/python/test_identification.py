@@ -106,6 +106,11 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--fit": "offset.position"}, ["position is not compared"]),
         ([HEADER, *ROWS], {"--law": "Magic"}, ["Magic", "Coulomb"]),
         ([HEADER, *ROWS], {"--hold-out": "1.5"}, ["1.5"]),
+        ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
+        ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
+        ([HEADER, *ROWS], {"--window": "0"}, ["--window 0.0"]),
+        ([HEADER, *ROWS], {"--play": "-1"}, ["--play -1.0"]),
+        ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fc=-2"}, ["the start -2 is not within 0 to"]),
     ],
 )  # fmt: skip
 def test_bad_input_is_named_and_leaves_nothing(

@@ -11,6 +11,7 @@ import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.identification.parameters import parse
 from test_identification import bench
 
 Array = NDArray[np.float64]
@@ -56,6 +57,12 @@ def test_number_that_is_none_is_null_and_its_law_the_last(tmp_path: Path, monkey
     monkeypatch.setattr("pneumatic_servo.identification.laws.fit", lambda data, law, **_: fits[law])
     ranking = ps.compare_fits({}, ["Stribeck", "Coulomb"], experiment="motion")
     assert [one.law for one in ranking.fits] == ["Coulomb", "Coulomb"] and ranking.best is found
+
+
+def test_start_far_from_the_default_has_its_bounds_about_it() -> None:
+    """The default is 8.3 N; a press may well have ten thousand times that. More than 1 MN is not legal."""
+    free = parse("friction.coulomb.Fc=83000", ps.Model("FrictionBench"), [])
+    assert (free.start, free.low, free.high) == (83000.0, 83.0, 1e6)
 
 
 def table(file: Path) -> Path:

@@ -101,7 +101,13 @@ def fit(
     ValueError
         For data and options that cannot be used; the message says which.
     """
-    options = Options(rated=_positive("rated", rated), width=_positive("width", width), play=play, window=window)
+    options = Options(
+        rated=_positive("rated", rated), width=_positive("width", width),
+        play=None if play is None else _not_negative("play", play),
+        window=None if window is None else _positive("window", window),
+    )  # fmt: skip
+    for name, number in (("starts", starts), ("seed", seed)):
+        _not_negative(name, number)
     if not 0.0 <= hold_out < 1.0:
         raise ValueError(f"--hold-out {hold_out}: it must be at least 0 and below 1")
     if loss not in LOSSES:
@@ -244,6 +250,12 @@ def _aic(problem: Problem, x: Array) -> float:
     number = sum(window.fitted for window in problem.windows)
     rms = problem.rms(x)
     return float(sum(2.0 * number * np.log(max(value, 1e-300)) for value in rms.values()) + 2.0 * len(x))
+
+
+def _not_negative(name: str, value: float) -> float:
+    if not value >= 0.0 or not np.isfinite(value):
+        raise ValueError(f"--{name} {value}: it must not be negative")
+    return value
 
 
 def _positive(name: str, value: float) -> float:

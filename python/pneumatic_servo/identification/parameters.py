@@ -102,8 +102,10 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
         if low <= 0.0 and free.is_logarithmic:
             free = replace(free, scale=max(abs(low), abs(high)))
         free = replace(free, legal=(low, high))
-    elif free.is_logarithmic and equals:
-        free = replace(free, low=max(free.low, free.start / SPAN), high=min(free.high, free.start * SPAN))
+    elif free.is_logarithmic and free.start > 0.0 and equals:
+        is_usual = free.low <= free.start <= free.high
+        least, most = (free.low, free.high) if is_usual else free.legal
+        free = replace(free, low=max(least, free.start / SPAN), high=min(most, free.start * SPAN))
     if free.is_logarithmic and free.start <= 0.0:
         free = replace(free, scale=max(abs(free.high), 1e-300), low=min(free.low, 0.0))
     if free.start < free.low or free.start > free.high:
