@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
+from pneumatic_servo.cli import main
 from pneumatic_servo.identification.compression import ROWS, compressed, triangle
 from scipy.optimize import least_squares
-from test_identification import bench
+from test_identification import COLUMNS, bench, write
 
 Array = NDArray[np.float64]
 
@@ -60,3 +64,17 @@ def test_search_ends_where_two_starts_meet() -> None:
     # Of two searches each begins higher than the one before ended; the last fits go on from their end.
     searches = 1 + sum(later > 1.5 * earlier for earlier, later in pairwise(costs))
     assert first > 0 and searches == 2
+
+
+def test_fit_that_does_not_come_to_an_end_fails_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def hurried(*given: Any, **options: Any) -> Any:
+        return least_squares(*given, **{**options, "max_nfev": 1})
+
+    monkeypatch.setattr("pneumatic_servo.identification.solve.least_squares", hurried)
+    file, result = write(tmp_path / "bench.csv", bench()), tmp_path / "a.json"
+    given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--starts", "0"]
+    assert main(["fit", str(file), *given, "--json", str(result)]) == 1
+    assert "error: the fit has not converged" in capsys.readouterr().err
+    assert json.loads(result.read_text(encoding="utf-8"))["converged"] is False
