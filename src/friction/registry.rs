@@ -198,6 +198,7 @@ impl Friction {
     }
 
     /// The event indicators in the present mode.
+    #[inline(always)]
     pub fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> Indicators {
         let mut indicators = Indicators::default();
         dispatch!(self, memory, |law, memory| law.indicators(contact, z, memory, &mut indicators));

@@ -8,4 +8,4 @@ mod system;
 
 pub use indicators::{Indicator, UNUSED};
 pub use sample::Sample;
-pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, jacobian_by_duals};
+pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_duals};

@@ -38,6 +38,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
+    /// The same, of which those of the first [`LED`](Self::LED) states may be missing: where these have a closed form,
+    /// nobody asks how they change.
+    fn driven(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
+        self.derivatives(time, x, u, memory)
+    }
+
     /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always
     /// zero: the matrix given is zero at first and written by this system only.
     fn jacobian(
@@ -118,9 +124,10 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         ""
     }
 
-    /// Brings derivatives up to date after the memory has followed a step to these states, and the inputs have changed
-    /// from the first values to the second, with the bits that [`derivatives`](Self::derivatives) gives. `false`, and
-    /// nothing is changed, if that is no cheaper than to evaluate them again.
+    /// Makes the derivatives that [`driven`](Self::driven) has given at the end of a step to these states those that
+    /// [`derivatives`](Self::derivatives) gives, with the same bits, after the memory has followed the step, and the inputs
+    /// have changed from the first values to the second. `false`, and nothing is changed, if that is no cheaper than to
+    /// evaluate them again.
     fn refresh(
         &self,
         _x: &[f64; N],
@@ -131,8 +138,14 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         false
     }
 
-    /// The states in a step of a size in s, under inputs that are held; of each array the first [`LED`](Self::LED).
-    fn led(&self, x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory, _step: f64) -> Led<[f64; N]> {
+    /// What [`led`](Self::led) needs to know of a step of a size in s, whatever the states and the inputs.
+    fn stride(&self, size: f64) -> Stride {
+        Stride { size, half: [[0.0; 2]; 2] }
+    }
+
+    /// The states in a step, under inputs that are held and that the memory has followed; of each array the first
+    /// [`LED`](Self::LED).
+    fn led(&self, x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory, _stride: &Stride) -> Led<[f64; N]> {
         Led { middle: *x, end: *x, bend: [0.0; N] }
     }
 
@@ -204,6 +217,15 @@ pub fn jacobian_by_duals<H: HybridSystem<N, U> + ?Sized, const N: usize, const U
         }
     }
     derivatives
+}
+
+/// A size of steps, and how states that follow inputs alone come closer in a step of this size to where these lead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stride {
+    /// The size in s.
+    pub size: f64,
+    /// What half a step leaves of the distances of two states, as a matrix.
+    pub half: [[f64; 2]; 2],
 }
 
 /// States that follow inputs alone, in a step over which these are held.

@@ -6,8 +6,8 @@ use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
 use super::{regulator, switching, valve};
 use crate::enumeration;
-use crate::hybrid::{Led, Sample};
-use crate::numbers::{Pair, Scalar};
+use crate::hybrid::{Led, Sample, Stride};
+use crate::numbers::{Number, Pair, Scalar};
 use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
@@ -73,8 +73,21 @@ pub trait Actuating: Sized {
     /// Rates of the states under a voltage.
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
 
-    /// The states in a step of a size in s, under a voltage that is held. Sampled actuators are not asked.
-    fn later(&self, states: [f64; STATES], _voltage: f64, _memory: &Self::Memory, _step: f64) -> Led<[f64; STATES]> {
+    /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
+    /// Sampled actuators are not asked.
+    fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
+        [[0.0; STATES]; STATES]
+    }
+
+    /// The states in a step, under a voltage that is held and that the memory has followed. Sampled actuators are not
+    /// asked.
+    fn later(
+        &self,
+        states: [f64; STATES],
+        _voltage: f64,
+        _memory: &Self::Memory,
+        _stride: &Stride,
+    ) -> Led<[f64; STATES]> {
         Led { middle: states, end: states, bend: [0.0; STATES] }
     }
 
@@ -92,10 +105,10 @@ pub trait Actuating: Sized {
     /// What flows into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
-    /// The number of the smooth piece of [`feed`](Self::feed) in which the states and the pressures in Pa of both chambers
-    /// lie. Sampled actuators are not asked.
-    fn piece(&self, _states: [f64; STATES], _ports: &Ports<f64>, _pressures: [f64; 2]) -> u32 {
-        0
+    /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
+    /// in Pa of both chambers lie: whole numbers, which are compared side by side. Sampled actuators are not asked.
+    fn piece(&self, _states: [f64; STATES], _ports: &Ports<f64>, _pressures: Pair<f64>) -> Pair<f64> {
+        Pair::zero()
     }
 
     /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
@@ -267,10 +280,15 @@ macro_rules! actuators {
                 }
             }
 
-            /// The number of the smooth piece of [`feed`](Self::feed).
+            /// The numbers of the smooth pieces of [`feed`](Self::feed).
             #[inline(always)]
-            pub fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: [f64; 2]) -> u32 {
+            pub fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
                 match self { $(Self::$item(actuator) => actuator.piece(states, ports, pressures)),* }
+            }
+
+            /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads.
+            pub fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+                match self { $(Self::$item(actuator) => actuator.half(step)),* }
             }
 
             /// Mass flows in kg/s that it draws from the supply for the chambers.
@@ -326,10 +344,10 @@ impl Actuator {
         dispatch!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
     }
 
-    /// The states in a step of a size in s, under a voltage that is held.
+    /// The states in a step, under a voltage that is held and that the memory has followed.
     #[inline(always)]
-    pub fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, step: f64) -> Led<[f64; STATES]> {
-        dispatch!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, step))
+    pub fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
+        dispatch!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
     }
 
     /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.

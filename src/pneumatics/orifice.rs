@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul};
 
 use super::gas::GasState;
-use crate::numbers::{Number, Scalar, Tangents};
+use crate::numbers::{Number, Pair, Scalar, Tangents};
 use crate::variables::Tunable;
 
 /// Pressure ratio above which the flow is taken as laminar, so that its slope stays finite at equal pressures.
@@ -92,20 +92,26 @@ impl Orifice<Tangents> {
     }
 }
 
-/// The number of the smooth piece of a flow in which two pressures lie, in two bits: one way or the other, laminar or not.
+/// The number, from 0 to 3, of the smooth piece of a flow in which two pressures lie: one way or the other, laminar or not.
 ///
 /// At equal pressures the gas that flows becomes that of the other side, with another temperature. Where the flow becomes
 /// choked its slope is continuous, and no step takes notice.
 #[inline(always)]
-pub fn piece(from: f64, to: f64) -> u32 {
-    u32::from(to > LAMINAR_RATIO * from) + u32::from(to > from) + u32::from(LAMINAR_RATIO * to > from)
+pub fn piece<N: Number>(from: N, to: N) -> N {
+    is_above(to, from * LAMINAR_RATIO) + is_above(to, from) + is_above(to * LAMINAR_RATIO, from)
 }
 
-/// The numbers of the pieces of the flows from two ports into two chambers, in eight bits.
+/// 1 where the first number is above the second, otherwise 0.
 #[inline(always)]
-pub fn edge_pieces(ports: [f64; 2], chambers: [f64; 2]) -> u32 {
-    let of_port = |port: f64| piece(port, chambers[0]) | piece(port, chambers[1]) << 2;
-    of_port(ports[0]) | of_port(ports[1]) << 4
+pub fn is_above<N: Number>(high: N, low: N) -> N {
+    N::if_at_least(low, high, N::zero(), N::constant(1.0))
+}
+
+/// The numbers, from 0 to 15, of the pieces of the flows from two ports into each of two chambers.
+#[inline(always)]
+pub fn edge_pieces(ports: [f64; 2], chambers: Pair<f64>) -> Pair<f64> {
+    let [supply, exhaust] = ports.map(|port| piece(Pair([port; 2]), chambers));
+    supply + exhaust * 4.0
 }
 
 impl<K: Copy> Orifice<K> {
@@ -176,7 +182,7 @@ mod tests {
     #[test]
     fn pieces_end_where_the_flow_becomes_laminar_and_where_it_turns() {
         let numbers = [0.1, 0.99, 0.996, 0.999, 1.001, 1.004, 1.01, 10.0].map(|ratio| piece(5e5, 5e5 * ratio));
-        assert_eq!(numbers, [0, 0, 1, 1, 2, 2, 3, 3]);
+        assert_eq!(numbers, [0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     }
 
     /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.

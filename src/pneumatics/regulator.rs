@@ -3,7 +3,7 @@
 use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, piece};
-use crate::hybrid::Led;
+use crate::hybrid::{Led, Stride};
 use crate::numbers::{Pair, Scalar};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
@@ -108,11 +108,15 @@ impl Actuating for PressureRegulator {
         [S::zero(), self.regulator.pressure_rate(self.regulator.command(voltage), pressure)]
     }
 
+    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+        [[0.0; STATES], [0.0, libm::exp(-0.5 * step / self.regulator.time_constant)]]
+    }
+
     #[inline(always)]
-    fn later(&self, [_, pressure]: [f64; STATES], voltage: f64, _memory: &(), step: f64) -> Led<[f64; STATES]> {
+    fn later(&self, [_, pressure]: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
+        let &Stride { size: step, half: [_, [_, left]] } = stride;
         let command = self.regulator.command(voltage);
         let (constant, distance) = (self.regulator.time_constant, pressure - command);
-        let left = libm::exp(-0.5 * step / constant);
         let (middle, end) = (distance * left, distance * left * left);
         let effective = if step < SHORT * constant {
             middle
@@ -130,8 +134,8 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, pressure]: [f64; STATES], _ports: &Ports<f64>, [pressure_a, _]: [f64; 2]) -> u32 {
-        piece(pressure, pressure_a)
+    fn piece(&self, [_, pressure]: [f64; STATES], _ports: &Ports<f64>, Pair([pressure_a, _]): Pair<f64>) -> Pair<f64> {
+        Pair([piece(pressure, pressure_a), 0.0])
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
@@ -151,7 +155,8 @@ mod tests {
     fn held_voltage_has_a_closed_form() {
         let p = Parameters::read(&[1e5, 9e5, 0.02, 4e-9, 0.3].map(Tunable::still)).expect("legal");
         let regulator = PressureRegulator::new(p).expect("legal");
-        let Led { middle: [_, middle], end: [_, end], .. } = regulator.later([0.0, 2e5], 5.0, &(), 0.02);
+        let stride = Stride { size: 0.02, half: regulator.half(0.02) };
+        let Led { middle: [_, middle], end: [_, end], .. } = regulator.later([0.0, 2e5], 5.0, &(), &stride);
         let left = (-1.0f64).exp();
         assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");
         assert!(((2e5 + 4.0 * middle + end) / 6.0 - (5e5 - 3e5 * (1.0 - left))).abs() < 1e-9, "{middle}");

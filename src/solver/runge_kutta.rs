@@ -67,7 +67,11 @@ pub struct Classical<const N: usize> {
 /// is `(r*h)^4*(2 - r*h)/48`, which is more than the `(r*h)^5/120` that a step lacks at all sizes that are stable. With a
 /// tenth it is not, and long steps let their errors add up.
 ///
-/// States that follow held inputs alone are those of their closed form, in every stage.
+/// States that follow held inputs alone are those of their closed form, if they are given, in every stage. Their
+/// derivatives are then left to [`HybridSystem::refresh`].
+///
+/// Inlined, so that it is compiled once with and once without them.
+#[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
 pub fn classical<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     system: &H,
@@ -77,17 +81,17 @@ pub fn classical<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     memory: &H::Memory,
     derivatives: &[f64; N],
     h: f64,
+    led: Option<&Led<[f64; N]>>,
 ) -> Classical<N> {
-    let led = (H::LED > 0 && !inputs.vary()).then(|| system.led(x, &inputs.at(time), memory, h));
     let placed = |mut states: [f64; N], part: fn(&Led<[f64; N]>) -> &[f64; N]| {
-        if let Some(led) = &led {
+        if let Some(led) = led {
             states[..H::LED].copy_from_slice(&part(led)[..H::LED]);
         }
         states
     };
     let rates = |fraction: f64, states: &[f64; N]| {
-        let at = time + fraction * h;
-        system.derivatives(at, states, &inputs.at(at), memory)
+        let (at, u) = (time + fraction * h, inputs.at(time + fraction * h));
+        if led.is_some() { system.driven(at, states, &u, memory) } else { system.derivatives(at, states, &u, memory) }
     };
     let along = |fraction: f64, slope: &[f64; N]| std::array::from_fn(|i| x[i] + fraction * h * slope[i]);
     let first = derivatives;

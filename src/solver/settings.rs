@@ -83,6 +83,10 @@ impl Settings {
         if self.max_steps > 0 {
             return Ok(self.max_steps);
         }
+        // The usual case without divisions.
+        if self.is_adaptive() && length <= longest.min(FEWEST / PER_SECOND) {
+            return Ok(FEWEST as u64);
+        }
         let step = if self.is_adaptive() { longest } else { self.step };
         let fewest = length / step;
         if fewest > MOST {

@@ -97,7 +97,7 @@ impl FrictionLaw for Polito {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        memory.mode.indicators(contact, self.break_away(contact.level), out);
+        memory.mode.indicators(contact, || self.break_away(contact.level), out);
         if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
             let push = direction * contact.applied;
             match memory.branch {

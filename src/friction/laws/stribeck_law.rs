@@ -101,7 +101,8 @@ impl FrictionLaw for Stribeck {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        memory.mode.indicators(contact, self.break_away(contact.level, contact.time - memory.since), out);
+        let break_away = || self.break_away(contact.level, contact.time - memory.since);
+        memory.mode.indicators(contact, break_away, out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {

@@ -46,11 +46,13 @@ impl Mode {
     /// A prescribed motion has no events, since nothing that is integrated depends on the mode: it follows the velocity.
     pub const FOLLOWS: &'static [Drive] = &[Drive::Motion];
 
-    /// Sets the indicator of the present mode: the reserve until break-away, or the speed.
-    pub fn indicators(self, contact: &Contact<f64>, break_away: f64, out: &mut Indicators) {
+    /// Sets the indicator of the present mode: the reserve until break-away, a force that is asked for while stuck alone,
+    /// or the speed.
+    #[inline(always)]
+    pub fn indicators(self, contact: &Contact<f64>, break_away: impl FnOnce() -> f64, out: &mut Indicators) {
         match (self, contact.drive) {
             (_, Drive::Motion) => {}
-            (Self::Stuck, Drive::Force) => out[Event::BreakAway] = break_away - contact.applied.abs(),
+            (Self::Stuck, Drive::Force) => out[Event::BreakAway] = break_away() - contact.applied.abs(),
             (Self::Sliding(direction), Drive::Force) => out[Event::Stop] = direction * contact.velocity,
         }
     }
@@ -119,7 +121,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
-        mode.indicators(contact, self.0.break_away(contact.level), out);
+        mode.indicators(contact, || self.0.break_away(contact.level), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {

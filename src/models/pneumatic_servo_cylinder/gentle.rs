@@ -2,6 +2,7 @@
 
 use super::variables::Inputs;
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use crate::numbers::Pair;
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Whether the equations are gentle at a position in m: away from the stops, which are stiff, and without parts of which
@@ -22,10 +23,10 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, and the side of
     /// [equal pressures](Self::has_kink_at_equal_pressures).
     #[inline(always)]
-    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> (u32, bool) {
-        let pressures = [x[PRESSURE_A], x[PRESSURE_B]];
+    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> (Pair<f64>, bool) {
+        let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
         let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
-        (of_actuator, self.has_kink_at_equal_pressures() && pressures[0] > pressures[1])
+        (of_actuator, self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B])
     }
 
     /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have

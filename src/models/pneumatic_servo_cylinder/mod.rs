@@ -20,6 +20,7 @@ mod jacobian;
 mod lines;
 mod options;
 mod outputs;
+mod rates;
 mod sensors;
 mod variables;
 
@@ -37,7 +38,7 @@ use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
-use crate::hybrid::{Groups, HybridSystem, Led, QUANTITIES, Sample};
+use crate::hybrid::{Groups, HybridSystem, Led, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
@@ -286,23 +287,13 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let u = &Inputs::read(u);
-        let mut rates = [S::zero(); N];
-        let bristles = self.friction.states();
-        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
+        let mut rates = self.driven_rates(time, x, u, memory);
         rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
-        let gas = self.gas(x);
-        let inflow = self.flows(x, u.supply_pressure, gas, &mut rates);
-        let gas = self.gas_rates(gas, x[State::Position.at(N)], rate, inflow);
-        Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
-        Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
-        rates[State::Position.at(N)] = rate;
-        rates[State::Velocity.at(N)] = acceleration;
-        if EXTENDED && self.sensors.states() > 0 {
-            let quantities = self.measured(x, u, self.friction.rate(acceleration, &memory.friction));
-            let own = self.sensors.rates(quantities, self.lagged(x));
-            rates[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&own);
-        }
         rates
+    }
+
+    fn driven(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> [f64; N] {
+        self.driven_rates(time, x, &Inputs::read(u), memory)
     }
 
     fn jacobian(
@@ -342,9 +333,10 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
         let u = &Inputs::read(u);
         self.actuator.follow(u.valve_voltage, &mut memory.actuator);
-        let rate = self.rate(x, memory);
-        let contact = || self.contact(time, x, u, rate);
-        self.friction.follow(contact, x, &mut memory.friction);
+        if self.friction.follows() {
+            let rate = self.rate(x, memory);
+            self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction);
+        }
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {
@@ -394,9 +386,13 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
             && self.is_gentle_at(end[State::Position.at(N)])
     }
 
-    fn led(&self, x: &[f64; N], u: &[f64; 3], memory: &Memory, step: f64) -> Led<[f64; N]> {
+    fn stride(&self, size: f64) -> Stride {
+        Stride { size, half: self.actuator.half(size) }
+    }
+
+    fn led(&self, x: &[f64; N], u: &[f64; 3], memory: &Memory, stride: &Stride) -> Led<[f64; N]> {
         let voltage = Inputs::read(u).valve_voltage;
-        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, step);
+        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
         let placed = |own: [f64; STATES]| {
             let mut all = [0.0; N];
             all[..STATES].copy_from_slice(&own);
@@ -433,20 +429,23 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     }
 
     fn admit(&self, x: &[f64; N]) -> Result<(), &'static str> {
+        /// What has no meaning if one of these is not above 0: volumes, pressures, temperatures.
+        const REASONS: [&str; 6] = [
+            "the volume of chamber A vanishes",
+            "the volume of chamber B vanishes",
+            "chamberA.pressure falls to 0",
+            "chamberB.pressure falls to 0",
+            "chamberA.temperature falls to 0",
+            "chamberB.temperature falls to 0",
+        ];
         let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(x[State::Position.at(N)]));
         let [pressure_a, pressure_b, temperature_a, temperature_b] =
             [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
-        for (value, reason) in [
-            (volume_a, "the volume of chamber A vanishes"),
-            (volume_b, "the volume of chamber B vanishes"),
-            (pressure_a, "chamberA.pressure falls to 0"),
-            (pressure_b, "chamberB.pressure falls to 0"),
-            (temperature_a, "chamberA.temperature falls to 0"),
-            (temperature_b, "chamberB.temperature falls to 0"),
-        ] {
-            if value.is_nan() || value <= 0.0 {
-                return Err(reason);
-            }
+        let is_above =
+            [volume_a, volume_b, pressure_a, pressure_b, temperature_a, temperature_b].map(|value| value > 0.0);
+        // All at once, since as a rule all are.
+        if !is_above.iter().fold(true, |all, one| all & one) {
+            return Err(REASONS[is_above.iter().position(|one| !one).unwrap_or_default()]);
         }
         if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(x)) {
             return Err("the pressure in a hose or in the vessel falls to 0");

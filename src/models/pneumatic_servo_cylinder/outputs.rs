@@ -68,7 +68,7 @@ impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCyl
     fn notices(&self, u: &[f64; 3]) -> Notices {
         let Inputs { supply_pressure: value, .. } = Inputs::read(u);
         let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
-        let is_low = self.actuator.has_supply() && value < self.p.ambient_pressure;
+        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
         let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
         [self.friction.law().notice(), low]
     }

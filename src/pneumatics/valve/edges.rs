@@ -3,7 +3,7 @@
 use crate::enumeration;
 use crate::numbers::{MonotoneCurve, Number, Pair, Scalar, Tangents};
 use crate::pneumatics::gas::GasState;
-use crate::pneumatics::orifice::{Flow, Orifice};
+use crate::pneumatics::orifice::{Flow, Orifice, is_above};
 use crate::variables::Tunable;
 
 enumeration! {
@@ -47,16 +47,16 @@ impl Opening {
         }
     }
 
-    /// The number of the smooth piece in which a spool lies, in sixteen bits.
+    /// The number, from 0 to 15, of the smooth piece in which a spool lies.
     #[inline(always)]
-    pub fn piece(&self, spool: f64) -> u32 {
+    pub fn piece(&self, spool: f64) -> f64 {
         let [towards_a, towards_b] = match self {
             Self::Linear { dead_zone, .. } => {
-                [spool, -spool].map(|travel| u32::from(travel > dead_zone.value) + u32::from(travel > 1.0))
+                [spool, -spool].map(|travel| is_above(travel, dead_zone.value) + is_above(travel, 1.0))
             }
-            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)],
+            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)].map(f64::from),
         };
-        towards_a | towards_b << 8
+        towards_a + towards_b * 4.0
     }
 }
 

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
-use crate::hybrid::Led;
+use crate::hybrid::{Led, Stride};
 use crate::numbers::{Pair, Scalar};
 use crate::outputs;
 use crate::variables::{ParameterError, Tunable, Variable, units};
@@ -66,13 +66,10 @@ impl Spool {
         (distance * distance + velocity * velocity / self.stiffness).sqrt()
     }
 
-    /// Velocity and spool in a step of a size in s towards a set point.
-    fn later(&self, [velocity, spool]: [f64; 2], set_point: f64, step: f64) -> Led<[f64; 2]> {
-        let half = self.propagator(0.5 * step);
-        let moved = |[velocity, distance]: [f64; 2]| {
-            let [[a, b], [c, d]] = half;
-            [c * distance + d * velocity, a * distance + b * velocity]
-        };
+    /// Velocity and spool in a step towards a set point.
+    fn later(&self, [velocity, spool]: [f64; 2], set_point: f64, stride: &Stride) -> Led<[f64; 2]> {
+        let &Stride { size: step, half: [[a, b], [c, d]] } = stride;
+        let moved = |[velocity, distance]: [f64; 2]| [c * distance + d * velocity, a * distance + b * velocity];
         let distance = spool - set_point;
         let middle = moved([velocity, distance]);
         let [end_velocity, end] = moved(middle);
@@ -224,9 +221,13 @@ impl Actuating for ProportionalValve {
         [self.valve.spool.acceleration(self.set_point(voltage, *set_point), spool, velocity), velocity]
     }
 
+    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+        self.valve.spool.propagator(0.5 * step)
+    }
+
     #[inline(always)]
-    fn later(&self, states: [f64; STATES], voltage: f64, set_point: &f64, step: f64) -> Led<[f64; STATES]> {
-        let led = self.valve.spool.later(states, self.set_point(voltage, *set_point), step);
+    fn later(&self, states: [f64; STATES], _voltage: f64, set_point: &f64, stride: &Stride) -> Led<[f64; STATES]> {
+        let led = self.valve.spool.later(states, *set_point, stride);
         let [_, spool] = led.bend;
         Led { bend: [0.0, BEND_WEIGHT * spool], ..led }
     }
@@ -245,9 +246,8 @@ impl Actuating for ProportionalValve {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<f64>, pressures: [f64; 2]) -> u32 {
-        let edges = edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures);
-        edges | self.opening.piece(spool) << 8
+    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
+        edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures) + self.opening.piece(spool) * 16.0
     }
 
     /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
@@ -338,7 +338,7 @@ mod tests {
             let spool = Spool::new(100.0, damping);
             for step in [1e-3, 1e-2] {
                 let start = [40.0, -0.3];
-                let Led { middle, end, .. } = spool.later(start, 0.2, step);
+                let Led { middle, end, .. } = spool.later(start, 0.2, &stride(&spool, step));
                 let (mut x, mut sums, h) = (start, [0.0; 2], step / STEPS as f64);
                 let rates = |[v, s]: [f64; 2]| [spool.acceleration(0.2, s, v), v];
                 for _ in 0..STEPS {
@@ -360,7 +360,7 @@ mod tests {
             }
         }
         let rest = Led { middle: [0.0, 0.2], end: [0.0, 0.2], bend: [0.0; 2] };
-        assert_eq!(VALVE.spool.later([0.0, 0.2], 0.2, 1e-3), rest);
+        assert_eq!(VALVE.spool.later([0.0, 0.2], 0.2, &stride(&VALVE.spool, 1e-3)), rest);
     }
 
     /// A spool that overshoots into the opening and comes back within a step, and one that does not get there.
@@ -369,12 +369,17 @@ mod tests {
         let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
         let edge = 0.08;
         for (set_point, stays) in [(0.98 * edge, false), (0.4 * edge, true)] {
-            let Led { end, .. } = valve.valve.spool.later([0.0; 2], set_point, 0.02);
+            let spool = valve.valve.spool;
+            let Led { end, .. } = spool.later([0.0; 2], set_point, &stride(&spool, 0.02));
             assert!(end[1] < edge);
             let voltage = 5.0 + 5.0 * set_point;
             let memory = valve.set_point(voltage, 0.0);
             assert_eq!(valve.stays_in_piece([[0.0; 2], end], voltage, &memory, 0.02), stays, "{set_point}");
         }
+    }
+
+    fn stride(spool: &Spool, size: f64) -> Stride {
+        Stride { size, half: spool.propagator(0.5 * size) }
     }
 
     fn starts() -> Vec<Tunable> {

@@ -3,11 +3,13 @@
 mod choice;
 mod crossing;
 mod step;
+mod strides;
 
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
+use self::strides::Strides;
 use super::balance::Balance;
 use super::counters::Counters;
 use super::error::StepError;
@@ -87,6 +89,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     linearisation: Linearisation<N>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
+    /// What is known of the sizes of explicit steps.
+    strides: Strides,
     /// Derivatives at the end of the explicit step tried last.
     end_slope: [f64; N],
     /// Error of the explicit step tried last if it crosses a kink.
@@ -132,6 +136,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
+            strides: Strides::UNKNOWN,
             end_slope: [0.0; N],
             bend: [0.0; N],
             arrived_with: None,
@@ -157,7 +162,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Exchanges the system for one with other parameters.
     pub fn replace_system(&mut self, system: H) {
         self.scales = system.scales();
-        self.system = system;
+        (self.system, self.strides) = (system, Strides::UNKNOWN);
         (self.is_linearised, self.arrived_with) = (false, None);
         (self.is_settled, self.indicators_hold) = (false, false);
     }

@@ -132,8 +132,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let here = &self.linearisation;
         let trial = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
-                let Classical { trial, slope, bend } =
-                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h);
+                let Classical { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
+                    let stride = self.strides.of(h, |size| system.stride(size));
+                    let led = system.led(x, &inputs.at(time), memory, &stride);
+                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, Some(&led))
+                } else {
+                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, None)
+                };
                 (self.end_slope, self.bend) = (slope, bend);
                 trial
             }
