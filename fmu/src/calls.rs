@@ -66,6 +66,11 @@ macro_rules! calls {
             pub fn modes(self) -> &'static [Mode] {
                 match self { $(Self::$call => &[$(Mode::$mode),*]),* }
             }
+
+            /// The same as bits in the places of the modes.
+            fn bits(self) -> u16 {
+                match self { $(Self::$call => 0 $(| 1 << Mode::$mode as u16)*),* }
+            }
         }
     };
 }
@@ -133,18 +138,22 @@ calls! {
 
 impl Call {
     /// Refuses a call that is not allowed in a mode.
+    #[inline]
     pub fn check(self, mode: Mode) -> Result<(), Failure> {
-        if self.modes().contains(&mode) {
-            return Ok(());
-        }
+        if self.bits() & 1 << mode as u16 == 0 { Err(self.refusal(mode)) } else { Ok(()) }
+    }
+
+    /// Why it is not allowed in a mode.
+    #[cold]
+    fn refusal(self, mode: Mode) -> Failure {
         if mode == Mode::Fatal {
-            return Err(Failure::fatal("the instance is lost after an internal error and can only be freed"));
+            return Failure::fatal("the instance is lost after an internal error and can only be freed");
         }
         if self.modes().is_empty() {
-            return Err(Failure::error("no step is ever pending, because steps do not run asynchronously"));
+            return Failure::error("no step is ever pending, because steps do not run asynchronously");
         }
         let allowed = describe(self.modes());
-        Err(Failure::error(format!("not allowed {}; it is allowed {allowed}", mode.text())))
+        Failure::error(format!("not allowed {}; it is allowed {allowed}", mode.text()))
     }
 }
 

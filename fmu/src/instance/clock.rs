@@ -17,7 +17,7 @@ pub fn end_of_step(now: f64, point: f64, size: f64, stop: Option<f64>) -> Result
         return Err(Failure::error(format!("the communication step size must be positive and finite, not {size} s")));
     }
     let difference = (point - now).abs();
-    if difference.is_nan() || difference > rounding(now, size) {
+    if difference != 0.0 && (difference.is_nan() || difference > rounding(now, size)) {
         return Err(Failure::error(format!(
             "the communication point {point} s is not where the instance is, at {now} s"
         )));

@@ -108,6 +108,7 @@ impl Layout {
     }
 
     /// The slot of a value reference, which must have a type.
+    #[inline]
     pub fn typed_slot(&self, reference: u32, base: Base) -> Result<Slot, Failure> {
         let slot = self.slot(reference).ok_or_else(|| unknown(reference))?;
         check_type(slot.variable, base)?;
@@ -133,9 +134,11 @@ impl Layout {
 
 /// Refuses to read or write a variable as something that it is not.
 pub fn check_type(variable: &Variable, base: Base) -> Result<(), Failure> {
-    if base.holds(variable.kind) {
-        return Ok(());
-    }
+    if base.holds(variable.kind) { Ok(()) } else { Err(mistyped(variable, base)) }
+}
+
+#[cold]
+fn mistyped(variable: &Variable, base: Base) -> Failure {
     let (name, reference) = (&variable.name, variable.reference);
     let actual = match variable.kind {
         Kind::Real(_) => Base::Real,
@@ -143,9 +146,10 @@ pub fn check_type(variable: &Variable, base: Base) -> Result<(), Failure> {
         Kind::Enumeration(_) => Base::Enumeration,
         Kind::Boolean => Base::Boolean,
     };
-    Err(Failure::error(format!("{name} (value reference {reference}) is {actual}, not {base}")))
+    Failure::error(format!("{name} (value reference {reference}) is {actual}, not {base}"))
 }
 
+#[cold]
 fn unknown(reference: u32) -> Failure {
     Failure::error(format!("there is no variable with value reference {reference}"))
 }

@@ -166,7 +166,7 @@ impl Instance {
 
     /// Current time in s.
     fn time(&self) -> f64 {
-        self.run.time().unwrap_or(self.record.start().time)
+        self.run.time().unwrap_or_else(|| self.record.start().time)
     }
 
     /// Refuses computed values that are no numbers.

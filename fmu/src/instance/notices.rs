@@ -7,6 +7,10 @@ impl Instance {
     /// Warns of what has become unusual since this was last called.
     pub(super) fn tell_notices(&mut self) -> Result<(), Failure> {
         let notices = self.run.notices(self.layout, &self.record)?;
+        // As a rule there are none, and were none.
+        if notices.iter().chain(&self.notices).all(Option::is_none) {
+            return Ok(());
+        }
         for (known, notice) in self.notices.iter().zip(&notices) {
             if let (None, Some(notice)) = (known, notice) {
                 self.log.warning(&notice.to_string());

@@ -45,12 +45,13 @@ impl Run {
     }
 
     /// The model with the inputs of the record.
+    #[inline]
     fn ready(&mut self, layout: &Layout, record: &Record) -> Result<&mut Way, Failure> {
         let way = match &mut self.way {
             Some(way) => way,
             none => {
                 self.knows_inputs = false;
-                none.insert(Way::Inside((layout.model.start)(&record.start())?))
+                none.insert(start(layout, record)?)
             }
         };
         if !self.knows_inputs {
@@ -64,6 +65,7 @@ impl Run {
     }
 
     /// The simulation with the inputs of the record.
+    #[inline]
     fn inside(&mut self, layout: &Layout, record: &Record) -> Result<&mut dyn Simulation, Failure> {
         match self.ready(layout, record)? {
             Way::Inside(simulation) => Ok(simulation.as_mut()),
@@ -255,6 +257,12 @@ impl Run {
         self.inputs_changed();
         Ok(())
     }
+}
+
+/// Starts the model, with the solver inside.
+#[cold]
+fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
+    Ok(Way::Inside((layout.model.start)(&record.start())?))
 }
 
 /// The model of a simulation with its solver outside.

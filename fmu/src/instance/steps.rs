@@ -21,20 +21,25 @@ impl Instance {
         let start = self.time();
         let stop = self.record.experiment.and_then(|experiment| experiment.stop);
         let end = end_of_step(start, point, size, stop)?;
-        self.check_interpolated_inputs(end - start)?;
+        let is_varied = self.record.slopes.iter().any(|slope| *slope != 0.0);
+        if is_varied {
+            self.check_interpolated_inputs(end - start)?;
+        }
         let outcome = match self.record.kind {
             Kind::HybridCoSimulation { returns_early: true } => {
                 self.run.advance_to_event(self.layout, &self.record, end)?
             }
             _ => self.run.advance(self.layout, &self.record, end)?.map(|()| false),
         };
-        self.keep_reached_inputs(self.time() - start);
+        let reached = self.time();
+        if is_varied {
+            self.keep_reached_inputs(reached - start);
+        }
         let event = match outcome {
             Ok(event) => event,
-            Err(error) => return Err(self.fail_step(self.time(), error.to_string())),
+            Err(error) => return Err(self.fail_step(reached, error.to_string())),
         };
         self.check_states().map_err(|failure| self.fail_step(start, failure.message))?;
-        let reached = self.time();
         self.record.last_step = LastStep { failed: false, successful_until: reached };
         self.tell_notices()?;
         Ok(Step { event, is_early: reached < end })

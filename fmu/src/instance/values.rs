@@ -47,9 +47,18 @@ impl Instance {
             let slot = self.layout.typed_slot(reference, base)?;
             self.check_settable(&slot)?;
             check_value(slot.variable, value)?;
-            sets_states |= matches!(slot.place, Place::Computed(_));
-            sets_inputs |= matches!(slot.place, Place::Input(_));
-            sets_parameters |= matches!(slot.place, Place::Parameter(_));
+            match slot.place {
+                Place::Input(place) => {
+                    if !sets_inputs {
+                        self.scratch.inputs.copy_from_slice(&self.record.inputs);
+                        sets_inputs = true;
+                    }
+                    self.scratch.inputs[place] = value;
+                }
+                Place::Parameter(_) => sets_parameters = true,
+                Place::Computed(_) => sets_states = true,
+                Place::Time => {}
+            }
         }
         if sets_parameters {
             self.scratch.parameters.copy_from_slice(&self.record.parameters);
@@ -66,11 +75,7 @@ impl Instance {
             self.move_states(states)?;
         }
         if sets_inputs {
-            for (reference, value) in values {
-                if let Place::Input(place) = self.layout.typed_slot(reference, base)?.place {
-                    self.record.inputs[place] = value;
-                }
-            }
+            std::mem::swap(&mut self.record.inputs, &mut self.scratch.inputs);
             self.take_inputs();
         }
         Ok(())
@@ -104,15 +109,7 @@ impl Instance {
     fn check_settable(&self, slot: &Slot) -> Result<(), Failure> {
         let variable = slot.variable;
         let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable.role) };
-        if modes.contains(&self.record.mode) {
-            return Ok(());
-        }
-        let name = &variable.name;
-        Err(Failure::error(match variable.role {
-            Role::Time => format!("{name} is the independent variable and cannot be set"),
-            Role::Output | Role::Local => format!("{name} is computed and cannot be set"),
-            _ => format!("{name} can only be set {}", describe(modes)),
-        }))
+        if modes.contains(&self.record.mode) { Ok(()) } else { Err(not_settable(variable, modes)) }
     }
 
     /// Takes over the parameters in the scratch; a running simulation checks them as a whole, others when they start.
@@ -136,9 +133,20 @@ impl Instance {
     }
 }
 
+/// Why a variable may not be set now, but in some modes.
+#[cold]
+fn not_settable(variable: &Variable, modes: &[Mode]) -> Failure {
+    let name = &variable.name;
+    Failure::error(match variable.role {
+        Role::Time => format!("{name} is the independent variable and cannot be set"),
+        Role::Output | Role::Local => format!("{name} is computed and cannot be set"),
+        _ => format!("{name} can only be set {}", describe(modes)),
+    })
+}
+
 /// Checks a value on its own.
 pub(super) fn check_value(variable: &Variable, value: f64) -> Result<(), ParameterError> {
-    if variable.kind == Kind::Boolean && value != 0.0 && value != 1.0 {
+    if matches!(variable.kind, Kind::Boolean) && value != 0.0 && value != 1.0 {
         return Err(ParameterError::new(&variable.name, value, "it must be true (1) or false (0)"));
     }
     variable.check(value)
