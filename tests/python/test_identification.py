@@ -106,6 +106,7 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--fit": "offset.position"}, ["position is not compared"]),
         ([HEADER, *ROWS], {"--law": "Magic"}, ["Magic", "Coulomb"]),
         ([HEADER, *ROWS], {"--hold-out": "1.5"}, ["1.5"]),
+        ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held or lines"]),
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
         ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
         ([HEADER, *ROWS], {"--window": "0"}, ["--window 0.0"]),

@@ -48,6 +48,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
     parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
+    parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
@@ -64,7 +65,8 @@ def run(options: argparse.Namespace) -> None:
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
-        "width": options.width, "loss": options.loss, "intervals": options.intervals, "progress": line,
+        "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
+        "progress": line,
     }  # fmt: skip
     laws = options.law.split(",")
     if len(laws) > 1:

@@ -27,6 +27,7 @@ ROUNDS = 4
 """How often sensors and parameters are fitted in turn."""
 SAME = 0.03
 """Relative change of the noise that no longer matters."""
+INPUTS = ("held", "lines")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -46,6 +47,7 @@ def fit(
     width: float = 0.04,
     play: float | None = None,
     window: float | None = None,
+    inputs: str = "held",
     loss: str = "linear",
     intervals: str = "jacobian",
     workers: int | None = None,
@@ -79,7 +81,7 @@ def fit(
         Seed of the random starts, and their number; a start from the data is always among them.
     rated : float
         Normal force in N at which the load level is 1.
-    width, play, window : float
+    width, play, window, inputs : float or str
         See `Options`.
     loss : str
         Loss function of ``scipy.optimize.least_squares``.
@@ -104,12 +106,14 @@ def fit(
     options = Options(
         rated=_positive("rated", rated), width=_positive("width", width),
         play=None if play is None else _not_negative("play", play),
-        window=None if window is None else _positive("window", window),
+        window=None if window is None else _positive("window", window), inputs=inputs,
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
     if not 0.0 <= hold_out < 1.0:
         raise ValueError(f"--hold-out {hold_out}: it must be at least 0 and below 1")
+    if inputs not in INPUTS:
+        raise ValueError(f"--inputs {inputs}: it must be {' or '.join(INPUTS)}")
     if loss not in LOSSES:
         raise ValueError(f"loss = {loss}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):

@@ -90,12 +90,15 @@ class Options:
         Play in m that hides the jitter of a position at rest; by default three times its noise.
     window : float or None
         Length in s after which a simulation starts anew from what is measured; by default never.
+    inputs : str
+        What measured inputs do between samples: ``held``, or on straight ``lines``.
     """
 
     rated: float = 1.0
     width: float = 0.04
     play: float | None = None
     window: float | None = None
+    inputs: str = "held"
 
 
 class Experiment(ABC):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,13 @@ class OfCylinder(Experiment):
         """Return the force towards -x that wire and weight exert."""
         weight = self.value("mass.moving", values) * GRAVITY * math.sin(self.value("incline", values))
         return self.value("wireForce", values) + weight
+
+    def measured_inputs(self, window: Window, signals: Iterable[str]) -> dict[str, Array]:
+        """Return what was given to the rig; over a step on a straight line its mean."""
+        given = {signal: window.driven[signal] for signal in signals if signal in window.driven}
+        if self.options.inputs == "held":
+            return given
+        return {signal: middle(course) for signal, course in given.items()}
 
     def grids(self, record: Record) -> dict[str, Array]:
         """Return all signals at the communication points."""

@@ -56,9 +56,7 @@ class Pneumatic(OfCylinder):
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return voltage and supply, and the force that carries the carriage against the measured pressures."""
-        inputs = {"valveVoltage": window.driven["valveVoltage"]}
-        if "supplyPressure" in window.driven:
-            inputs["supplyPressure"] = window.driven["supplyPressure"]
+        inputs = self.measured_inputs(window, ("valveVoltage", "supplyPressure"))
         carrying = MASS * window.driven["acceleration"] - middle(self.pressure_force(window, values))
         inputs["externalForce"] = carrying + self.value("wireForce", values)
         return inputs

@@ -42,7 +42,7 @@ class Rig(OfCylinder):
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return what is given."""
-        return {signal: window.driven[signal] for signal in GIVEN if signal in window.driven}
+        return self.measured_inputs(window, GIVEN)
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
         """Return what is known or fitted."""
