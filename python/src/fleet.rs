@@ -1,6 +1,7 @@
 //! Many plants of one model that are stepped together, for learning and for predictive control.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
@@ -25,6 +26,9 @@ pub struct Fleet {
     observed: Vec<Place>,
     pool: rayon::ThreadPool,
     plants: Mutex<Vec<Plant>>,
+    /// Whether the next steps begin with the last plant. Plants that do not fit into a cache together are stepped there and
+    /// back, so that those come first that are still in it.
+    backwards: AtomicBool,
 }
 
 #[pymethods]
@@ -44,9 +48,13 @@ impl Fleet {
         let entry = table.find(input).ok_or_else(|| refused(format!("there is no variable {input}")))?;
         let Place::Input(place) = entry.place else { return Err(refused(format!("{input} is not an input"))) };
         let observed = places(table, &observed)?;
+        if observed.is_empty() {
+            return Err(refused("no variable is to be observed"));
+        }
         let plants: Result<Vec<_>, _> = (0..number).map(|_| setup.start(0.0)).collect();
         let plants = Mutex::new(plants.map_err(refused)?);
-        Ok(Self { setup, input: (place, entry.variable), observed, pool: pool(workers)?, plants })
+        let (input, pool, backwards) = ((place, entry.variable), pool(workers)?, AtomicBool::new(false));
+        Ok(Self { setup, input, observed, pool, plants, backwards })
     }
 
     /// Starts some plants anew at time 0, each with settings of its own on top of the common ones.
@@ -63,7 +71,11 @@ impl Fleet {
     /// The observed variables of all plants, `[plant, variable]`.
     fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
-        let seen: Vec<f64> = plants.iter_mut().flat_map(|plant| self.look(plant)).collect();
+        let width = self.observed.len();
+        let (mut seen, mut room) = (vec![0.0; plants.len() * width], self.room());
+        for (plant, row) in plants.iter_mut().zip(seen.chunks_mut(width)) {
+            self.look(plant, &mut room, row);
+        }
         self.array(py, plants.len(), seen)
     }
 
@@ -85,17 +97,24 @@ impl Fleet {
         let plants = &mut *plants;
         let width = self.observed.len();
         let mut seen = vec![0.0; plants.len() * width];
+        let step = |room: &mut Vec<f64>, (index, ((plant, input), row)): (usize, ((&mut Plant, &f64), &mut [f64]))| {
+            plant.set_input(place, *input);
+            for _ in 0..steps {
+                plant.step(size).map_err(|error| format!("plant {index}: {error}"))?;
+            }
+            self.look(plant, room, row);
+            Ok(())
+        };
+        let backwards = self.backwards.fetch_xor(true, Ordering::Relaxed);
         let outcome: Result<(), String> = py.detach(|| {
             self.pool.install(|| {
-                let work = plants.par_iter_mut().zip(inputs.par_iter()).zip(seen.par_chunks_mut(width)).enumerate();
-                work.with_min_len(16).try_for_each(|(index, ((plant, input), row))| {
-                    plant.set_input(place, *input);
-                    for _ in 0..steps {
-                        plant.step(size).map_err(|error| format!("plant {index}: {error}"))?;
-                    }
-                    row.iter_mut().zip(self.look(plant)).for_each(|(slot, value)| *slot = value);
-                    Ok(())
-                })
+                let rows = seen.par_chunks_mut(width);
+                let work = plants.par_iter_mut().zip(inputs.par_iter()).zip(rows).enumerate().with_min_len(16);
+                if backwards {
+                    work.rev().try_for_each_init(|| self.room(), step)
+                } else {
+                    work.try_for_each_init(|| self.room(), step)
+                }
             })
         });
         outcome.map_err(stopped)?;
@@ -104,8 +123,20 @@ impl Fleet {
 }
 
 impl Fleet {
-    fn look<'a>(&'a self, plant: &'a mut Plant) -> impl Iterator<Item = f64> + 'a {
-        self.observed.iter().map(|place| plant.value(*place))
+    /// Room for the computed variables of a plant: one for many, since each plant's own would be fetched from memory.
+    fn room(&self) -> Vec<f64> {
+        vec![0.0; self.setup.table().computed().count()]
+    }
+
+    /// Writes the observed variables of a plant to a row.
+    fn look(&self, plant: &mut Plant, room: &mut [f64], row: &mut [f64]) {
+        plant.simulation().values(room);
+        for (slot, place) in row.iter_mut().zip(&self.observed) {
+            *slot = match place {
+                Place::Computed(place) => room[*place],
+                other => plant.value(*other),
+            };
+        }
     }
 
     fn array<'py>(&self, py: Python<'py>, number: usize, seen: Vec<f64>) -> Bound<'py, PyArray2<f64>> {
