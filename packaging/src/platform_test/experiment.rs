@@ -15,10 +15,13 @@ use crate::description::is_exchanged;
 pub const FMI2: &str = "fmi2";
 /// How it calls co-simulation by FMI 3.0.
 pub const FMI3: &str = "fmi3";
-
-/// The other ways to run the library by FMI 3.0, and the parts of the experiment that they take.
-const FACES: [(&str, Part); 3] = [(FMI3, 4), ("fmi3-events", 4), (EXCHANGE, 20)];
+/// The same with event mode, where steps return at events.
+pub const EVENTS: &str = "fmi3-events";
+/// Model exchange by FMI 3.0.
 const EXCHANGE: &str = "fmi3-exchange";
+
+/// The ways to run the library by FMI 3.0, and the parts of the experiment that they take.
+const FACES: [(&str, Part); 3] = [(FMI3, 4), (EVENTS, 4), (EXCHANGE, 20)];
 /// The laws under which FMI 3.0 is run: a set-valued one, one with memory and one with samples.
 const LAWS_OF_FMI3: [&str; 3] = ["Stribeck", "LuGre", "DNLRX"];
 
