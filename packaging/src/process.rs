@@ -1,13 +1,15 @@
 //! Running other programs, with a sign of life at least every few seconds.
 
+use std::cell::OnceCell;
 use std::ffi::OsStr;
 use std::io::Write;
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 /// How long nobody says anything at most.
 const SILENCE: Duration = Duration::from_secs(4);
@@ -61,20 +63,55 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
     })
 }
 
-/// Does two things at once, and waits for both.
+thread_local! {
+    /// Whether something has failed that this thread works together with.
+    static FAILED: OnceCell<Arc<AtomicBool>> = const { OnceCell::new() };
+}
+
+fn failed() -> Arc<AtomicBool> {
+    FAILED.with(|failed| Arc::clone(failed.get_or_init(Arc::default)))
+}
+
+/// The error of what did not go on.
+const GIVEN_UP: &str = "given up, because another check has failed";
+
+/// Does two things at once, and waits for both; once one has failed, the other starts no program any more.
 ///
 /// # Errors
-/// Of the first, or else of the second.
+/// Of what has failed first.
 pub fn both<A: Send, B>(
     first: impl FnOnce() -> Result<A> + Send,
     second: impl FnOnce() -> Result<B>,
 ) -> Result<(A, B)> {
+    let together = failed();
     std::thread::scope(|scope| {
-        let first = scope.spawn(first);
-        let second = second();
+        let first = scope.spawn(move || {
+            FAILED.with(|failed| failed.set(together).ok());
+            noted(first())
+        });
+        let second = noted(second());
         let first = first.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok((first?, second?))
+        match (first, second) {
+            (Ok(first), Ok(second)) => Ok((first, second)),
+            (Err(first), Err(second)) if first.to_string() == GIVEN_UP => Err(second),
+            (Err(problem), _) | (_, Err(problem)) => Err(problem),
+        }
     })
+}
+
+/// Notes and shows a failure, whose error ends the program when all is quiet.
+fn noted<T>(result: Result<T>) -> Result<T> {
+    if let Err(problem) = &result
+        && !failed().swap(true, Ordering::Relaxed)
+    {
+        eprintln!("error: {problem:#}; the rest is given up");
+    }
+    result
+}
+
+fn go_on() -> Result<()> {
+    ensure!(!failed().load(Ordering::Relaxed), GIVEN_UP);
+    Ok(())
 }
 
 /// Runs a command whose output the user sees.
@@ -82,6 +119,7 @@ pub fn both<A: Send, B>(
 /// # Errors
 /// When it cannot be started or fails; the message holds the command line.
 pub fn run(command: &mut Command) -> Result<()> {
+    go_on()?;
     let status = with_progress(&brief(command), || command.status());
     let status = status.with_context(|| format!("cannot start `{}`", line(command)))?;
     if !status.success() {
@@ -95,6 +133,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// # Errors
 /// When it cannot be started, fails, or prints something that is not UTF-8.
 pub fn output(command: &mut Command) -> Result<String> {
+    go_on()?;
     let output = with_progress(&brief(command), || command.stderr(Stdio::inherit()).output());
     let output = output.with_context(|| format!("cannot start `{}`", line(command)))?;
     if !output.status.success() {
@@ -134,5 +173,22 @@ mod tests {
     fn a_command_that_fails_is_quoted() {
         let problem = run(cargo().args(["no-such-command"])).map_err(|error| error.to_string());
         assert!(problem.is_err_and(|text| text.contains("no-such-command` failed")));
+    }
+
+    #[test]
+    fn once_one_of_two_has_failed_the_other_starts_no_program_and_the_failure_is_told() {
+        let mut started = None;
+        let outcome: Result<((), ())> = both(
+            || bail!("the cause"),
+            || {
+                while go_on().is_ok() {
+                    std::thread::yield_now();
+                }
+                let second = run(cargo().arg("--version"));
+                started = Some(second.is_ok());
+                second
+            },
+        );
+        assert_eq!((outcome.unwrap_err().to_string().as_str(), started), ("the cause", Some(false)));
     }
 }

@@ -15,7 +15,6 @@ use crate::library::Library;
 use crate::package;
 use crate::platform::Platform;
 use crate::process::{self, heading};
-use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
 /// Runs these tests; a missing tool is an error.
@@ -51,52 +50,32 @@ fn missing() -> Result<Vec<(&'static str, Vec<Tool>)>> {
 /// What these tests are about.
 pub struct Built {
     libraries: Vec<Library>,
-    /// The library for Linux on Arm.
-    arm: Vec<u8>,
     /// A second library for linux64.
     again: Reproduction,
 }
 
 impl Built {
-    /// Builds the libraries, and runs and compares them.
+    /// Builds the libraries, and runs and compares them, two things at a time: one build alone leaves half of two
+    /// processors idle, because large crates are one unit of work, and so does an emulator.
     fn tested(workspace: &Workspace) -> Result<Self> {
-        let built = Self::new(workspace)?;
-        for library in &built.libraries {
-            library.keep(workspace)?;
-        }
-        heading("Refuse damaged libraries");
-        for library in &built.libraries {
-            refuse_damaged(library)?;
-        }
-        heading("Run every model under every friction law on every processor and system");
-        built.compare_machines(workspace)?;
-        Ok(built)
-    }
-
-    /// Builds two libraries at a time: one alone leaves half of two processors idle, because large crates are one unit of
-    /// work.
-    fn new(workspace: &Workspace) -> Result<Self> {
-        Venv::prepare(workspace, Requirements::ZIG)?;
-        let ((arm, again), libraries) = process::both(
-            || {
-                let arm = aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm")?;
-                Ok((arm, Reproduction::build(workspace).context("linux64 in another place")?))
-            },
-            || build::libraries(workspace, &Platform::ALL.into()),
-        )?;
-        Ok(Self { libraries, arm, again })
-    }
-
-    fn compare_machines(&self, workspace: &Workspace) -> Result<()> {
         let experiments = experiment::all();
-        let reference = Machine::Linux.run(workspace, &self.libraries[0].bytes, &experiments)?;
-        results::complete(&experiments, &reference)?;
-        results::versions_agree(&reference)?;
-        for (machine, bytes) in [(Machine::Windows, &self.libraries[1].bytes), (Machine::Arm, &self.arm)] {
-            let found = machine.run(workspace, bytes, &experiments)?;
-            results::same(machine.name(), &reference, &found)?;
-        }
-        Ok(())
+        let (arm, linux) = process::both(
+            || aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm"),
+            || libraries(workspace, [Platform::Linux64]),
+        )?;
+        let (reference, (again, others)) = process::both(
+            || compare_processors(workspace, &linux[0].bytes, &arm, &experiments),
+            || {
+                let again = Reproduction::build(workspace).context("linux64 in another place")?;
+                Ok((again, libraries(workspace, [Platform::Win64, Platform::Darwin64])?))
+            },
+        )?;
+        let windows = Machine::Windows.run(workspace, &others[0].bytes, &experiments)?;
+        results::same(Machine::Windows.name(), &reference, &windows)?;
+        let libraries: Vec<_> = linux.into_iter().chain(others).collect();
+        heading("Refuse damaged libraries");
+        libraries.iter().try_for_each(refuse_damaged)?;
+        Ok(Self { libraries, again })
     }
 
     /// Leaves FMUs for all platforms in place of those for this one, and compares what was built twice.
@@ -109,6 +88,23 @@ impl Built {
         heading("Compare what was built twice");
         self.again.compare(workspace, &self.libraries)
     }
+}
+
+/// Builds the libraries of platforms, in their order, and keeps them.
+fn libraries<const N: usize>(workspace: &Workspace, platforms: [Platform; N]) -> Result<Vec<Library>> {
+    let libraries = build::libraries(workspace, &platforms.into())?;
+    libraries.iter().try_for_each(|library| library.keep(workspace).map(|_| ()))?;
+    Ok(libraries)
+}
+
+/// Runs everything here and on the other processor, and returns the results.
+fn compare_processors(workspace: &Workspace, linux: &[u8], arm: &[u8], experiments: &str) -> Result<String> {
+    heading("Run every model under every friction law on every processor and system");
+    let reference = Machine::Linux.run(workspace, linux, experiments)?;
+    results::complete(experiments, &reference)?;
+    results::versions_agree(&reference)?;
+    results::same(Machine::Arm.name(), &reference, &Machine::Arm.run(workspace, arm, experiments)?)?;
+    Ok(reference)
 }
 
 /// Gates that never close are worth nothing.
