@@ -89,19 +89,20 @@ impl Checks<'_> {
         self.cargo(&["test", "--profile", "xtask", "--package", "packaging"])
     }
 
-    /// Everything that is handed out: FMUs, figures, wheel and page. Leaves the wheel installed.
+    /// Everything that is handed out: FMUs, figures, wheel and page, and the FMUs in a host in Rust. Leaves the wheel
+    /// installed.
     fn packages(&self, venv: &Venv) -> Result<()> {
         Package::default().run(self.workspace)?;
         Gallery {}.run(self.workspace)?;
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
-        playground::check(self.workspace, venv)
+        playground::check(self.workspace, venv)?;
+        heading("Import with the crate fmi");
+        self.cargo(&["test", "--package", "importer", "--features", "fmi"])
     }
 
     /// What is handed out, in the hands of its users.
     fn imports(&self, venv: &Venv) -> Result<()> {
-        heading("Import with the crate fmi");
-        self.cargo(&["test", "--package", "importer", "--features", "fmi"])?;
         heading("Import with FMPy");
         self.python(venv, &["pytest", "tests/python"])
     }
