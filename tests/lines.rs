@@ -274,6 +274,52 @@ fn vessel_fills_and_droops() {
     }
 }
 
+/// A valve empties a vessel into a chamber, both below ambient pressure, until both are the same.
+#[test]
+fn vessel_below_ambient_gives_what_it_has() {
+    let mut plant = held(&[
+        ("supply.volume", 1e-5),
+        ("supply.C", 1e-13),
+        ("supplyPressure", 5e4),
+        ("valveVoltage", 10.0),
+        ("chamberA.pressure0", 2e4),
+    ]);
+    plant.advance_to(1.0).unwrap();
+    let chamber = 5e-6 + area(0.016) * 0.25;
+    let expected = (5e4 * 1e-5 + 2e4 * chamber) / (1e-5 + chamber);
+    for name in ["supply.vesselPressure", "chamberA.pressure"] {
+        let found = get(&mut plant, name);
+        // The supply adds some 10 Pa through the smallest conductance there is.
+        assert!((found / expected - 1.0).abs() < 1e-3, "{name}: {found}, not {expected}");
+    }
+}
+
+/// Commanded to 20 bar it fills the chamber from a vessel at 5 bar that nothing refills: to one pressure in both. Commanded
+/// to less, it vents the chamber, and the vessel keeps what it has.
+#[test]
+fn regulator_gives_no_more_than_its_vessel_has_and_takes_nothing_back() {
+    let mut plant = held(&[
+        ("actuation", 2.0),
+        ("regulator.pMax", 20e5),
+        ("supply.volume", 1e-4),
+        ("supply.C", 1e-13),
+        ("valveVoltage", 10.0),
+    ]);
+    plant.advance_to(2.0).unwrap();
+    let chamber = 5e-6 + area(0.016) * 0.25;
+    let expected = (5e5 * 1e-4 + AMBIENT * chamber) / (1e-4 + chamber);
+    let [vessel, filled] = ["supply.vesselPressure", "chamberA.pressure"].map(|name| get(&mut plant, name));
+    for found in [vessel, filled] {
+        // The supply adds some 100 Pa through the smallest conductance there is.
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
+    }
+    plant.set("valveVoltage", 0.0).unwrap();
+    plant.advance_to(4.0).unwrap();
+    let [kept, left] = ["supply.vesselPressure", "chamberA.pressure"].map(|name| get(&mut plant, name));
+    assert!((kept / vessel - 1.0).abs() < 1e-3 && kept >= vessel, "{kept}, not {vessel}");
+    assert!((left / 1e5 - 1.0).abs() < 1e-3, "{left} Pa at 0 V");
+}
+
 /// Everything at once, under the regulator, too; bounds as in the balances of the plain cylinder.
 #[test]
 fn mass_and_energy_balance_with_all_lines() {

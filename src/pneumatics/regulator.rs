@@ -4,7 +4,7 @@ use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, VOLTAGE, sim
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, piece};
 use crate::hybrid::{Led, Stride};
-use crate::numbers::{Pair, Scalar};
+use crate::numbers::{Number, Pair, Scalar};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
@@ -67,6 +67,9 @@ outputs! {
 }
 
 /// The regulator that feeds chamber A, chamber B plugged. State: the pressure behind it.
+///
+/// Its supply is as strong as it takes, unless it is a vessel: that feeds the chamber with no more than its own pressure,
+/// and takes nothing back. What the chamber has beyond the regulated pressure is vented.
 #[derive(Clone, Debug)]
 pub struct PressureRegulator {
     regulator: Regulator,
@@ -130,7 +133,18 @@ impl Actuating for PressureRegulator {
     #[inline(always)]
     fn feed<S: Scalar>(&self, [_, pressure]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
-        Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([pressure; 2])), gas))
+        let source = if ports.is_vessel {
+            let Pair([behind, _]) = gas.pressure;
+            pressure.min(ports.supply_pressure.max(behind))
+        } else {
+            pressure
+        };
+        Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([source; 2])), gas))
+    }
+
+    /// What comes back it vents.
+    fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        self.feed(states, ports, gas).mass.max(Pair::zero())
     }
 
     #[inline(always)]

@@ -79,17 +79,12 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         self.actuator.feed::<EXTENDED, S>(actuator, &self.ports(supply), gas)
     }
 
-    /// Mass flow in kg/s that the actuator draws from the supply.
-    pub(super) fn drawn<S: Scalar>(&self, actuator: [S; actuator::STATES], supply: S, gas: GasState<Pair<S>>) -> S {
-        let Pair([for_a, for_b]) = self.actuator.drawn(actuator, &self.ports(supply), gas);
-        if self.options.opens_b { for_a } else { for_a + for_b }
-    }
-
     #[inline(always)]
     pub(super) fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
         Ports {
             supply: &self.supply,
             supply_pressure: self.at_least_ambient(supply),
+            is_vessel: false,
             exhaust: &self.exhaust,
             exhaust_pressure: self.p.ambient_pressure,
         }

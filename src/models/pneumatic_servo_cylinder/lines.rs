@@ -7,7 +7,7 @@ use super::variables::State;
 use super::{PneumaticServoCylinder, of_actuator};
 use crate::enumeration;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::SUPPLY;
+use crate::pneumatics::actuator::{Ports, SUPPLY};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
@@ -63,7 +63,8 @@ struct Restriction {
     cushion: Option<[f64; 2]>,
 }
 
-/// A vessel between the supply and the valve, at the temperature of the supply.
+/// A vessel between the supply and the actuator, at the temperature of the supply; what it gives is bounded by its own
+/// pressure, even where that is below ambient.
 ///
 /// ```text
 /// dp/dt = R*T/V*(mdot_supply - mdot_valve)
@@ -215,8 +216,11 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             at_valve.temperature.0[side] = S::constant(lines.temperature);
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
-        let supplied = if lines.vessel.is_some() { states[VESSEL] } else { supply };
-        let fed = self.feed(of_actuator(x), supplied, at_valve);
+        let ports = match lines.vessel {
+            Some(_) => Ports { supply_pressure: states[VESSEL], is_vessel: true, ..self.ports(supply) },
+            None => self.ports(supply),
+        };
+        let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
         let (mut into, Pair([to_a, to_b])) = (fed, fed.mass);
         let mut received = if self.options.opens_b { to_a } else { to_a + to_b };
         let Pair(distances) = self.lengths(x[State::Position.at(N)]);
@@ -229,8 +233,9 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
         }
         if let Some(vessel) = &lines.vessel {
-            let drawn = self.drawn(of_actuator(x), supplied, at_valve);
-            let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(supplied));
+            let Pair([for_a, for_b]) = self.actuator.drawn(of_actuator(x), &ports, at_valve);
+            let drawn = if self.options.opens_b { for_a } else { for_a + for_b };
+            let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
             let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
             rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
             received += filled - drawn;
@@ -259,7 +264,7 @@ impl Line {
         }
         let columns: [S; COLUMNS] = std::array::from_fn(|i| states[VOLUMES + i]);
         let flow_rates = self.hose.flow_rates(pressures, columns);
-        let through = self.hose.through(columns, flow_rates);
+        let through = self.hose.through(pressures, columns, flow_rates);
         let air = S::constant(temperature);
         let out = match &self.restriction {
             Some(restriction) => restriction.flow(GasState::new(pressures[VOLUMES - 1], air), chamber, distance),

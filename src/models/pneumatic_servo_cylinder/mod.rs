@@ -136,6 +136,7 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
             (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
             (false, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
             (false, _, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + sensors::COUNT }>(start)?)),
+            (true, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + lines::STATES }>(start)?)),
             (true, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES + lines::STATES }>(start)?)),
             _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
         };
