@@ -130,8 +130,9 @@ const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build::<true>(start, &[])?;
-    if equations.is_extended() {
+    let (parts, _) = Parts::read(start, &[])?;
+    if parts.need_extension() {
+        let equations = PneumaticServoCylinder::<true>::of(parts);
         return match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
             (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
             (false, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
@@ -141,7 +142,7 @@ fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
             _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
         };
     }
-    let (equations, _) = build::<false>(start, &[])?;
+    let equations = PneumaticServoCylinder::<false>::of(parts);
     match equations.friction.count() {
         0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
         1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
@@ -160,26 +161,47 @@ pub fn build<const EXTENDED: bool>(
     start: &Start,
     slopes: &[f64],
 ) -> Result<(PneumaticServoCylinder<EXTENDED>, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters, slopes);
-    let (own, rest) = parameters.split_at(Parameters::LEN);
-    let (options, rest) = rest.split_at(Options::LEN);
-    let (sensors, rest) = rest.split_at(Sensors::LEN);
-    let (actuator, rest) = rest.split_at(Actuator::LEN);
-    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let parameters = Parameters::read(own)?;
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-    let settings = settings.keeping_balance(parameters.keeps_balance);
-    parameters.check()?;
-    let options = Options::read(options)?;
-    options.check(parameters.bore)?;
-    let sensors = Sensors::read(sensors)?;
-    sensors.check()?;
-    let friction = Friction::new(friction, "friction")?;
-    Ok((PneumaticServoCylinder::new(parameters, options, sensors, Actuator::new(actuator)?, friction), settings))
+    let (parts, settings) = Parts::read(start, slopes)?;
+    Ok((PneumaticServoCylinder::of(parts), settings))
+}
+
+/// What the equations are made of.
+struct Parts {
+    parameters: Parameters,
+    options: Options,
+    sensors: Sensors,
+    actuator: Actuator,
+    friction: Friction,
+}
+
+impl Parts {
+    fn read(start: &Start, slopes: &[f64]) -> Result<(Self, Settings), ParameterError> {
+        let parameters = TABLE.chosen(start.parameters, slopes);
+        let (own, rest) = parameters.split_at(Parameters::LEN);
+        let (options, rest) = rest.split_at(Options::LEN);
+        let (sensors, rest) = rest.split_at(Sensors::LEN);
+        let (actuator, rest) = rest.split_at(Actuator::LEN);
+        let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
+        let parameters = Parameters::read(own)?;
+        let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
+        let settings = settings.keeping_balance(parameters.keeps_balance);
+        parameters.check()?;
+        let options = Options::read(options)?;
+        options.check(parameters.bore)?;
+        let sensors = Sensors::read(sensors)?;
+        sensors.check()?;
+        let friction = Friction::new(friction, "friction")?;
+        Ok((Self { parameters, options, sensors, actuator: Actuator::new(actuator)?, friction }, settings))
+    }
+
+    /// Whether any of them is compiled for extended equations only.
+    fn need_extension(&self) -> bool {
+        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
+    }
 }
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
-    fn new(p: Parameters, options: Options, sensors: Sensors, actuator: Actuator, friction: Friction) -> Self {
+    fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
         let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
@@ -221,11 +243,6 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             lines,
             sensors,
         }
-    }
-
-    /// Whether any of what these parameters ask for is compiled for extended equations only.
-    fn is_extended(&self) -> bool {
-        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
     }
 
     /// Number of states that are integrated.
@@ -408,16 +425,19 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
         let u = &Inputs::read(u);
-        // One part at a time, the earliest; the others follow when they are the earliest.
-        if EXTENDED && self.actuator.next_sample(&memory.actuator) == self.next_change(memory) {
-            let mut states = of_actuator(x);
-            self.actuator.sample(&mut states, u.valve_voltage, &mut memory.actuator);
-            x[..STATES].copy_from_slice(&states);
-            return;
-        }
-        if EXTENDED && self.sensors.next_sample(&memory.sensors) == self.next_change(memory) {
-            self.take_readings(time, x, u, memory);
-            return;
+        if EXTENDED {
+            // One part at a time, the earliest; the others follow when they are the earliest.
+            let next = self.next_change(memory);
+            if self.actuator.next_sample(&memory.actuator) == next {
+                let mut states = of_actuator(x);
+                self.actuator.sample(&mut states, u.valve_voltage, &mut memory.actuator);
+                x[..STATES].copy_from_slice(&states);
+                return;
+            }
+            if self.sensors.next_sample(&memory.sensors) == next {
+                self.take_readings(time, x, u, memory);
+                return;
+            }
         }
         let rate = self.rate(x, memory);
         self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
