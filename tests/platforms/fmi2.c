@@ -74,40 +74,11 @@ static void initialize(void) {
 
 static void take_step(double time, double size) { CALL(fmi.do_step(instance, time, size, fmi2True)); }
 
-static size_t width(size_t count) { return count; }
-
 static void get(const uint32_t *references, size_t count, double *values) {
     CALL(fmi.get_real(instance, references, count, values));
 }
 
-static void *save(void) {
-    fmi2FMUstate state = NULL;
-    CALL(fmi.get_state(instance, &state));
-    return state;
-}
-
-static void restore(void *state) { CALL(fmi.set_state(instance, state)); }
-
-static void forget(void *state) { CALL(fmi.free_state(instance, &state)); }
-
-static size_t serialized_size(void *state) {
-    size_t size = 0;
-    CALL(fmi.serialized_size(instance, state, &size));
-    return size;
-}
-
-static void serialize(void *state, void *bytes, size_t size) { CALL(fmi.serialize(instance, state, bytes, size)); }
-
-static void *deserialize(const void *bytes, size_t size) {
-    fmi2FMUstate state = NULL;
-    CALL(fmi.deserialize(instance, bytes, size, &state));
-    return state;
-}
-
-static void finish(void) {
-    CALL(fmi.terminate(instance));
-    fmi.free_instance(instance);
-}
+#include "alike.h"
 
 const struct face fmi2 = {
     "fmi2", load, instantiate, choose, set, initialize, take_step, width, get,

@@ -91,40 +91,11 @@ static void initialize(void) {
     CALL(fmi.exit_initialization(instance));
 }
 
-static size_t width(size_t count) { return count; }
-
 static void get(const uint32_t *references, size_t count, double *values) {
     CALL(fmi.get_float(instance, references, count, values, count));
 }
 
-static void *save(void) {
-    fmi3FMUState state = NULL;
-    CALL(fmi.get_state(instance, &state));
-    return state;
-}
-
-static void restore(void *state) { CALL(fmi.set_state(instance, state)); }
-
-static void forget(void *state) { CALL(fmi.free_state(instance, &state)); }
-
-static size_t serialized_size(void *state) {
-    size_t size = 0;
-    CALL(fmi.serialized_size(instance, state, &size));
-    return size;
-}
-
-static void serialize(void *state, void *bytes, size_t size) { CALL(fmi.serialize(instance, state, bytes, size)); }
-
-static void *deserialize(const void *bytes, size_t size) {
-    fmi3FMUState state = NULL;
-    CALL(fmi.deserialize(instance, bytes, size, &state));
-    return state;
-}
-
-static void finish(void) {
-    CALL(fmi.terminate(instance));
-    fmi.free_instance(instance);
-}
+#include "alike.h"
 
 /* Co-simulation. */
 
