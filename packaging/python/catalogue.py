@@ -7,7 +7,6 @@ experiment of the cylinder).
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from collections.abc import Sequence
@@ -21,6 +20,7 @@ from client import Client
 from experiment import LAW, signals
 from matplotlib.figure import Figure
 from pneumatic_servo.figures import BLUE, GREEN, GREY, STYLE, VERMILION
+from pneumatic_servo.files import write_csv
 
 SPEEDS = np.geomspace(1e-4, 0.1, 16)
 """Speeds of the steady curve in m/s."""
@@ -65,7 +65,7 @@ def main() -> int:
         row = costs[-1]
         print(f"[{number:2}/{len(laws)}] {law}: {row['solver.steps']} steps, {row['µs/step']} µs per call", flush=True)
     draw(portraits, folder / "FrictionLaws.png")
-    write(costs, folder / "FrictionLaws.csv")
+    write_csv(folder / "FrictionLaws.csv", list(costs[0]), (list(row.values()) for row in costs))
     print(f"figure and table: {folder / 'FrictionLaws.png'}, {folder / 'FrictionLaws.csv'}")
     return 0
 
@@ -189,13 +189,6 @@ def draw_portrait(axes: np.ndarray, portrait: Portrait, first: bool) -> None:
         hysteresis.set_ylabel("load (N)")
         motion.set_ylabel("position (mm)")
         motion.legend(loc="upper left")
-
-
-def write(costs: Sequence[dict[str, float | int | str]], file: Path) -> None:
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, costs[0].keys(), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(costs)
 
 
 if __name__ == "__main__":

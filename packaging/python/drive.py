@@ -18,6 +18,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv
 from matplotlib.figure import Figure
 from pneumatic_servo.figures import BLUE, GREEN, GREY, STYLE, VERMILION
+from pneumatic_servo.files import write_csv
 
 STEP = 1e-3
 """Communication step in s: the sample time of the controller."""
@@ -35,7 +36,9 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     runs = {name: simulate(ssp, name) for name in sets(ssp)}
     for name, columns in runs.items():
-        write(columns, folder / f"{name}.csv")
+        write_csv(
+            folder / f"{name}.csv", list(columns), zip(*(column.tolist() for column in columns.values()), strict=True)
+        )
         error = columns["referencePosition"] - columns["position"]
         print(f"{name}: rms error {1e3 * np.sqrt(np.mean(error**2)):.2f} mm, {len(rests(columns))} rests")
     draw(runs, folder / f"{ssp.stem}.png")
@@ -78,13 +81,6 @@ def rests(columns: dict[str, np.ndarray], shortest: float = 0.05) -> list[float]
     edges = np.flatnonzero(np.diff(still.astype(int)))
     lengths = (edges[1::2] - edges[::2]) * STEP
     return [float(length) for length in lengths if length >= shortest]
-
-
-def write(columns: dict[str, np.ndarray], file: Path) -> None:
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
 def draw(runs: dict[str, dict[str, np.ndarray]], file: Path) -> None:
