@@ -185,18 +185,22 @@ def _best(costs: Array, number: int) -> list[int]:
     return [int(index) for index in np.argsort(costs, kind="stable")[:number]]
 
 
+def _chunks(candidates: Sequence[Array]) -> list[Sequence[Array]]:
+    return [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
+
+
 def _costs_told(problem: Problem, candidates: Sequence[Array], tell: Tell | None) -> Array:
-    found = []
-    for first in range(0, len(candidates), CHUNK):
-        found.append(_costs(problem, candidates[first : first + CHUNK]))
+    found: list[float] = []
+    for chunk in _chunks(candidates):
+        found.extend(_costs(problem, chunk))
         if tell is not None:
-            tell(f"start {min(first + CHUNK, len(candidates))} of {len(candidates)}")
-    return np.concatenate(found)
+            tell(f"start {len(found)} of {len(candidates)}")
+    return np.array(found)
 
 
 def _on_cluster(problem: Problem, candidates: Sequence[Array], loss: str, cluster: Any) -> list[Solution]:
-    chunks = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
-    costs = np.concatenate(cluster.gather([cluster.submit(_costs, problem, chunk, pure=False) for chunk in chunks]))
+    tasks = [cluster.submit(_costs, problem, chunk, pure=False) for chunk in _chunks(candidates)]
+    costs = np.concatenate(cluster.gather(tasks))
     best = list(dict.fromkeys([0, *_best(costs, REFINED)]))[: REFINED if len(candidates) > 1 else 1]
     tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
     return list(cluster.gather(tasks))
