@@ -34,6 +34,12 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         rates
     }
 
+    /// The sum over the chambers that are not open to the surroundings.
+    #[inline(always)]
+    pub(super) fn closed<S: Scalar>(&self, Pair([a, b]): Pair<S>) -> S {
+        if EXTENDED && self.options.opens_b { a } else { a + b }
+    }
+
     /// Lengths in m of the chambers.
     pub(super) fn lengths<S: Scalar>(&self, position: S) -> Pair<S> {
         Pair([position, -position + self.p.stroke])
@@ -64,21 +70,11 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         supply: S,
         gas: GasState<Pair<S>>,
     ) -> Inflow<Pair<S>> {
-        let fed = self.feed(actuator, supply, gas);
+        let fed = self.actuator.feed::<EXTENDED, S>(actuator, &self.ports(supply), gas);
         if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
     }
 
-    /// What flows into the chambers from the supply and from the exhaust; a supply below ambient acts as ambient.
-    #[inline(always)]
-    pub(super) fn feed<S: Scalar>(
-        &self,
-        actuator: [S; actuator::STATES],
-        supply: S,
-        gas: GasState<Pair<S>>,
-    ) -> Inflow<Pair<S>> {
-        self.actuator.feed::<EXTENDED, S>(actuator, &self.ports(supply), gas)
-    }
-
+    /// What the actuator lies between; a supply below ambient acts as ambient.
     #[inline(always)]
     pub(super) fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
         Ports {

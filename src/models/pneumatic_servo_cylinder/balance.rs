@@ -67,11 +67,6 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         EXTENDED && self.lines.are_used()
     }
 
-    /// The sum over the chambers that are not open to the surroundings.
-    fn closed(&self, Pair([a, b]): Pair<f64>) -> f64 {
-        if EXTENDED && self.options.opens_b { a } else { a + b }
-    }
-
     /// Whether the temperatures come from the energy balance.
     fn has_gas_energy(&self) -> bool {
         matches!(self.chambers.thermal, Thermal::EnergyBalance { .. })

@@ -221,8 +221,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             None => self.ports(supply),
         };
         let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
-        let (mut into, Pair([to_a, to_b])) = (fed, fed.mass);
-        let mut received = if self.options.opens_b { to_a } else { to_a + to_b };
+        let (mut into, mut received) = (fed, self.closed(fed.mass));
         let Pair(distances) = self.lengths(x[State::Position.at(N)]);
         for (side, line) in lines.hoses.iter().enumerate() {
             let Some(line) = line else { continue };
@@ -233,8 +232,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
         }
         if let Some(vessel) = &lines.vessel {
-            let Pair([for_a, for_b]) = self.actuator.drawn(of_actuator(x), &ports, at_valve);
-            let drawn = if self.options.opens_b { for_a } else { for_a + for_b };
+            let drawn = self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
             let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
             let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
             rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
