@@ -116,12 +116,12 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
     }
 
     fn update(&mut self) -> Result<(), StepError> {
-        let before = self.run.clone();
-        let outcome = self.run.update().map_err(|error| error.later(self.start));
-        if outcome.is_err() {
-            self.run = before;
-        }
-        outcome
+        let ((x, memory), progress) = (self.run.state(), self.run.progress());
+        let (x, memory) = (*x, memory.clone());
+        self.run.update().map_err(|error| {
+            self.run.restore(x, memory, progress);
+            error.later(self.start)
+        })
     }
 
     fn indicators(&self, indicators: &mut [f64]) {

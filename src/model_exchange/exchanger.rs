@@ -46,6 +46,8 @@ struct State {
 
 impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Equations at their start, for a table and with the indicators of their model.
+    // Compiled apart from the run that it begins with.
+    #[inline(never)]
     pub(crate) fn new(
         (equations, build, parameters): (E, Build<E>, Vec<f64>),
         (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),

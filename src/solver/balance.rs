@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::event::Hermite;
+use super::numbers;
 use crate::hybrid::{Held, HybridSystem, QUANTITIES};
 
 /// The account of a run.
@@ -40,7 +41,7 @@ impl Balance {
 
     /// What a system holds beyond what it can hold by the account: the error of the integration.
     pub fn residual(&self, content: [f64; QUANTITIES]) -> [f64; QUANTITIES] {
-        std::array::from_fn(|i| content[i] - self.initial[i] - self.received[i])
+        numbers(|i| content[i] - self.initial[i] - self.received[i])
     }
 
     /// Whether all amounts are finite numbers.

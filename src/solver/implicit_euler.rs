@@ -3,6 +3,7 @@
 use nalgebra::SMatrix;
 
 use super::linear::Inverse;
+use super::numbers;
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem};
 
@@ -12,6 +13,8 @@ const MAX_ITERATIONS: usize = 30;
 const CONVERGED: f64 = 1e-10;
 
 /// One step of size `h` by Newton's method; `None` if the iteration does not converge.
+// A function of its own: inlined, it would be optimised once more with what calls it.
+#[inline(never)]
 pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
@@ -28,7 +31,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     for _ in 0..MAX_ITERATIONS {
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
-        let residual = std::array::from_fn(|i| (x[i] - end[i]) / h + derivatives[i]);
+        let residual = numbers(|i| (x[i] - end[i]) / h + derivatives[i]);
         let change = Inverse::new(&jacobian, 1.0 / h, H::GROUPS)?.times(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];

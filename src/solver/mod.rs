@@ -19,3 +19,14 @@ pub use error::{Rejection, StepError};
 pub use linear::Inverse;
 pub use run::{Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};
+
+/// Numbers made one by one from their indices: `std::array::from_fn`, which is many functions to compile for each place
+/// that calls it, and all of them for each system.
+#[inline(always)]
+fn numbers<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; N] {
+    let mut numbers = [0.0; N];
+    for (i, slot) in numbers.iter_mut().enumerate() {
+        *slot = number(i);
+    }
+    numbers
+}

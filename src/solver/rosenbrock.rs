@@ -36,6 +36,8 @@ const ALPHA: [f64; 4] = [0.0, 0.386, 0.21, 0.63];
 const D: [f64; 4] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23];
 
 /// One step of size `h`; `None` if it leads nowhere.
+// A function of its own: inlined, it would be optimised once more with what calls it.
+#[inline(never)]
 pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
@@ -51,31 +53,36 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         system.derivatives(stage_time, argument, &inputs.at(stage_time), memory)
     };
     let in_time = |right: [f64; N], weight: f64| match &linearisation.time_slopes {
-        Some(slopes) => combine(&right, [slopes], [weight * h]),
+        Some(slopes) => combine(&right, [slopes], [weight], h),
         None => right,
     };
     let per_h = 1.0 / h;
     let k1 = inverse.times(&in_time(linearisation.derivatives, D[0]), H::GROUPS);
-    let right = combine(&rates(ALPHA[1], &combine(x, [&k1], A2)), [&k1], C2.map(|c| c * per_h));
+    let right = combine(&rates(ALPHA[1], &combine(x, [&k1], A2, 1.0)), [&k1], C2, per_h);
     let k2 = inverse.times(&in_time(right, D[1]), H::GROUPS);
-    let right = combine(&rates(ALPHA[2], &combine(x, [&k1, &k2], A3)), [&k1, &k2], C3.map(|c| c * per_h));
+    let right = combine(&rates(ALPHA[2], &combine(x, [&k1, &k2], A3, 1.0)), [&k1, &k2], C3, per_h);
     let k3 = inverse.times(&in_time(right, D[2]), H::GROUPS);
-    let right = combine(&rates(ALPHA[3], &combine(x, [&k1, &k2, &k3], A4)), [&k1, &k2, &k3], C4.map(|c| c * per_h));
+    let right = combine(&rates(ALPHA[3], &combine(x, [&k1, &k2, &k3], A4, 1.0)), [&k1, &k2, &k3], C4, per_h);
     let k4 = inverse.times(&in_time(right, D[3]), H::GROUPS);
-    let argument = combine(x, [&k1, &k2, &k3, &k4], A5);
-    let k5 = inverse.times(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5.map(|c| c * per_h)), H::GROUPS);
-    let argument = combine(&argument, [&k5], [1.0]);
-    let k6 =
-        inverse.times(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6.map(|c| c * per_h)), H::GROUPS);
+    let argument = combine(x, [&k1, &k2, &k3, &k4], A5, 1.0);
+    let k5 = inverse.times(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5, per_h), H::GROUPS);
+    let argument = combine(&argument, [&k5], [1.0], 1.0);
+    let k6 = inverse.times(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h), H::GROUPS);
     // The last stage is the difference between the solutions of order 4 and 3.
-    Some(Trial { end: combine(&argument, [&k6], [1.0]), error: k6 })
+    Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0), error: k6 })
 }
 
-/// A vector plus a weighted sum of vectors.
+/// A vector plus a weighted sum of vectors, whose weights are multiplied by a factor.
 #[inline(always)]
-fn combine<const N: usize, const M: usize>(base: &[f64; N], vectors: [&[f64; N]; M], weights: [f64; M]) -> [f64; N] {
+fn combine<const N: usize, const M: usize>(
+    base: &[f64; N],
+    vectors: [&[f64; N]; M],
+    weights: [f64; M],
+    factor: f64,
+) -> [f64; N] {
     let mut sum = *base;
-    for (vector, weight) in vectors.into_iter().zip(weights) {
+    for (vector, weight) in vectors.iter().zip(weights) {
+        let weight = weight * factor;
         for i in 0..N {
             sum[i] += weight * vector[i];
         }

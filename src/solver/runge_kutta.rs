@@ -1,28 +1,31 @@
 //! Explicit schemes, as tables of Butcher.
 
+use super::numbers;
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem, Led};
 
-/// An explicit Runge-Kutta method of `S` stages in which each stage uses the one before only.
-pub struct Tableau<const S: usize> {
+/// An explicit Runge-Kutta method in which each stage uses the one before only.
+pub struct Tableau {
     /// Time of each stage within the step, which is also the weight of the stage before.
-    times: [f64; S],
+    times: &'static [f64],
     /// Weights of the stages in the result.
-    weights: [f64; S],
+    weights: &'static [f64],
 }
 
 /// Explicit Euler method.
-pub const EXPLICIT_EULER: Tableau<1> = Tableau { times: [0.0], weights: [1.0] };
+pub const EXPLICIT_EULER: Tableau = Tableau { times: &[0.0], weights: &[1.0] };
 
 /// Method of order 3 of Ralston (1962), Mathematics of Computation 16:431-437.
-pub const RK3: Tableau<3> = Tableau { times: [0.0, 0.5, 0.75], weights: [2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0] };
+pub const RK3: Tableau = Tableau { times: &[0.0, 0.5, 0.75], weights: &[2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0] };
 
 /// Classical method of order 4 of Kutta (1901).
-pub const RK4: Tableau<4> =
-    Tableau { times: [0.0, 0.5, 0.5, 1.0], weights: [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0] };
+pub const RK4: Tableau =
+    Tableau { times: &[0.0, 0.5, 0.5, 1.0], weights: &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0] };
 
-impl<const S: usize> Tableau<S> {
+impl Tableau {
     /// One step of size `h` from given derivatives at its start.
+    // One function for all these methods, which nobody takes for their speed.
+    #[inline(never)]
     #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
     pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         &self,
@@ -36,14 +39,14 @@ impl<const S: usize> Tableau<S> {
     ) -> Trial<N> {
         let mut slope = *derivatives;
         let mut end = *x;
-        for stage in 0..S {
+        for (stage, (fraction, weight)) in self.times.iter().zip(self.weights).enumerate() {
             if stage > 0 {
-                let argument = std::array::from_fn(|i| x[i] + self.times[stage] * h * slope[i]);
-                let stage_time = time + self.times[stage] * h;
+                let argument = numbers(|i| x[i] + fraction * h * slope[i]);
+                let stage_time = time + fraction * h;
                 slope = system.derivatives(stage_time, &argument, &inputs.at(stage_time), memory);
             }
             for i in 0..N {
-                end[i] += h * self.weights[stage] * slope[i];
+                end[i] += h * weight * slope[i];
             }
         }
         Trial { end, error: [0.0; N] }
@@ -93,17 +96,17 @@ pub fn classical<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         let (at, u) = (time + fraction * h, inputs.at(time + fraction * h));
         if led.is_some() { system.driven(at, states, &u, memory) } else { system.derivatives(at, states, &u, memory) }
     };
-    let along = |fraction: f64, slope: &[f64; N]| std::array::from_fn(|i| x[i] + fraction * h * slope[i]);
+    let along = |fraction: f64, slope: &[f64; N]| numbers(|i| x[i] + fraction * h * slope[i]);
     let first = derivatives;
     let second = rates(0.5, &placed(along(0.5, first), |led| &led.middle));
     let third = rates(0.5, &placed(along(0.5, &second), |led| &led.middle));
     let fourth = rates(1.0, &placed(along(1.0, &third), |led| &led.end));
     let sixth = h / 6.0;
-    let outer: [f64; N] = std::array::from_fn(|i| first[i] + fourth[i]);
-    let inner: [f64; N] = std::array::from_fn(|i| second[i] + third[i]);
-    let end = placed(std::array::from_fn(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| &led.end);
+    let outer: [f64; N] = numbers(|i| first[i] + fourth[i]);
+    let inner: [f64; N] = numbers(|i| second[i] + third[i]);
+    let end = placed(numbers(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| &led.end);
     let slope = rates(1.0, &end);
-    let error = placed(std::array::from_fn(|i| 0.5 * h * (fourth[i] - slope[i])), |led| &led.bend);
-    let bend = placed(std::array::from_fn(|i| sixth * (outer[i] - inner[i])), |led| &led.bend);
+    let error = placed(numbers(|i| 0.5 * h * (fourth[i] - slope[i])), |led| &led.bend);
+    let bend = placed(numbers(|i| sixth * (outer[i] - inner[i])), |led| &led.bend);
     Classical { trial: Trial { end, error }, slope, bend }
 }

@@ -10,7 +10,7 @@ use crate::pneumatics::orifice::{Flow, Inflow};
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
-    pub(super) fn gas<S: Scalar, const N: usize>(&self, x: &[S; N]) -> GasState<Pair<S>> {
+    pub(super) fn gas<S: Scalar>(&self, x: &[S]) -> GasState<Pair<S>> {
         self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
     }
 
@@ -47,18 +47,18 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
 
     /// What flows into the chambers; writes the rates of the lines, where there are any.
     #[inline(always)]
-    pub(super) fn flows<S: Scalar, const N: usize>(
+    pub(super) fn flows<S: Scalar>(
         &self,
-        x: &[S; N],
+        x: &[S],
         supply: S,
         gas: GasState<Pair<S>>,
-        rates: &mut [S; N],
+        rates: &mut [S],
     ) -> Inflow<Pair<S>> {
         if !(EXTENDED && self.lines.are_used()) {
             return self.inflow(of_actuator(x), supply, gas);
         }
         let flows = self.through_lines(x, supply, gas);
-        rates[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&flows.rates);
+        rates[self.first_of_lines(x.len())..][..lines::STATES].copy_from_slice(&flows.rates);
         flows.into
     }
 

@@ -10,7 +10,7 @@
 //! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::variables::{Inputs, State};
-use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::{MOST, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
 use crate::hybrid::QUANTITIES;
 use crate::numbers::Pair;
 use crate::pneumatics::chamber::Thermal;
@@ -18,10 +18,10 @@ use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Mass in kg and energy in J.
-    pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &Memory) -> [f64; QUANTITIES] {
+    pub(super) fn mass_and_energy(&self, x: &[f64], memory: &Memory) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
-        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(N)]));
+        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(x.len())]));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
         let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
@@ -30,10 +30,10 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     /// Mass flow in kg/s and power in W into the cylinder.
-    pub(super) fn mass_flow_and_power<const N: usize>(
+    pub(super) fn mass_flow_and_power(
         &self,
         time: f64,
-        x: &[f64; N],
+        x: &[f64],
         u: &Inputs<f64>,
         memory: &Memory,
     ) -> [f64; QUANTITIES] {
@@ -48,15 +48,15 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             (inflow, self.closed(inflow.mass))
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
-        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(x[State::Position.at(N)])));
+        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(x[State::Position.at(x.len())])));
         let work = self.outer_force(time, x, u, memory) * rate;
         [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }]
     }
 
     /// Force in N on the carriage that brings energy from outside.
-    fn outer_force<const N: usize>(&self, time: f64, x: &[f64; N], u: &Inputs<f64>, memory: &Memory) -> f64 {
+    fn outer_force(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &Memory) -> f64 {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; N]);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; MOST]);
         let [area_a, area_b] = self.chambers.areas;
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
         contact.applied - friction - if self.has_gas_energy() { gas } else { 0.0 }

@@ -9,36 +9,38 @@ use crate::variables::Tunable;
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Force on the moving mass other than friction in N, and the stops' part of it.
     #[inline(always)]
-    pub(super) fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> (S, S) {
-        let position = x[State::Position.at(N)];
+    pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
+        let position = x[State::Position.at(x.len())];
         let stop = self.stops.force(position, rate);
         let force = self.pressure_force(x) + u.external_force - self.dead_load + stop;
         (if EXTENDED { force + self.options.spring_force(position) } else { force }, stop)
     }
 
-    pub(super) fn pressure_force<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+    #[inline(always)]
+    pub(super) fn pressure_force<S: Scalar>(&self, x: &[S]) -> S {
         let [area_a, area_b] = self.chambers.areas;
         x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
     }
 
     /// The load level `lambda`.
-    pub(super) fn load_level<S: Scalar, const N: usize>(&self, x: &[S; N]) -> S {
+    #[inline(always)]
+    pub(super) fn load_level<S: Scalar>(&self, x: &[S]) -> S {
         let excess = |pressure: S, kappa: Tunable| (pressure - self.p.ambient_pressure) * kappa;
         let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
         if !EXTENDED {
             return level.max(S::zero());
         }
         let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
-        (level + added).max(S::zero()) * self.options.relative_level(x[State::Position.at(N)])
+        (level + added).max(S::zero()) * self.options.relative_level(x[State::Position.at(x.len())])
     }
 
     /// The contact as the friction law sees it, for a velocity of the carriage.
     #[inline(always)]
-    pub(super) fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, rate: S) -> Contact<S> {
+    pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
         Contact {
             time,
-            position: x[State::Position.at(N)],
-            velocity: x[State::Velocity.at(N)],
+            position: x[State::Position.at(x.len())],
+            velocity: x[State::Velocity.at(x.len())],
             applied: self.applied_force(x, u, rate).0,
             level: self.load_level(x),
             drive: self.friction.drive(),
@@ -46,16 +48,17 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     /// Velocity of the carriage: the state, unless the friction law holds the position.
-    pub(super) fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
-        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
+    #[inline(always)]
+    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &Memory) -> S {
+        self.friction.rate(x[State::Velocity.at(x.len())], &memory.friction)
     }
 
     /// Rates of position and velocity; writes those of the bristles.
     #[inline(always)]
-    pub(super) fn motion_rates<S: Scalar, const N: usize>(
+    pub(super) fn motion_rates<S: Scalar>(
         &self,
         time: S,
-        x: &[S; N],
+        x: &[S],
         u: &Inputs<S>,
         memory: &Memory,
         bristles: &[S],

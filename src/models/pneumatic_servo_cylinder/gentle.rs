@@ -23,7 +23,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, and the side of
     /// [equal pressures](Self::has_kink_at_equal_pressures).
     #[inline(always)]
-    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> (Pair<f64>, bool) {
+    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool) {
         let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
         let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
         (of_actuator, self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B])

@@ -196,18 +196,13 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     /// The states of the lines, which must be among the states.
-    pub(super) fn of_lines<S: Scalar, const N: usize>(&self, x: &[S; N]) -> [S; STATES] {
-        let first = self.first_of_lines(N);
+    pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; STATES] {
+        let first = self.first_of_lines(x.len());
         std::array::from_fn(|place| x[first + place])
     }
 
     /// What flows in lines that are there.
-    pub(super) fn through_lines<S: Scalar, const N: usize>(
-        &self,
-        x: &[S; N],
-        supply: S,
-        gas: GasState<Pair<S>>,
-    ) -> LineFlows<S> {
+    pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
         let (states, mut rates) = (self.of_lines(x), [S::zero(); STATES]);
         let lines = &self.lines;
         let mut at_valve = gas;
@@ -222,7 +217,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         };
         let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
-        let Pair(distances) = self.lengths(x[State::Position.at(N)]);
+        let Pair(distances) = self.lengths(x[State::Position.at(x.len())]);
         for (side, line) in lines.hoses.iter().enumerate() {
             let Some(line) = line else { continue };
             let own = &states[side * HOSE..][..HOSE];
@@ -387,12 +382,7 @@ fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Writes the states of the lines and their rates, and returns the rest of the slots.
     #[inline(always)]
-    pub(super) fn write_lines<'s, S: Scalar, const N: usize>(
-        &self,
-        x: &[S; N],
-        rates: &[S; N],
-        slots: &'s mut [S],
-    ) -> &'s mut [S] {
+    pub(super) fn write_lines<'s, S: Scalar>(&self, x: &[S], rates: &[S], slots: &'s mut [S]) -> &'s mut [S] {
         let (own, rest) = slots.split_at_mut(2 * STATES);
         if EXTENDED && self.lines.are_used() {
             own[..STATES].copy_from_slice(&self.of_lines(x));

@@ -117,7 +117,7 @@ pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.
 #[inline(always)]
-fn of_actuator<S: Scalar, const N: usize>(x: &[S; N]) -> [S; STATES] {
+fn of_actuator<S: Scalar>(x: &[S]) -> [S; STATES] {
     std::array::from_fn(|place| x[place])
 }
 
@@ -304,14 +304,15 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     const LED: usize = STATES;
 
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
-        let u = &Inputs::read(u);
-        let mut rates = self.driven_rates(time, x, u, memory);
-        rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+        let mut rates = [S::zero(); N];
+        self.write_rates(time, x, u, memory, &mut rates);
         rates
     }
 
     fn driven(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> [f64; N] {
-        self.driven_rates(time, x, &Inputs::read(u), memory)
+        let mut rates = [0.0; N];
+        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
+        rates
     }
 
     fn jacobian(
@@ -398,7 +399,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {
         let [u, u_end] = u.map(Inputs::read);
-        let states = [x, end].map(of_actuator);
+        let states = [of_actuator(x), of_actuator(end)];
         self.piece(x, &u) == self.piece(end, &u_end)
             && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
             && self.is_gentle_at(end[State::Position.at(N)])

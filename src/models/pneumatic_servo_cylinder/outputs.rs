@@ -1,7 +1,7 @@
 //! The computed variables of the cylinder.
 
 use super::variables::{self, Inputs, Outputs, State, TABLE};
-use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::{MOST, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
 use crate::models::equations::Equations;
 use crate::numbers::{Pair, Scalar};
 use crate::variables::{Notice, Notices, Table};
@@ -14,24 +14,50 @@ impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCyl
     }
 
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
-        let u = &Inputs::read(u);
-        let rate = self.rate(x, memory);
+        self.write_outputs(time, x, &Inputs::read(u), memory, computed);
+    }
+
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        let own = State::of(reference).map(|state| state.at(N));
+        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(N) + place);
+        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(N) + place);
+        own.or_else(|| self.friction.state_at(reference))
+            .or_else(|| self.actuator.state_at(reference))
+            .or_else(of_lines)
+            .or_else(of_sensors)
+    }
+
+    fn notices(&self, u: &[f64; 3]) -> Notices {
+        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
+        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
+        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
+        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
+        [self.friction.law().notice(), low]
+    }
+}
+
+impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+    /// Writes the computed variables, of which the table has as many whatever the number of states.
+    // Compiled once for all these numbers.
+    #[inline(never)]
+    fn write_outputs<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &Memory, computed: &mut [S]) {
+        let (position, rate) = (x[State::Position.at(x.len())], self.rate(x, memory));
         let contact = self.contact(time, x, u, rate);
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);
         let gas = self.gas(x);
         let Pair([temperature_a, temperature_b]) = gas.temperature;
-        let mut rates = [S::zero(); N];
-        let inflow = self.flows(x, u.supply_pressure, gas, &mut rates);
-        let gas = self.gas_rates(gas, x[State::Position.at(N)], rate, inflow);
+        let rates = &mut [S::zero(); MOST][..x.len()];
+        let inflow = self.flows(x, u.supply_pressure, gas, rates);
+        let gas = self.gas_rates(gas, position, rate, inflow);
         let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
         let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;
         let Pair([temperature_rate_a, temperature_rate_b]) = gas.temperature;
         let outputs = Outputs {
-            position: x[State::Position.at(N)],
+            position,
             velocity: rate,
             acceleration,
-            rod_force: self.rod_force(acceleration, x[State::Position.at(N)], u.external_force),
+            rod_force: self.rod_force(acceleration, position, u.external_force),
             pressure_force: self.pressure_force(x),
             friction_force: friction.force,
             pressure_a: x[PRESSURE_A],
@@ -51,25 +77,7 @@ impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCyl
         let rest = outputs.write(computed);
         let rest = self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, rest);
         let rest = friction.write(rest);
-        let rest = self.write_lines(x, &rates, rest);
+        let rest = self.write_lines(x, rates, rest);
         self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, rest);
-    }
-
-    fn state_at(&self, reference: u32) -> Option<usize> {
-        let own = State::of(reference).map(|state| state.at(N));
-        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(N) + place);
-        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(N) + place);
-        own.or_else(|| self.friction.state_at(reference))
-            .or_else(|| self.actuator.state_at(reference))
-            .or_else(of_lines)
-            .or_else(of_sensors)
-    }
-
-    fn notices(&self, u: &[f64; 3]) -> Notices {
-        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
-        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
-        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
-        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
-        [self.friction.law().notice(), low]
     }
 }

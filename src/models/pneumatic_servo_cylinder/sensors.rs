@@ -4,7 +4,7 @@
 //! the position; a cylinder whose sensors have none has none of these.
 
 use super::variables::{Inputs, State};
-use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use super::{MOST, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use crate::hybrid::Sample;
 use crate::numbers::{Scalar, random};
 use crate::parameters;
@@ -154,18 +154,12 @@ impl Sensors {
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings<const N: usize>(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &Inputs<f64>,
-        memory: &mut super::Memory,
-    ) {
+    pub(super) fn take_readings(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &mut super::Memory) {
         if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
             return;
         }
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; N]);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; MOST]);
         let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
         self.sensors.sample(time, self.measured(x, u, acceleration), self.lagged(x), &mut memory.sensors);
     }
@@ -176,24 +170,24 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     /// The states of the sensors, 0 if they have none.
-    pub(super) fn lagged<S: Scalar, const N: usize>(&self, x: &[S; N]) -> [S; COUNT] {
+    pub(super) fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
         if self.sensors.states() == 0 {
             return [S::zero(); COUNT];
         }
-        std::array::from_fn(|place| x[Self::first_of_sensors(N) + place])
+        std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
     }
 
     /// What the sensors measure, at an acceleration of the carriage.
-    pub(super) fn measured<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
-        let position = x[State::Position.at(N)];
+    pub(super) fn measured<S: Scalar>(&self, x: &[S], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
+        let position = x[State::Position.at(x.len())];
         [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
     }
 
     /// Writes readings, states and their rates, and returns the rest of the slots.
     #[inline(always)]
-    pub(super) fn write_sensors<'s, S: Scalar, const N: usize>(
+    pub(super) fn write_sensors<'s, S: Scalar>(
         &self,
-        x: &[S; N],
+        x: &[S],
         quantities: [S; COUNT],
         memory: &Memory,
         slots: &'s mut [S],

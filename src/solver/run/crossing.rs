@@ -5,6 +5,7 @@ use crate::hybrid::HybridSystem;
 use crate::solver::counters::Counters;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
+use crate::solver::numbers;
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
@@ -16,13 +17,15 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     pub(super) fn dips_between(&self, h: f64, trial: &Trial<N>) -> bool {
         let slope = &self.linearisation.derivatives;
         // The parabola through the start, its slope, and the end, at half the step.
-        let middle = std::array::from_fn(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
+        let middle = numbers(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
         let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
         pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
     }
 
     /// Ends the step where the first indicator turns negative, and switches.
+    // Few steps end so: a function of its own, which leaves what all do short.
+    #[inline(never)]
     pub(super) fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(), StepError> {
         let (event, bracket, guess) = match self.first_crossing(h, trial, after) {
             Ok(crossing) => crossing,

@@ -69,7 +69,6 @@ impl Progress {
 }
 
 /// A running hybrid system.
-#[derive(Clone)]
 pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     system: H,
     settings: Settings,
@@ -231,14 +230,25 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// If the inputs set off events without end, those before the limit have happened. Where the run has paused before an
     /// event, nothing has happened yet.
     pub fn consistent<R>(&self, look: impl FnOnce(&[f64; N], &H::Memory) -> R) -> R {
-        if self.is_settled || self.pending.is_some() {
-            return look(&self.x, &self.memory);
-        }
+        let settled;
+        let (x, memory) = if self.is_settled || self.pending.is_some() {
+            (&self.x, &self.memory)
+        } else {
+            settled = self.settled();
+            (&settled.0, &settled.1)
+        };
+        look(x, memory)
+    }
+
+    /// States and memory after they have followed the present inputs, and the events that these set off.
+    // A function of its own, which is compiled once for all that look.
+    #[inline(never)]
+    fn settled(&self) -> ([f64; N], H::Memory) {
         let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
         let u = self.inputs.at(self.time);
         self.system.follow(self.time, &x, &u, &mut memory);
         let _ = crossing::settle(&self.system, self.time, &mut x, &u, &mut memory, &mut counters);
-        look(&x, &memory)
+        (x, memory)
     }
 
     /// Integrates to `end`.

@@ -2,12 +2,12 @@
 
 use super::{MAX_STEP, Run, Trial, smallest_step};
 use crate::hybrid::HybridSystem;
-use crate::numbers::Dual;
+use crate::numbers::{Dual, Scalar};
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::runge_kutta::Classical;
 use crate::solver::settings::Scheme;
-use crate::solver::{implicit_euler, rosenbrock, runge_kutta};
+use crate::solver::{implicit_euler, numbers, rosenbrock, runge_kutta};
 
 const SAFETY: f64 = 0.9;
 /// Fraction of the tolerance that an explicit step across a kink may use up.
@@ -30,6 +30,8 @@ pub(super) enum Nonsense {
 
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
+    // A function of its own: inlined, it would be optimised once more with what calls it.
+    #[inline(never)]
     pub(super) fn attempt(&mut self, limit: f64) -> Result<(), StepError> {
         let remaining = limit - self.time;
         self.choose(remaining);
@@ -110,12 +112,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         if self.settings.is_adaptive() && !is_explicit {
             here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian);
             self.counters.jacobians += 1;
-            here.time_slopes = (self.inputs.vary() || self.system.depends_on_time()).then(|| {
-                let time = Dual::<1>::variable(self.time, 0);
-                let u = std::array::from_fn(|i| Dual { value: u[i], slope: [self.inputs.slopes()[i]] });
-                let rates = self.system.derivatives(time, &self.x.map(scalar_constant), &u, &self.memory);
-                rates.map(|rate| rate.slope[0])
-            });
+            self.linearisation.time_slopes =
+                (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(&u));
         } else {
             let (x, memory) = (&self.x, &self.memory);
             let before = self.arrived_with.take();
@@ -124,6 +122,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             }
         }
         (self.is_linearised, self.arrived_with) = (true, None);
+    }
+
+    /// Partial derivatives of the states' rates with respect to time, under inputs that vary with it.
+    fn time_slopes(&self, u: &[f64; U]) -> [f64; N] {
+        let (mut x, mut inputs) = ([Dual::<1>::of(0.0); N], [Dual::of(0.0); U]);
+        for (number, value) in x.iter_mut().zip(self.x) {
+            number.value = value;
+        }
+        for (number, (value, slope)) in inputs.iter_mut().zip(u.iter().zip(self.inputs.slopes())) {
+            *number = Dual { value: *value, slope: [slope] };
+        }
+        let rates = self.system.derivatives(Dual::variable(self.time, 0), &x, &inputs, &self.memory);
+        numbers(|i| rates[i].slope[0])
     }
 
     /// The step of size `h` from here, if it leads to states that have a meaning.
@@ -170,7 +181,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let larger = |a: f64, b: f64| if a < b { b } else { a };
         // All states side by side, then the largest.
         let relative: [f64; N] =
-            std::array::from_fn(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
+            numbers(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
@@ -181,6 +192,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// A step that leads nowhere: a shorter one may not, unless the scheme has a fixed step and is explicit.
+    #[cold]
     fn reject_nonsense(&mut self, h: f64, nonsense: Nonsense) -> Result<(), StepError> {
         let reason = |run: &Self| match nonsense {
             Nonsense::Unsolvable => Rejection::Unsolvable,
@@ -195,6 +207,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes on with a step that is smaller by a factor, if the clock resolves it.
+    #[cold]
     pub(super) fn reject(
         &mut self,
         h: f64,
@@ -237,6 +250,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.follow();
     }
 
+    // Few runs keep one.
+    #[inline(never)]
     fn keep_balance(&mut self, end_time: f64, trial: &Trial<N>) {
         let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
@@ -244,10 +259,6 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
         self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);
     }
-}
-
-fn scalar_constant(value: f64) -> Dual<1> {
-    Dual { value, slope: [0.0] }
 }
 
 /// The fourth root, by correctly rounded square roots so that it has the same bits everywhere.
