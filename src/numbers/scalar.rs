@@ -11,9 +11,6 @@ use super::{Number, Tangent};
 ///
 /// Comparisons (`abs`, `max`, `clamp`, ...) look at the value only and hand on the derivative of the branch taken.
 pub trait Scalar: Number + AddAssign + SubAssign {
-    /// Whether these are plain numbers, without derivatives: those that steps take most of their time for.
-    const IS_PLAIN: bool = false;
-
     /// The value without its derivatives.
     fn value(self) -> f64;
     /// The number with a value and no derivatives.
@@ -106,8 +103,6 @@ impl<S: Scalar> Number for S {
 }
 
 impl Scalar for f64 {
-    const IS_PLAIN: bool = true;
-
     fn of(value: f64) -> Self {
         value
     }

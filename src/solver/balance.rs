@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::array;
 use super::event::Hermite;
-use super::numbers;
 use crate::hybrid::{Held, HybridSystem, QUANTITIES};
 
 /// The account of a run.
@@ -41,7 +41,7 @@ impl Balance {
 
     /// What a system holds beyond what it can hold by the account: the error of the integration.
     pub fn residual(&self, content: [f64; QUANTITIES]) -> [f64; QUANTITIES] {
-        numbers(|i| content[i] - self.initial[i] - self.received[i])
+        array(|i| content[i] - self.initial[i] - self.received[i])
     }
 
     /// Whether all amounts are finite numbers.

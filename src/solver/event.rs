@@ -1,6 +1,6 @@
 //! Finding where an indicator crosses zero within a step.
 
-use super::numbers;
+use super::array;
 
 /// The states within a step: the cubic through the values and derivatives at both ends.
 pub struct Hermite<'a, const N: usize> {
@@ -23,7 +23,7 @@ impl<const N: usize> Hermite<'_, N> {
         let value_weight = fraction * fraction * (3.0 - 2.0 * fraction);
         let start_weight = fraction * rest * rest * self.h;
         let end_weight = fraction * fraction * rest * self.h;
-        numbers(|i| {
+        array(|i| {
             self.start[i] + value_weight * (self.end[i] - self.start[i]) + start_weight * self.start_slope[i]
                 - end_weight * self.end_slope[i]
         })

@@ -2,8 +2,8 @@
 
 use nalgebra::SMatrix;
 
+use super::array;
 use super::linear::Inverse;
-use super::numbers;
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem};
 
@@ -31,7 +31,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     for _ in 0..MAX_ITERATIONS {
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
-        let residual = numbers(|i| (x[i] - end[i]) / h + derivatives[i]);
+        let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
         let change = Inverse::new(&jacobian, 1.0 / h, H::GROUPS)?.times(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];

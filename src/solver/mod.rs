@@ -20,13 +20,13 @@ pub use linear::Inverse;
 pub use run::{Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};
 
-/// Numbers made one by one from their indices: `std::array::from_fn`, which is many functions to compile for each place
-/// that calls it, and all of them for each system.
+/// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to
+/// compile, and all of them again for each system.
 #[inline(always)]
-fn numbers<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; N] {
-    let mut numbers = [0.0; N];
-    for (i, slot) in numbers.iter_mut().enumerate() {
+fn array<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; N] {
+    let mut array = [0.0; N];
+    for (i, slot) in array.iter_mut().enumerate() {
         *slot = number(i);
     }
-    numbers
+    array
 }

@@ -36,8 +36,6 @@ const ALPHA: [f64; 4] = [0.0, 0.386, 0.21, 0.63];
 const D: [f64; 4] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23];
 
 /// One step of size `h`; `None` if it leads nowhere.
-// A function of its own: inlined, it would be optimised once more with what calls it.
-#[inline(never)]
 pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,

@@ -1,6 +1,6 @@
 //! Explicit schemes, as tables of Butcher.
 
-use super::numbers;
+use super::array;
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem, Led};
 
@@ -41,7 +41,7 @@ impl Tableau {
         let mut end = *x;
         for (stage, (fraction, weight)) in self.times.iter().zip(self.weights).enumerate() {
             if stage > 0 {
-                let argument = numbers(|i| x[i] + fraction * h * slope[i]);
+                let argument = array(|i| x[i] + fraction * h * slope[i]);
                 let stage_time = time + fraction * h;
                 slope = system.derivatives(stage_time, &argument, &inputs.at(stage_time), memory);
             }
@@ -96,17 +96,17 @@ pub fn classical<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         let (at, u) = (time + fraction * h, inputs.at(time + fraction * h));
         if led.is_some() { system.driven(at, states, &u, memory) } else { system.derivatives(at, states, &u, memory) }
     };
-    let along = |fraction: f64, slope: &[f64; N]| numbers(|i| x[i] + fraction * h * slope[i]);
+    let along = |fraction: f64, slope: &[f64; N]| array(|i| x[i] + fraction * h * slope[i]);
     let first = derivatives;
     let second = rates(0.5, &placed(along(0.5, first), |led| &led.middle));
     let third = rates(0.5, &placed(along(0.5, &second), |led| &led.middle));
     let fourth = rates(1.0, &placed(along(1.0, &third), |led| &led.end));
     let sixth = h / 6.0;
-    let outer: [f64; N] = numbers(|i| first[i] + fourth[i]);
-    let inner: [f64; N] = numbers(|i| second[i] + third[i]);
-    let end = placed(numbers(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| &led.end);
+    let outer: [f64; N] = array(|i| first[i] + fourth[i]);
+    let inner: [f64; N] = array(|i| second[i] + third[i]);
+    let end = placed(array(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| &led.end);
     let slope = rates(1.0, &end);
-    let error = placed(numbers(|i| 0.5 * h * (fourth[i] - slope[i])), |led| &led.bend);
-    let bend = placed(numbers(|i| sixth * (outer[i] - inner[i])), |led| &led.bend);
+    let error = placed(array(|i| 0.5 * h * (fourth[i] - slope[i])), |led| &led.bend);
+    let bend = placed(array(|i| sixth * (outer[i] - inner[i])), |led| &led.bend);
     Classical { trial: Trial { end, error }, slope, bend }
 }

@@ -2,10 +2,10 @@
 
 use super::{Run, Trial, smallest_step};
 use crate::hybrid::HybridSystem;
+use crate::solver::array;
 use crate::solver::counters::Counters;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
-use crate::solver::numbers;
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
@@ -17,7 +17,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     pub(super) fn dips_between(&self, h: f64, trial: &Trial<N>) -> bool {
         let slope = &self.linearisation.derivatives;
         // The parabola through the start, its slope, and the end, at half the step.
-        let middle = numbers(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
+        let middle = array(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
         let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
         pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)

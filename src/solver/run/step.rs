@@ -7,7 +7,7 @@ use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::runge_kutta::Classical;
 use crate::solver::settings::Scheme;
-use crate::solver::{implicit_euler, numbers, rosenbrock, runge_kutta};
+use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
 
 const SAFETY: f64 = 0.9;
 /// Fraction of the tolerance that an explicit step across a kink may use up.
@@ -134,7 +134,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             *number = Dual { value: *value, slope: [slope] };
         }
         let rates = self.system.derivatives(Dual::variable(self.time, 0), &x, &inputs, &self.memory);
-        numbers(|i| rates[i].slope[0])
+        array(|i| rates[i].slope[0])
     }
 
     /// The step of size `h` from here, if it leads to states that have a meaning.
@@ -181,7 +181,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let larger = |a: f64, b: f64| if a < b { b } else { a };
         // All states side by side, then the largest.
         let relative: [f64; N] =
-            numbers(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
+            array(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
