@@ -62,6 +62,12 @@ impl FrictionContact {
         self.is_gentle
     }
 
+    /// Rate in 1/s at which the state of a law that has one relaxes; only for such a law the contact is worked out.
+    #[inline(always)]
+    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &Memory) -> f64 {
+        if self.count == 1 { self.law.relaxation(&contact(), &x[self.states()], memory) } else { 0.0 }
+    }
+
     /// Number of states of the law.
     pub fn count(&self) -> usize {
         self.count

@@ -58,6 +58,15 @@ pub struct Contact<S> {
     pub drive: Drive,
 }
 
+impl Contact<f64> {
+    /// The same contact for equations of other numbers, none of which varies.
+    pub fn held<S: Scalar>(&self) -> Contact<S> {
+        let Self { time, position, velocity, applied, level, drive } = *self;
+        let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(S::constant);
+        Contact { time, position, velocity, applied, level, drive }
+    }
+}
+
 /// A friction law: its parameters and its hybrid equations.
 ///
 /// The parameters are named relative to the group of the law; value references count from 0 and are never reused.
@@ -94,6 +103,12 @@ pub trait FrictionLaw: ParameterSet {
     /// settles within microseconds, or a line through zero velocity.
     fn is_gentle(&self) -> bool {
         false
+    }
+
+    /// Rate in 1/s at which the state of a law that has one relaxes towards where the motion leads it: minus the derivative
+    /// of its own rate by itself. It makes steps longer; none is less accurate for it.
+    fn relaxation(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &Self::Memory) -> f64 {
+        0.0
     }
 
     /// Number of continuous states, at most [`MAX_STATES`].

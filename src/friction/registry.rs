@@ -197,6 +197,11 @@ impl Friction {
         dispatch!(self, memory, |law, memory| force(law, contact, z, memory, rates))
     }
 
+    /// Rate in 1/s at which the state of a law that has one relaxes.
+    pub fn relaxation(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> f64 {
+        dispatch!(self, memory, |law, memory| law.relaxation(contact, z, memory))
+    }
+
     /// The event indicators in the present mode.
     #[inline(always)]
     pub fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> Indicators {

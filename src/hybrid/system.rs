@@ -35,6 +35,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.
     const LED: usize = 0;
 
+    /// A state that may relax within a step that is gentle otherwise.
+    const RELAXING: Option<usize> = None;
+
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
@@ -153,6 +156,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// the steps of an explicit method. It may be wrong for some parameters: then steps cost more, but are as accurate.
     fn is_gentle(&self, _x: &[f64; N]) -> bool {
         false
+    }
+
+    /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
+    /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of gentle steps only.
+    fn relaxation(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory) -> f64 {
+        0.0
     }
 
     /// Longest step in s of an explicit method. Beyond what is stable, errors of rounding would grow to the tolerance

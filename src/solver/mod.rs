@@ -8,6 +8,7 @@ mod error;
 mod event;
 mod implicit_euler;
 mod linear;
+mod relaxing;
 mod rosenbrock;
 mod run;
 mod runge_kutta;

@@ -10,6 +10,8 @@ mod states;
 mod table;
 mod unit;
 
+use std::fmt;
+
 pub use array::array_name;
 pub use declare::{Declaration, Field, ParameterSet, Tunable, declared, refused};
 pub use enumeration::{Choice, Enumeration};
@@ -256,28 +258,36 @@ impl Variable {
     /// # Errors
     /// [`ParameterError`] for a value that is not finite, out of range or no item of the enumeration.
     pub fn check(&self, value: f64) -> Result<(), ParameterError> {
-        let refuse = |reason: String| Err(ParameterError { variable: self.name.clone(), value, reason });
+        let refuse = |reason: fmt::Arguments| Err(self.refused(value, reason));
         if !value.is_finite() {
-            return refuse("it must be a finite number".to_owned());
+            return refuse(format_args!("it must be a finite number"));
         }
         if let Some(min) = self.min.filter(|min| value < *min) {
-            return refuse(format!("it must be at least {min}"));
+            return refuse(format_args!("it must be at least {min}"));
         }
         if let Some(max) = self.max.filter(|max| value > *max) {
-            return refuse(format!("it must be at most {max}"));
+            return refuse(format_args!("it must be at most {max}"));
         }
         if let Some(Chosen { of, .. }) = self.chooses
             && value != 0.0
             && !of.has(value)
         {
-            return refuse(format!("it must be 0 or the number of an item of {}", of.name));
+            return refuse(format_args!("it must be 0 or the number of an item of {}", of.name));
         }
         match self.kind {
-            Kind::Enumeration(of) if !of.has(value) => refuse(format!("it must be one of the items of {}", of.name)),
-            Kind::Integer if value.trunc() != value => refuse("it must be a whole number".to_owned()),
-            Kind::Integer if f64::from(value as i32) != value => refuse("integers have 32 bits".to_owned()),
-            Kind::Boolean if value != 0.0 && value != 1.0 => refuse("it must be 0 (false) or 1 (true)".to_owned()),
+            Kind::Enumeration(of) if !of.has(value) => {
+                refuse(format_args!("it must be one of the items of {}", of.name))
+            }
+            Kind::Integer if value.trunc() != value => refuse(format_args!("it must be a whole number")),
+            Kind::Integer if f64::from(value as i32) != value => refuse(format_args!("integers have 32 bits")),
+            Kind::Boolean if value != 0.0 && value != 1.0 => refuse(format_args!("it must be 0 (false) or 1 (true)")),
             _ => Ok(()),
         }
+    }
+
+    /// Apart from the check, which is made at every step.
+    #[cold]
+    fn refused(&self, value: f64, reason: fmt::Arguments) -> ParameterError {
+        ParameterError { variable: self.name.clone(), value, reason: reason.to_string() }
     }
 }

@@ -52,6 +52,10 @@ impl BristleLaw for ElastoPlastic {
         self.curve.check()
     }
 
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
+    }
+
     fn scale(&self) -> f64 {
         self.curve.static_force.value.max(1.0) / self.stiffness
     }

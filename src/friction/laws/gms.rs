@@ -55,6 +55,10 @@ impl FrictionLaw for Gms {
 
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()?;
         if self.share[..self.count].iter().all(|share| share.value == 0.0) {

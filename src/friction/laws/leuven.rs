@@ -120,6 +120,10 @@ impl BristleLaw for Leuven {
         self.curve.check()
     }
 
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
+    }
+
     fn scale(&self) -> f64 {
         self.curve.static_force.value.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
     }

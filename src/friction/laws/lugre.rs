@@ -48,6 +48,15 @@ impl BristleLaw for LuGre {
         self.curve.check()
     }
 
+    fn is_gentle(&self) -> bool {
+        self.curve.is_gentle()
+    }
+
+    fn relaxation(&self, contact: &Contact<f64>, _z: f64, _memory: &()) -> f64 {
+        let speed = contact.velocity.abs();
+        self.stiffness.value * speed / divisor(self.curve.at(speed, contact.level))
+    }
+
     fn scale(&self) -> f64 {
         self.curve.static_force.value.max(1.0) / self.stiffness
     }

@@ -51,6 +51,10 @@ impl FrictionLaw for MaxwellSlip {
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
     const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
 
+    fn is_gentle(&self) -> bool {
+        true
+    }
+
     fn start(&self, contact: &Contact<f64>) -> Memory {
         Memory { modes: Modes::default(), anchors: [contact.position; MAX_ELEMENTS] }
     }

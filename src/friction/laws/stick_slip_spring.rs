@@ -44,6 +44,10 @@ impl FrictionLaw for StickSlipSpring {
     const STICTION: Stiction = Stiction::Elastic;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
 
+    fn is_gentle(&self) -> bool {
+        true
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         check_forces(self.static_force, "Fc", self.coulomb_force)
     }

@@ -6,7 +6,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
-use crate::numbers::Scalar;
+use crate::numbers::{Dual, Scalar};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// A law whose friction is that of one bristle, which is without deflection at first.
@@ -31,6 +31,17 @@ pub trait BristleLaw: ParameterSet {
     /// The events that its parameters leave possible.
     fn events(&self) -> &'static [Event] {
         Self::EVENTS
+    }
+
+    /// Whether force and deflection change gently within a mode, but for a [relaxation](Self::relaxation) of the deflection.
+    fn is_gentle(&self) -> bool {
+        true
+    }
+
+    /// Rate in 1/s at which the deflection relaxes towards where the motion leads it.
+    fn relaxation(&self, contact: &Contact<f64>, z: f64, memory: &Self::Memory) -> f64 {
+        let (_, rate) = self.force(&contact.held(), Dual::<1>::variable(z, 0), memory);
+        -rate.slope[0]
     }
 
     /// Magnitude of the deflection in m, for error control.
@@ -70,6 +81,14 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
 
     fn states(&self) -> usize {
         1
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.0.is_gentle()
+    }
+
+    fn relaxation(&self, contact: &Contact<f64>, z: &[f64], memory: &L::Memory) -> f64 {
+        self.0.relaxation(contact, z[0], memory)
     }
 
     fn state_scale(&self) -> f64 {

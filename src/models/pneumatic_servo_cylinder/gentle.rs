@@ -1,7 +1,7 @@
 //! Where explicit steps may be taken: gentle equations, and their smooth pieces.
 
 use super::variables::Inputs;
-use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, State, of_actuator};
 use crate::numbers::Pair;
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
@@ -20,13 +20,17 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
     }
 
-    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, and the side of
-    /// [equal pressures](Self::has_kink_at_equal_pressures).
+    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, the side of
+    /// [equal pressures](Self::has_kink_at_equal_pressures), and the direction of a motion that bends bristles.
     #[inline(always)]
-    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool) {
+    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool, bool) {
         let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
         let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
-        (of_actuator, self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B])
+        (
+            of_actuator,
+            self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
+            x.len() > State::OTHERS && x[State::Velocity.at(x.len())] < 0.0,
+        )
     }
 
     /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have

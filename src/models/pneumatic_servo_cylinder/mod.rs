@@ -303,6 +303,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     const LED: usize = STATES;
 
+    const RELAXING: Option<usize> = if N > State::OTHERS { Some(State::FRICTION) } else { None };
+
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         self.write_rates(time, x, u, memory, &mut rates);
@@ -390,6 +392,11 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     fn is_gentle(&self, x: &[f64; N]) -> bool {
         self.is_gentle_at(x[State::Position.at(N)])
+    }
+
+    fn relaxation(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
+        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        self.friction.relaxation(contact, x, &memory.friction)
     }
 
     /// At equal pressures the flow through an open valve settles within some ten milliseconds.

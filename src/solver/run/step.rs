@@ -5,6 +5,7 @@ use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::Hermite;
+use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::Classical;
 use crate::solver::settings::Scheme;
 use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
@@ -143,12 +144,15 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let here = &self.linearisation;
         let trial = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
+                let relaxing =
+                    H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &inputs.at(time), memory), h));
+                let relaxing = relaxing.as_ref();
                 let Classical { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
                     let stride = self.strides.of(h, |size| system.stride(size));
                     let led = system.led(x, &inputs.at(time), memory, &stride);
-                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, Some(&led))
+                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, Some(&led), relaxing)
                 } else {
-                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, None)
+                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, None, relaxing)
                 };
                 (self.end_slope, self.bend) = (slope, bend);
                 trial

@@ -1,0 +1,136 @@
+//! Explicit steps of a state that relaxes within a step, as the bristle of a sliding contact does: exponential time
+//! differencing, in which a linear relaxation is exact, however fast it is.
+//!
+//! Krogstad (2005), Journal of Computational Physics 203(1):72-88. Without relaxation it is the classical method; for any
+//! rate its order is 4, so that the rate need not be exact.
+
+/// Share of a relaxation within a step below which the classical method is as good, and free of the differences of nearly
+/// equal numbers that the weights below take.
+const SLOW: f64 = 0.5;
+
+/// The weights of a step for a state that relaxes at a rate `r`, and that is driven by what its derivative is besides.
+#[derive(Clone, Copy, Debug)]
+pub struct Relaxing {
+    /// In 1/s.
+    rate: f64,
+    /// What half a step and the whole step leave of the state.
+    half: f64,
+    whole: f64,
+    /// Weight in s of the first drive in the second argument.
+    second: f64,
+    /// Weight in s of the change of the drive from the first stage to the second in the third argument.
+    third: f64,
+    /// Weights in s of the first drive, and of the change from the first stage to the third, in the fourth argument.
+    fourth: [f64; 2],
+    /// Weights in s of the first drive, of those in the middle, and of the fourth in the result.
+    result: [f64; 3],
+}
+
+impl Relaxing {
+    /// The weights for a rate in 1/s and a step of a size in s; `None` where the state is so slow that it needs none.
+    pub fn new(rate: f64, h: f64) -> Option<Self> {
+        let exponent = -rate * h;
+        if exponent.is_nan() || exponent > -SLOW {
+            return None;
+        }
+        let half_exponent = 0.5 * exponent;
+        let half = libm::exp(half_exponent);
+        let whole = half * half;
+        // The functions phi of exponential integrators: of half a step, and of the whole.
+        let half_1 = (half - 1.0) / half_exponent;
+        let half_2 = (half_1 - 1.0) / half_exponent;
+        let phi_1 = (whole - 1.0) / exponent;
+        let phi_2 = (phi_1 - 1.0) / exponent;
+        let phi_3 = (phi_2 - 0.5) / exponent;
+        Some(Self {
+            rate,
+            half,
+            whole,
+            second: 0.5 * h * half_1,
+            third: h * half_2,
+            fourth: [h * phi_1, 2.0 * h * phi_2],
+            result: [
+                h * (phi_1 - 3.0 * phi_2 + 4.0 * phi_3),
+                h * (2.0 * phi_2 - 4.0 * phi_3),
+                h * (4.0 * phi_3 - phi_2),
+            ],
+        })
+    }
+
+    /// What drives the state besides its relaxation.
+    pub fn drive(&self, state: f64, slope: f64) -> f64 {
+        slope + self.rate * state
+    }
+
+    /// The argument of the second stage.
+    pub fn second(&self, state: f64, first: f64) -> f64 {
+        self.half * state + self.second * first
+    }
+
+    /// The argument of the third stage, after that of the second.
+    pub fn third(&self, argument: f64, [first, second]: [f64; 2]) -> f64 {
+        argument + self.third * (second - first)
+    }
+
+    /// The argument of the fourth stage.
+    pub fn fourth(&self, state: f64, [first, third]: [f64; 2]) -> f64 {
+        self.whole * state + (self.fourth[0] * first + self.fourth[1] * (third - first))
+    }
+
+    /// The state at the end.
+    pub fn end(&self, state: f64, [first, second, third, fourth]: [f64; 4]) -> f64 {
+        let [outer, inner, last] = self.result;
+        self.whole * state + (outer * first + inner * (second + third) + last * fourth)
+    }
+
+    /// Its error: as in the classical method, three times the weight of the fourth stage is moved to the end.
+    pub fn error(&self, fourth: f64, end: f64) -> f64 {
+        3.0 * self.result[2] * (fourth - end)
+    }
+
+    /// By how much the drives in the middle differ from those at the ends.
+    pub fn bend(&self, [first, second, third, fourth]: [f64; 4]) -> f64 {
+        self.result[2] * (first + fourth - second - third)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step of `dx/dt = -rate*x + drive(t)` from 1.
+    fn step(rate: f64, h: f64, drive: impl Fn(f64) -> f64) -> f64 {
+        let relaxing = Relaxing::new(rate, h).expect("a fast state");
+        let drives = [0.0, 0.5, 0.5, 1.0].map(|fraction| drive(fraction * h));
+        relaxing.end(1.0, drives)
+    }
+
+    #[test]
+    fn linear_relaxation_is_exact_at_any_rate() {
+        for rate in [501.0, 5e3, 1e5, 1e9] {
+            let exact = |t: f64| 0.25 + 0.75 * (-rate * t).exp();
+            let found = step(rate, 1e-3, |_| 0.25 * rate);
+            assert!((found - exact(1e-3)).abs() < 1e-14, "{rate}: {found}");
+            let relaxing = Relaxing::new(rate, 1e-3).expect("a fast state");
+            let second = relaxing.second(1.0, 0.25 * rate);
+            assert!((second - exact(0.5e-3)).abs() < 1e-14, "{rate}: {second}");
+        }
+    }
+
+    /// `x = (t - 1/r)*b + (1 + b/r)*exp(-r*t)` for a drive `b*r*t`; and a parabola likewise.
+    #[test]
+    fn drive_that_is_a_parabola_in_time_is_exact() {
+        let (rate, h) = (7e3, 1e-3);
+        let particular = |t: f64| t * t - 2.0 * t / rate + 2.0 / (rate * rate);
+        let exact = particular(h) + (1.0 - particular(0.0)) * (-rate * h).exp();
+        let found = step(rate, h, |t| rate * t * t);
+        assert!((found - exact).abs() < 1e-15, "{found}, not {exact}");
+    }
+
+    #[test]
+    fn slow_states_and_those_that_run_away_need_no_weights() {
+        for rate in [0.0, 499.0, -1e6, f64::NAN] {
+            assert!(Relaxing::new(rate, 1e-3).is_none(), "{rate}");
+        }
+    }
+}
