@@ -62,3 +62,32 @@ fn default_bristle_is_passive() {
         }
     }
 }
+
+/// While it slides, a bristle relaxes up to a hundred million times a second; the carriage does nothing of that kind.
+#[test]
+fn sliding_bristle_of_any_stiffness_takes_one_explicit_step_a_millisecond() {
+    for stiffness in [1e6, 8e6, 1e8, 1e9] {
+        let mut run = Rig::cylinder("LuGre").set("friction.lugre.sigma0", stiffness).start().unwrap();
+        let (mut sliding, mut steps, mut jacobians) = (0.0, 0.0, 0.0);
+        for step in 0..1000 {
+            let time = f64::from(step) * 1e-3;
+            run.set("valveVoltage", 5.0 + 2.0 * (TAU * time).sin());
+            let before = ["velocity", "solver.steps", "solver.jacobians"].map(|name| run.get(name));
+            run.advance(time + 1e-3).unwrap();
+            let after = ["velocity", "solver.steps", "solver.jacobians"].map(|name| run.get(name));
+            // Away from the Stribeck effect, where a bristle follows the velocity within 1/r.
+            if before[0].abs().min(after[0].abs()) > 0.1 {
+                sliding += 1.0;
+                steps += after[1] - before[1];
+                jacobians += after[2] - before[2];
+                let expected = (8.3 + 30.0 * after[0].abs()).copysign(after[0]);
+                assert!((run.get("frictionForce") - expected).abs() < 1e-3, "{stiffness} at {time} s");
+            }
+        }
+        // A step more where the valve or the end of a stop has a kink.
+        assert!(
+            sliding > 500.0 && steps < 1.1 * sliding && jacobians == 0.0,
+            "{stiffness}: {sliding}, {steps}, {jacobians}"
+        );
+    }
+}

@@ -22,6 +22,10 @@ pub struct FrictionContact {
     follows: bool,
     /// Whether the force changes gently within a mode.
     is_gentle: bool,
+    /// Whether any mode of the law can end.
+    has_events: bool,
+    /// Longest step in s the solver may take.
+    max_step: f64,
     /// Index of the first state of the law among the states of the model.
     first: usize,
     /// Number of states of the law.
@@ -35,8 +39,19 @@ impl FrictionContact {
     /// value reference.
     pub fn new(law: Friction, drive: Drive, first: usize, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
-        let (follows, is_gentle) = (law.follows(drive), law.is_gentle());
-        Self { drive, holds_exactly, follows, is_gentle, count: law.states(), law, first, references }
+        // What the solver asks at every step is kept, since to ask the law takes longer.
+        Self {
+            drive,
+            holds_exactly,
+            follows: law.follows(drive),
+            is_gentle: law.is_gentle(),
+            has_events: !law.events().is_empty(),
+            max_step: law.max_step(),
+            count: law.states(),
+            law,
+            first,
+            references,
+        }
     }
 
     /// The law.
@@ -132,7 +147,7 @@ impl FrictionContact {
 
     /// Whether any mode of the law can end.
     pub fn has_events(&self) -> bool {
-        !self.law.events().is_empty()
+        self.has_events
     }
 
     /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
@@ -168,7 +183,7 @@ impl FrictionContact {
     /// Longest step in s the solver may take.
     #[inline(always)]
     pub fn max_step(&self) -> f64 {
-        self.law.max_step()
+        self.max_step
     }
 
     /// Whether the force depends on time otherwise than through contact and states.

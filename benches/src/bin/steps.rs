@@ -1,10 +1,10 @@
 //! Runs communication steps of 1 ms with a fresh input: `steps <law> <number> [<parameter>=<value> ...]`, for a profiler
-//! that counts instructions.
+//! that counts instructions. The voltages are worked out beforehand, always as many: the sine of a host is no part of a step.
 
 use std::env;
 use std::process::ExitCode;
 
-use benchmark::case::{Case, STEP, voltage};
+use benchmark::case::{Case, DURATION, STEP, voltage};
 use benchmark::host::Host;
 
 fn main() -> ExitCode {
@@ -18,8 +18,10 @@ fn main() -> ExitCode {
         case = case.with(name, value);
     }
     let mut host = Host::start(&case, 1e-6);
-    for index in 0..number {
-        host.step(voltage(f64::from(index) * STEP), STEP);
+    let rows = (DURATION / STEP).round() as u32;
+    let voltages: Vec<f64> = (0..rows).map(|index| voltage(f64::from(index) * STEP)).collect();
+    for voltage in voltages.iter().cycle().take(number as usize) {
+        host.step(*voltage, STEP);
     }
     ExitCode::SUCCESS
 }
