@@ -7,7 +7,7 @@ use super::law::{Contact, Drive, MAX_STATES, StateKind, Stiction};
 use super::registry::{Friction, Memory};
 use super::states;
 use crate::hybrid::Sample;
-use crate::numbers::Scalar;
+use crate::numbers::{Dual, Scalar};
 
 /// A friction law and the place of its states; a model may hold several.
 ///
@@ -77,10 +77,34 @@ impl FrictionContact {
         self.is_gentle
     }
 
+    /// Whether the law has one state, which may relax.
+    #[inline(always)]
+    pub fn relaxes(&self) -> bool {
+        self.count == 1
+    }
+
     /// Rate in 1/s at which the state of a law that has one relaxes; only for such a law the contact is worked out.
     #[inline(always)]
     pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &Memory) -> f64 {
-        if self.count == 1 { self.law.relaxation(&contact(), &x[self.states()], memory) } else { 0.0 }
+        if self.relaxes() { self.law.relaxation(&contact(), &x[self.states()], memory) } else { 0.0 }
+    }
+
+    /// Stiffness in N/m and damping in N.s/m of the contact at rest, before anything slides, at load level 1.
+    pub fn resistance(&self) -> [f64; 2] {
+        let (time, position, velocity, applied, level) = (0.0, 0.0, 0.0, 0.0, 1.0);
+        let still = Contact { time, position, velocity, applied, level, drive: self.drive };
+        let memory = self.law.start(&still);
+        let mut rates = [Dual::<1>::of(0.0); MAX_STATES];
+        let mut slope = |contact: Contact<Dual<1>>, states: [Dual<1>; MAX_STATES]| {
+            rates.fill(Dual::of(0.0));
+            let force = self.law.force(&contact, &states[..self.count], &memory, &mut rates[..self.count]);
+            (force.slope[0], rates)
+        };
+        let unit = Dual::variable(0.0, 0);
+        let (damping, bending) = slope(Contact { velocity: unit, ..still.held() }, [Dual::of(0.0); MAX_STATES]);
+        let bent = bending.map(|rate| Dual { value: 0.0, slope: rate.slope });
+        let (stiffness, _) = slope(Contact { position: unit, ..still.held() }, bent);
+        [stiffness, damping]
     }
 
     /// Number of states of the law.

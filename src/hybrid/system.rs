@@ -164,9 +164,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         0.0
     }
 
-    /// Longest step in s of an explicit method. Beyond what is stable, errors of rounding would grow to the tolerance
+    /// Longest step in s of an explicit method from these states. Beyond what is stable, errors of rounding would grow to the tolerance
     /// where nothing moves.
-    fn longest_gentle_step(&self) -> f64 {
+    fn longest_gentle_step(&self, _x: &[f64; N]) -> f64 {
         f64::INFINITY
     }
 

@@ -67,6 +67,11 @@ impl BristleLaw for Dahl {
         if self.is_brittle() { Self::EVENTS } else { &[] }
     }
 
+    /// The slope of a brittle contact is infinite at the limit.
+    fn is_gentle(&self) -> bool {
+        !self.is_brittle()
+    }
+
     fn scale(&self) -> f64 {
         self.coulomb_force.value.max(1.0) / self.stiffness
     }

@@ -2,7 +2,39 @@
 
 use super::variables::Inputs;
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, State, of_actuator};
+use crate::friction::FrictionContact;
 use crate::numbers::Pair;
+
+/// Longest explicit step in s. At equal pressures the flow through an open valve settles within some ten milliseconds.
+const LONGEST: f64 = 0.01;
+/// Product of the rate of a swing or a relaxation and the step size below which the classical method damps it.
+const STABLE: f64 = 2.5;
+
+/// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GentleSteps {
+    /// Longest step in s while they hold.
+    at_rest: f64,
+    /// Speed in m/s from which on a bristle relaxes faster than the carriage swings.
+    slipping: f64,
+}
+
+impl GentleSteps {
+    /// Those of a friction law under a mass in kg.
+    pub(super) fn new(friction: &FrictionContact, mass: f64) -> Self {
+        let [stiffness, damping] = friction.resistance();
+        let swing = (stiffness.max(0.0) / mass).sqrt();
+        let slipping = if friction.relaxes() { 2.0 * swing * friction.state_scale() } else { f64::INFINITY };
+        let at_rest = STABLE / (swing + damping.max(0.0) / mass);
+        Self { at_rest: if at_rest < LONGEST { at_rest } else { LONGEST }, slipping }
+    }
+
+    /// Longest step in s at a velocity in m/s.
+    #[inline(always)]
+    pub(super) fn longest(&self, velocity: f64) -> f64 {
+        if velocity.abs() < self.slipping { self.at_rest } else { LONGEST }
+    }
+}
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     /// Whether the equations are gentle at a position in m: away from the stops, which are stiff, and without parts of which

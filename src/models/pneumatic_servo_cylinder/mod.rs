@@ -29,6 +29,7 @@ use std::f64::consts::PI;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
+use self::gentle::GentleSteps;
 use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
@@ -97,6 +98,8 @@ pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
     dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
     carriage_weight: f64,
+    /// How long explicit steps may be.
+    gentle: GentleSteps,
 }
 
 /// Modes and memories of the cylinder.
@@ -223,7 +226,9 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
             },
         };
         let slope = GRAVITY * libm::sin(p.incline);
+        let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
         Self {
+            gentle: GentleSteps::new(&friction, p.moving_mass),
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),
@@ -234,7 +239,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
                 clearances: [0, 1].map(|side| chambers.dead_volumes[side] / chambers.areas[side]),
             },
-            friction: FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT),
+            friction,
             per_mass: 1.0 / p.moving_mass,
             dead_load: p.wire_force + p.moving_mass * slope,
             carriage_weight: p.carriage_mass * slope,
@@ -399,9 +404,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.relaxation(contact, x, &memory.friction)
     }
 
-    /// At equal pressures the flow through an open valve settles within some ten milliseconds.
-    fn longest_gentle_step(&self) -> f64 {
-        0.01
+    fn longest_gentle_step(&self, x: &[f64; N]) -> f64 {
+        self.gentle.longest(x[State::Velocity.at(N)])
     }
 
     fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {

@@ -92,7 +92,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let before = self.is_explicit;
         self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle(&self.x);
         if self.is_explicit {
-            self.step = self.choice.choose(self.step.min(self.system.longest_gentle_step()), remaining);
+            self.step = self.choice.choose(self.step.min(self.system.longest_gentle_step(&self.x)), remaining);
             self.is_explicit = !self.choice.is_implicit();
         }
         self.is_linearised &= self.is_explicit == before;
