@@ -1,7 +1,8 @@
 """Measures the Python package against what it replaces, as ratios within one run.
 
 - `simulate` with a fresh voltage each millisecond, against the same loop through FMPy's FMU2Slave and in Rust;
-- `simulate_many` on all cores against one, with 0.5 s per roll-out;
+- `simulate_many` on all cores against one, with 0.5 s per roll-out, and beside it as many processes that share nothing:
+  what the machine gives;
 - plant steps a second and core of the vector environment with 1,024 plants;
 - a fit of five parameters to 10 s of a rig, from its start to its intervals.
 
@@ -12,9 +13,11 @@ Usage: python benches/python_package.py [target/fmu/PneumaticServoCylinder.fmu]
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import subprocess
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import gymnasium
@@ -26,6 +29,7 @@ from pneumatic_servo.model import available_cores
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP, STEPS = 1e-3, 3000
+ROLL_OUTS = 2000
 TIMES = np.arange(STEPS) * STEP
 VOLTAGES = 5.0 + 2.0 * np.sin(2.0 * np.pi * TIMES)
 
@@ -40,9 +44,13 @@ def best(work: Callable[[], object], repetitions: int = 15) -> float:
     return min(times)
 
 
-def in_turns(works: Sequence[Callable[[], object]], repetitions: int = 7) -> list[float]:
-    """The shortest time in s of each; they take turns, so that all of them meet the same machine."""
-    return [min(times) for times in zip(*([best(work, 1) for work in works] for _ in range(repetitions)), strict=True)]
+def ratios(works: Sequence[Callable[[], object]], repetitions: int = 15) -> np.ndarray:
+    """How many times longer the first takes than each of the others.
+
+    They take turns, so that both of a ratio meet the same machine, and the median of the turns counts.
+    """
+    times = np.array([[best(work, 1) for work in works] for _ in range(repetitions)])
+    return np.median(times[:, :1] / times[:, 1:], axis=0)
 
 
 def main() -> None:
@@ -56,8 +64,14 @@ def main() -> None:
     print(f"FMPy / package: {host / package:.1f} (at least 8)")
     print(f"package / Rust: {package / rust:.2f} (at most 1.3)")
     cores = available_cores()
-    one, all_of_them = in_turns([lambda: many(1), lambda: many(cores)])
-    print(f"{cores} cores are {one / all_of_them / cores:.2f} times as fast for each as one (at least 0.9)")
+    with ProcessPoolExecutor(cores, multiprocessing.get_context("spawn")) as processes:
+
+        def apart() -> None:
+            list(processes.map(many_on_one_thread, [ROLL_OUTS // cores] * cores))
+
+        apart()
+        threads, separate = ratios([lambda: many(1), lambda: many(cores), apart]) / cores
+    print(f"{cores} cores are {threads:.2f} times as fast for each as one (at least 0.9); as processes {separate:.2f}")
     print(f"vector environment: {1e-6 * steps_a_second(1):.2f} million steps a second on one core (at least 1)")
     elapsed, processor = fit()
     print(f"a fit of five parameters to 10 s of a rig: {elapsed:.1f} s (at most 10), {processor:.1f} s on the cores")
@@ -68,9 +82,13 @@ def simulate() -> ps.Run:
     return PLANT.simulate(inputs=inputs, stop=STEPS * STEP, step=STEP, outputs=["position"])
 
 
-def many(workers: int) -> ps.Runs:
+def many_on_one_thread(number: int) -> None:
+    many(1, number)
+
+
+def many(workers: int, number: int = ROLL_OUTS) -> ps.Runs:
     return PLANT.simulate_many(
-        number=2000,
+        number=number,
         inputs={"valveVoltage": (TIMES, VOLTAGES)},
         stop=0.5,
         step=STEP,
