@@ -84,7 +84,7 @@ fn sliding_bristle_of_any_stiffness_takes_one_explicit_step_a_millisecond() {
                 assert!((run.get("frictionForce") - expected).abs() < 1e-3, "{stiffness} at {time} s");
             }
         }
-        // A step more where the valve or the end of a stop has a kink.
+        // A step more where the valve has a kink.
         assert!(
             sliding > 500.0 && steps < 1.1 * sliding && jacobians == 0.0,
             "{stiffness}: {sliding}, {steps}, {jacobians}"

@@ -92,10 +92,6 @@ fn saturated_bristle_follows_a_level_that_changes_in_bounded_work() {
                     farthest = farthest.max((plant.get("frictionForce").unwrap() - limit).abs());
                 }
             }
-            println!(
-                "n {exponent} {} sliding {sliding} lowest {lowest} highest {highest} farthest {farthest} done {before}",
-                changes[0].0
-            );
             assert!(sliding > 100 && highest > 1.2 * lowest, "{sliding} ms between {lowest} and {highest} N");
             assert!(farthest < 3e-4, "n = {exponent}: {farthest} N from its limit");
         }

@@ -1,7 +1,7 @@
 //! Explicit steps of a state that relaxes within a step, as the bristle of a sliding contact does: exponential time
 //! differencing, in which a linear relaxation is exact, however fast it is.
 //!
-//! Krogstad (2005), Journal of Computational Physics 203(1):72-88. Without relaxation it is the classical method; for any
+//! Krogstad (2005), Journal of Computational Physics. Without relaxation it is the classical method; for any
 //! rate its order is 4, so that the rate need not be exact.
 
 /// Share of a relaxation within a step below which the classical method is as good, and free of the differences of nearly
