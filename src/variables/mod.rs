@@ -258,7 +258,7 @@ impl Variable {
     /// # Errors
     /// [`ParameterError`] for a value that is not finite, out of range or no item of the enumeration.
     pub fn check(&self, value: f64) -> Result<(), ParameterError> {
-        let refuse = |reason: fmt::Arguments| Err(self.refused(value, reason));
+        let refuse = |reason: fmt::Arguments| Err(self.refusal(value, reason));
         if !value.is_finite() {
             return refuse(format_args!("it must be a finite number"));
         }
@@ -285,9 +285,9 @@ impl Variable {
         }
     }
 
-    /// Apart from the check, which is made at every step.
+    /// Why a value is refused: apart from the check, which is made at every step.
     #[cold]
-    fn refused(&self, value: f64, reason: fmt::Arguments) -> ParameterError {
-        ParameterError { variable: self.name.clone(), value, reason: reason.to_string() }
+    fn refusal(&self, value: f64, reason: fmt::Arguments) -> ParameterError {
+        ParameterError::new(&self.name, value, &reason.to_string())
     }
 }

@@ -8,7 +8,7 @@ impl Instance {
     pub(super) fn tell_notices(&mut self) -> Result<(), Failure> {
         let notices = self.run.notices(self.layout, &self.record)?;
         // As a rule there are none, and were none.
-        if [&notices, &self.notices].iter().all(|all| all.iter().all(Option::is_none)) {
+        if notices.iter().chain(&self.notices).all(Option::is_none) {
             return Ok(());
         }
         for (known, notice) in self.notices.iter().zip(&notices) {
