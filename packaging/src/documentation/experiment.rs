@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, anyhow};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{DisplayUnit, Kind, Variable};
 
@@ -16,6 +17,14 @@ const LINE: RGBColor = RGBColor(213, 220, 228);
 const WIDTH: u32 = 1720;
 const PANEL_HEIGHT: u32 = 250;
 const FONT: (&str, i32) = ("sans-serif", 26);
+/// What is left of the axes, for their labels, and right of them.
+const LEFT: u32 = 150;
+const RIGHT: u32 = 30;
+/// What is above the axes, and what the names of several curves take there.
+const ABOVE: u32 = 16;
+const NAMES: u32 = 34;
+/// The length of the line that stands before a name.
+const SAMPLE: i32 = 40;
 
 /// A section with the figure.
 ///
@@ -78,6 +87,8 @@ fn draw(times: &[f64], panels: &[(&str, Vec<&Curve>)]) -> Result<String> {
     let height = PANEL_HEIGHT * panels.len() as u32 + 50;
     {
         let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
+        // The ink is dark, and so is the background of some viewers.
+        area.fill(&WHITE)?;
         for (index, ((label, curves), area)) in panels.iter().zip(area.split_evenly((panels.len(), 1))).enumerate() {
             draw_panel(times, label, curves, &area, index + 1 == panels.len()).map_err(|error| anyhow!("{error}"))?;
         }
@@ -98,15 +109,14 @@ fn draw_panel(
     let values = curves.iter().flat_map(|(_, values)| values);
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
     let margin = (0.06 * (high - low)).max(1e-9 * high.abs().max(1.0));
-    // The names of several curves stand above them.
-    let names = if panel.len() > 1 { 0.32 * panel.len() as f64 * (high - low) } else { 0.0 };
+    let has_names = panel.len() > 1;
     let end = times.last().copied().unwrap_or(1.0);
     let mut chart = ChartBuilder::on(area)
-        .margin_top(16)
-        .margin_right(30)
-        .set_label_area_size(LabelAreaPosition::Left, 150)
+        .margin_top(if has_names { ABOVE + NAMES } else { ABOVE })
+        .margin_right(RIGHT)
+        .set_label_area_size(LabelAreaPosition::Left, LEFT)
         .set_label_area_size(LabelAreaPosition::Bottom, if is_last { 70 } else { 36 })
-        .build_cartesian_2d(0.0..end, low - margin..high + margin + names)?;
+        .build_cartesian_2d(0.0..end, low - margin..high + margin)?;
     chart
         .configure_mesh()
         .x_labels(7)
@@ -121,22 +131,28 @@ fn draw_panel(
         .y_desc(format!("{label} ({})", unit_name(panel[0].variable)))
         .draw()?;
     // The curve that is looked at comes last in its list, on top and in the first colour.
-    for ((curve, values), colour) in curves.iter().zip(COLOURS.iter().take(panel.len()).rev()) {
+    for ((_, values), colour) in curves.iter().zip(COLOURS.iter().take(panel.len()).rev()) {
         let points = times.iter().copied().zip(values.iter().copied());
-        let series = chart.draw_series(LineSeries::new(points, colour.stroke_width(3)))?;
-        let colour = *colour;
-        series
-            .label(curve.variable.name.clone())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 40, y)], colour.stroke_width(3)));
+        chart.draw_series(LineSeries::new(points, colour.stroke_width(3)))?;
     }
-    if panel.len() > 1 {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .legend_area_size(50)
-            .background_style(WHITE.mix(0.8))
-            .label_font((FONT.0, FONT.1, &INK))
-            .draw()?;
+    if has_names {
+        draw_names(panel.iter().rev().map(|curve| &*curve.variable.name).zip(&COLOURS), area)?;
+    }
+    Ok(())
+}
+
+/// The names of curves, each after a line in its colour, in a row above the axes, where they hide nothing.
+fn draw_names<'a>(
+    names: impl Iterator<Item = (&'a str, &'a RGBColor)>,
+    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let style = TextStyle::from(FONT).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    let width = (WIDTH - LEFT - RIGHT) as i32 / COLOURS.len() as i32;
+    let y = ABOVE as i32;
+    for (place, (name, colour)) in (0..).zip(names) {
+        let x = LEFT as i32 + place * width;
+        area.draw(&PathElement::new([(x, y), (x + SAMPLE, y)], colour.stroke_width(3)))?;
+        area.draw(&Text::new(name, (x + SAMPLE + 10, y), style.clone()))?;
     }
     Ok(())
 }
@@ -157,6 +173,10 @@ mod tests {
         for model in models::ALL {
             let section = section(model)?;
             assert!(section.contains("<polyline"), "{}", model.name);
+            let several = model.experiment.panels.iter().filter(|panel| panel.curves.len() > 1);
+            for name in several.flat_map(|panel| panel.curves) {
+                assert!(section.contains(&format!(">\n{name}\n</text>")), "{}: {name}", model.name);
+            }
             assert_eq!(section, super::section(model)?);
         }
         Ok(())
