@@ -20,6 +20,8 @@ const FONT: (&str, i32) = ("sans-serif", 26);
 /// What is left of the axes, for their labels, and right of them.
 const LEFT: u32 = 150;
 const RIGHT: u32 = 30;
+/// Beside the labels of the axes, for the height of their letters.
+const BORDER: u32 = 8;
 /// What is above the axes, and what the names of several curves take there.
 const ABOVE: u32 = 16;
 const NAMES: u32 = 34;
@@ -114,7 +116,8 @@ fn draw_panel(
     let mut chart = ChartBuilder::on(area)
         .margin_top(if has_names { ABOVE + NAMES } else { ABOVE })
         .margin_right(RIGHT)
-        .set_label_area_size(LabelAreaPosition::Left, LEFT)
+        .margin_left(BORDER)
+        .set_label_area_size(LabelAreaPosition::Left, LEFT - BORDER)
         .set_label_area_size(LabelAreaPosition::Bottom, if is_last { 70 } else { 36 })
         .build_cartesian_2d(0.0..end, low - margin..high + margin)?;
     chart
