@@ -138,11 +138,11 @@ impl Chambers {
                 let energy = carried * (HEAT_RATIO * GAS_CONSTANT) + heat * (HEAT_RATIO - 1.0) - work * HEAT_RATIO;
                 let pressure = energy * per_volume;
                 let density_growth = (mass_flow * t * GAS_CONSTANT - work) * per_volume;
-                ChamberRates { pressure, temperature: t * (pressure - density_growth) / p, mass_flow }
+                ChamberRates { pressure, temperature: (pressure - density_growth) * (t / p), mass_flow }
             }
             Thermal::Polytropic { exponent, .. } => {
                 let pressure = (mass_flow * t * GAS_CONSTANT - p * volume_rate) * exponent * per_volume;
-                let temperature = t * pressure / p * ((exponent - 1.0) / exponent);
+                let temperature = pressure * (t / p) * ((exponent - 1.0) / exponent);
                 ChamberRates { pressure, temperature, mass_flow }
             }
             Thermal::PolytropicServo { exponent } => {

@@ -1,7 +1,7 @@
 //! The LuGre bristle.
 
 use crate::friction::law::Contact;
-use crate::friction::parts::curve::StribeckCurve;
+use crate::friction::parts::curve::{StribeckCurve, faded};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
@@ -65,7 +65,7 @@ impl BristleLaw for LuGre {
         let v = contact.velocity;
         let limit = self.curve.at(v.abs(), contact.level);
         let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
-        let decay = (-(v / self.damping_velocity).powf(2.0)).exp();
+        let decay = faded((v / self.damping_velocity).powf(2.0));
         (z * self.stiffness + decay * rate * self.damping + v * self.viscous, rate)
     }
 }

@@ -62,9 +62,19 @@ impl StribeckCurve {
     }
 
     /// What is left of the static excess at a speed.
+    #[inline(always)]
     pub fn decay<S: Scalar>(&self, speed: S) -> S {
-        (-(speed / self.stribeck_velocity).pow(self.exponent)).exp()
+        faded((speed / self.stribeck_velocity).pow(self.exponent))
     }
+}
+
+/// `exp(-distance)`, and 0 where that is less than rounding leaves of 1: a carriage on its way is far from there as a rule,
+/// and need not ask for it.
+#[inline(always)]
+pub fn faded<S: Scalar>(distance: S) -> S {
+    /// `exp(-40) = 4e-18`.
+    const FAR: f64 = 40.0;
+    if distance.value() > FAR { S::zero() } else { (-distance).exp() }
 }
 
 #[cfg(test)]
@@ -89,6 +99,15 @@ mod tests {
             let curve = curve([2.0, 1.0, 0.01, exponent]);
             assert!((curve.at(0.01, 1.0) - 1.0 - (-1.0f64).exp()).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn what_has_faded_is_below_the_rounding_of_one() {
+        for distance in [0.0, 1.0, 39.9, 40.0, 40.1, 800.0] {
+            let error = faded(distance) - (-distance).exp();
+            assert!(error.abs() <= f64::EPSILON * (-distance).exp() + f64::EPSILON / 50.0, "{distance}: {error}");
+        }
+        assert!(faded(f64::NAN).is_nan(), "what is no number stays none");
     }
 
     #[test]
