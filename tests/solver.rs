@@ -1,5 +1,7 @@
 //! The hybrid solver on problems with closed solutions, none of which is a cylinder.
 
+use std::cell::Cell;
+
 use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Scalar;
 use pneumatic_servo::solver::{Rejection, Run, Scheme, Settings, StepError};
@@ -185,6 +187,66 @@ fn gentle_equations_need_no_jacobian() {
         assert!(error < 100.0 * tolerance, "{error} at {tolerance}");
         assert_eq!(run.counters().jacobians, 0, "{:?} at {tolerance}", run.counters());
     }
+}
+
+/// `x'' = -x`, gentle, that counts its evaluations.
+struct Evaluated(Cell<u32>);
+
+impl HybridSystem<2, 1> for Evaluated {
+    type Memory = ();
+    type Indicators = [f64; 0];
+    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &()) -> [S; 2] {
+        self.0.update(|count| count + 1);
+        [x[1], -x[0]]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut ()) {}
+    fn scales(&self) -> [f64; 2] {
+        [1.0; 2]
+    }
+    fn is_gentle(&self, _: &[f64; 2]) -> bool {
+        true
+    }
+    fn fits(&self, _memory: &()) -> bool {
+        true
+    }
+}
+
+/// Steps of 0.02, which the midpoint rule takes with two evaluations where the tolerance allows an error of some 1e-6 in
+/// each, the classical method with four; and one more since communication points begin anew. Its error over 10 s is
+/// `10*h^2/6`: 6.7e-4.
+#[test]
+fn loose_tolerance_spares_evaluations_in_short_steps() {
+    for (tolerance, each, error) in [(1e-5, 5, 1e-6), (1e-4, 3, 7e-4)] {
+        let system = Evaluated(Cell::new(0));
+        let mut run = Run::new(system, Settings { tolerance, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
+        let mut before = 0;
+        for point in 1..=500 {
+            // The classical method begins with short steps.
+            before = if point == 10 { run.system().0.get() } else { before };
+            run.advance(0.02 * f64::from(point)).unwrap();
+        }
+        let (x, ()) = run.state();
+        let found = (x[0] - 10.0f64.cos()).hypot(x[1] + 10.0f64.sin());
+        assert!(found < error, "{found} at {tolerance}");
+        assert_eq!(run.system().0.get() - before, 491 * each, "at {tolerance}");
+    }
+}
+
+/// Where steps are too long for it, the midpoint rule is tried now and then: in one communication step of seven or so.
+#[test]
+fn midpoint_rule_leaves_long_steps_to_the_classical_method() {
+    let settings = Settings { tolerance: 1e-4, ..ADAPTIVE };
+    let mut run = Run::new(Oscillator { is_gentle: true }, settings, 0.0, [1.0, 0.0], (), [0.0]);
+    for point in 1..=500 {
+        run.advance(0.2 * f64::from(point)).unwrap();
+    }
+    let (x, ()) = run.state();
+    let error = (x[0] - 100.0f64.cos()).hypot(x[1] + 100.0f64.sin());
+    assert!(error < 0.01, "{error}, more than the tolerance of 1e-4 for each of 100 s");
+    assert!(run.counters().rejected <= 75, "{:?}", run.counters());
 }
 
 /// An explicit method is stable up to steps of some 3 us here, which would take 350 000 of them: the implicit one takes

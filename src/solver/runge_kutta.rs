@@ -54,83 +54,127 @@ impl Tableau {
     }
 }
 
-/// A step of the classical method, and what is to be known of it besides.
-pub struct Classical<const N: usize> {
+/// A step of an explicit method: from where, and how far.
+pub struct Stages<'a, H: HybridSystem<N, U>, const N: usize, const U: usize> {
+    /// The system.
+    pub system: &'a H,
+    /// Time in s at its start.
+    pub time: f64,
+    /// States at its start.
+    pub x: &'a [f64; N],
+    /// The inputs.
+    pub inputs: &'a Held<U>,
+    /// The memory.
+    pub memory: &'a H::Memory,
+    /// Derivatives at its start.
+    pub first: &'a [f64; N],
+    /// Its size in s.
+    pub h: f64,
+    /// States that follow held inputs alone are those of their closed form in every stage, if it is given. Their derivatives
+    /// are then left to [`HybridSystem::refresh`].
+    pub led: Option<&'a Led<[f64; N]>>,
+}
+
+/// What a step leads to, and what is to be known of it besides.
+pub struct Explicit<const N: usize> {
     /// The step.
     pub trial: Trial<N>,
     /// Derivatives at its end.
     pub slope: [f64; N],
-    /// By how much the midpoint rule differs from that of Simpson: an error of order 2, which sees kinks.
+    /// An error of order 2, which sees kinks.
     pub bend: [f64; N],
 }
 
-/// One step of size `h` of the classical method, with the error of one of order 3.
-///
-/// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved
-/// from the one to the other: the weights 1/6, 1/3, 1/3, -1/3, 1/2 are still of order 3. For a rate `r` the error found
-/// is `(r*h)^4*(2 - r*h)/48`, which is more than the `(r*h)^5/120` that a step lacks at all sizes that are stable. With a
-/// tenth it is not, and long steps let their errors add up.
-///
-/// States that follow held inputs alone are those of their closed form, if they are given, in every stage. Their
-/// derivatives are then left to [`HybridSystem::refresh`]. A state that relaxes takes the weights that are given for it in
-/// place of those of the method.
-///
-/// Inlined, so that it is compiled once with and once without them.
-#[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
-pub fn classical<H: HybridSystem<N, U>, const N: usize, const U: usize>(
-    system: &H,
-    time: f64,
-    x: &[f64; N],
-    inputs: &Held<U>,
-    memory: &H::Memory,
-    derivatives: &[f64; N],
-    h: f64,
-    led: Option<&Led<[f64; N]>>,
-    relaxing: Option<&Relaxing>,
-) -> Classical<N> {
-    let placed = |mut states: [f64; N], part: fn(&Led<[f64; N]>) -> &[f64; N]| {
-        if let Some(led) = led {
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
+    /// One step of the classical method, with the error of one of order 3.
+    ///
+    /// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved
+    /// from the one to the other: the weights 1/6, 1/3, 1/3, -1/3, 1/2 are still of order 3. For a rate `r` the error found
+    /// is `(r*h)^4*(2 - r*h)/48`, which is more than the `(r*h)^5/120` that a step lacks at all sizes that are stable. With
+    /// a tenth it is not, and long steps let their errors add up. Kinks show where the midpoint rule differs from that of
+    /// Simpson.
+    ///
+    /// A state that relaxes takes the weights that are given for it in place of those of the method.
+    ///
+    /// Inlined, so that it is compiled once with and once without the closed form.
+    #[inline(always)]
+    pub fn classical(&self, relaxing: Option<&Relaxing>) -> Explicit<N> {
+        let &Self { x, first, h, .. } = self;
+        let relaxing = H::RELAXING.zip(relaxing);
+        let drive = |x: &[f64; N], slope: &[f64; N]| {
+            relaxing.map_or(0.0, |(state, weights)| weights.drive(x[state], slope[state]))
+        };
+
+        let drive_1 = drive(x, first);
+        let x_2 = self.placed(self.along(0.5, first), |led| led.middle);
+        let x_2 = relaxed(x_2, relaxing, |state, weights| weights.second(x[state], drive_1));
+        let second = self.rates(0.5, &x_2);
+        let drive_2 = drive(&x_2, &second);
+        let x_3 = self.placed(self.along(0.5, &second), |led| led.middle);
+        let x_3 = relaxed(x_3, relaxing, |state, weights| weights.third(x_2[state], [drive_1, drive_2]));
+        let third = self.rates(0.5, &x_3);
+        let drive_3 = drive(&x_3, &third);
+        let x_4 = self.placed(self.along(1.0, &third), |led| led.end);
+        let x_4 = relaxed(x_4, relaxing, |state, weights| weights.fourth(x[state], [drive_1, drive_3]));
+        let fourth = self.rates(1.0, &x_4);
+        let drives = [drive_1, drive_2, drive_3, drive(&x_4, &fourth)];
+
+        let sixth = h / 6.0;
+        let outer: [f64; N] = array(|i| first[i] + fourth[i]);
+        let inner: [f64; N] = array(|i| second[i] + third[i]);
+        let end = self.placed(array(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| led.end);
+        let end = relaxed(end, relaxing, |state, weights| weights.end(x[state], drives));
+        let slope = self.rates(1.0, &end);
+        let last_drive = drive(&end, &slope);
+        let error = self.placed(array(|i| 0.5 * h * (fourth[i] - slope[i])), |led| led.bend);
+        let error = relaxed(error, relaxing, |_, weights| weights.error(drives[3], last_drive));
+        let bend = self.placed(array(|i| sixth * (outer[i] - inner[i])), |led| led.bend);
+        let bend = relaxed(bend, relaxing, |_, weights| weights.bend(drives));
+        Explicit { trial: Trial { end, error }, slope, bend }
+    }
+
+    /// One step of the midpoint rule, half as costly, with its difference from the trapezoidal rule as its error: for a
+    /// rate `r` that is `(r*h)^3/4`, where a step lacks `(r*h)^3/6`.
+    ///
+    /// Of states with a closed form, the others meet the mean over the step.
+    #[inline(always)]
+    pub fn midpoint(&self) -> Explicit<N> {
+        let &Self { x, first, h, .. } = self;
+        let mean = |led: &Led<[f64; N]>| array(|i| (x[i] + 4.0 * led.middle[i] + led.end[i]) / 6.0);
+        let second = self.rates(0.5, &self.placed(self.along(0.5, first), mean));
+        let end = self.placed(array(|i| x[i] + h * second[i]), |led| led.end);
+        let slope = self.rates(1.0, &end);
+        let error = self.placed(array(|i| h * (0.5 * (first[i] + slope[i]) - second[i])), |led| led.bend);
+        Explicit { trial: Trial { end, error }, slope, bend: error }
+    }
+
+    /// Derivatives at a fraction of the step.
+    // Compiled once for all stages of both methods.
+    #[inline(never)]
+    fn rates(&self, fraction: f64, states: &[f64; N]) -> [f64; N] {
+        let &Self { system, inputs, memory, .. } = self;
+        let time = self.time + fraction * self.h;
+        let u = inputs.at(time);
+        if self.led.is_some() {
+            system.driven(time, states, &u, memory)
+        } else {
+            system.derivatives(time, states, &u, memory)
+        }
+    }
+
+    #[inline(always)]
+    fn along(&self, fraction: f64, slope: &[f64; N]) -> [f64; N] {
+        array(|i| self.x[i] + fraction * self.h * slope[i])
+    }
+
+    /// States, or errors of states, of which those with a closed form are a part of it.
+    #[inline(always)]
+    fn placed(&self, mut states: [f64; N], part: impl Fn(&Led<[f64; N]>) -> [f64; N]) -> [f64; N] {
+        if let Some(led) = self.led {
             states[..H::LED].copy_from_slice(&part(led)[..H::LED]);
         }
         states
-    };
-    let relaxing = H::RELAXING.zip(relaxing);
-    let rates = |fraction: f64, states: &[f64; N]| {
-        let (at, u) = (time + fraction * h, inputs.at(time + fraction * h));
-        if led.is_some() { system.driven(at, states, &u, memory) } else { system.derivatives(at, states, &u, memory) }
-    };
-    let drive =
-        |x: &[f64; N], slope: &[f64; N]| relaxing.map_or(0.0, |(state, weights)| weights.drive(x[state], slope[state]));
-    let along = |fraction: f64, slope: &[f64; N]| array(|i| x[i] + fraction * h * slope[i]);
-
-    let first = derivatives;
-    let drive_1 = drive(x, first);
-    let x_2 = placed(along(0.5, first), |led| &led.middle);
-    let x_2 = relaxed(x_2, relaxing, |state, weights| weights.second(x[state], drive_1));
-    let second = rates(0.5, &x_2);
-    let drive_2 = drive(&x_2, &second);
-    let x_3 = placed(along(0.5, &second), |led| &led.middle);
-    let x_3 = relaxed(x_3, relaxing, |state, weights| weights.third(x_2[state], [drive_1, drive_2]));
-    let third = rates(0.5, &x_3);
-    let drive_3 = drive(&x_3, &third);
-    let x_4 = placed(along(1.0, &third), |led| &led.end);
-    let x_4 = relaxed(x_4, relaxing, |state, weights| weights.fourth(x[state], [drive_1, drive_3]));
-    let fourth = rates(1.0, &x_4);
-    let drives = [drive_1, drive_2, drive_3, drive(&x_4, &fourth)];
-
-    let sixth = h / 6.0;
-    let outer: [f64; N] = array(|i| first[i] + fourth[i]);
-    let inner: [f64; N] = array(|i| second[i] + third[i]);
-    let end = placed(array(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| &led.end);
-    let end = relaxed(end, relaxing, |state, weights| weights.end(x[state], drives));
-    let slope = rates(1.0, &end);
-    let last_drive = drive(&end, &slope);
-    let error = placed(array(|i| 0.5 * h * (fourth[i] - slope[i])), |led| &led.bend);
-    let error = relaxed(error, relaxing, |_, weights| weights.error(drives[3], last_drive));
-    let bend = placed(array(|i| sixth * (outer[i] - inner[i])), |led| &led.bend);
-    let bend = relaxed(bend, relaxing, |_, weights| weights.bend(drives));
-    Classical { trial: Trial { end, error }, slope, bend }
+    }
 }
 
 /// States, or errors of states, of which that of the relaxing one follows from its weights, if it is to relax.

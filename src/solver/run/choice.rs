@@ -1,4 +1,4 @@
-//! The choice between two methods: one with cheap steps, and one whose steps may be longer.
+//! The choice between methods: the cheaper a step, the shorter it must be.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,11 +6,19 @@ use serde::{Deserialize, Serialize};
 const RATIO: f64 = 3.0;
 /// The largest number of explicit steps before the implicit method is tried again.
 const MOST_PATIENCE: u32 = 64;
+/// Bounds of the reach of the midpoint rule in s, and by what it grows in each communication step.
+const SHORTEST_REACH: f64 = 1e-6;
+const LONGEST_REACH: f64 = 0.1;
+const RECOVERY: f64 = 1.1;
+/// Share of the longest step of the classical method that the midpoint rule, which is less stable, may take.
+const STABLE_SHARE: f64 = 0.5;
 
 /// Which method the adaptive scheme uses, where the equations may turn out to be gentle or stiff.
 ///
 /// The explicit method goes first. Where many of its steps are needed, the implicit one tries a step as long as it must
 /// be to pay, and goes on for as long as that succeeds, at most to the end of the communication step.
+///
+/// Where the tolerance is loose, the midpoint rule takes what remains of a communication step, or leaves it to the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     is_implicit: bool,
@@ -20,11 +28,13 @@ pub struct Choice {
     patience: u32,
     /// Step size in s of the explicit method when it was last given up.
     given_up_at: f64,
+    /// Longest step in s that the midpoint rule is thought to make.
+    reach: f64,
 }
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { is_implicit: false, short: 0, patience: 8, given_up_at: 0.0 }
+        Self { is_implicit: false, short: 0, patience: 8, given_up_at: 0.0, reach: LONGEST_REACH }
     }
 }
 
@@ -54,8 +64,20 @@ impl Choice {
         RATIO * step
     }
 
+    /// Whether the midpoint rule should try the time that remains in s, where steps of the classical method may be as long
+    /// as `longest`.
+    pub fn tries_midpoint(&self, remaining: f64, longest: f64) -> bool {
+        remaining <= self.reach.min(STABLE_SHARE * longest) && !self.is_implicit
+    }
+
+    /// Notes that the midpoint rule can take no step beyond a size in s.
+    pub fn limit_midpoint(&mut self, size: f64) {
+        self.reach = size.clamp(SHORTEST_REACH, LONGEST_REACH);
+    }
+
     /// Notes that the end of a communication step, or a sample, is reached.
     pub fn arrive(&mut self) {
+        self.reach = (RECOVERY * self.reach).min(LONGEST_REACH);
         if self.is_implicit {
             self.is_implicit = false;
             self.patience /= 2;
@@ -64,7 +86,10 @@ impl Choice {
 
     /// Whether a run can have come to this.
     pub fn is_sound(&self) -> bool {
-        self.patience <= MOST_PATIENCE && self.short <= MOST_PATIENCE && self.given_up_at.is_finite()
+        self.patience <= MOST_PATIENCE
+            && self.short <= MOST_PATIENCE
+            && self.given_up_at.is_finite()
+            && (SHORTEST_REACH..=LONGEST_REACH).contains(&self.reach)
     }
 }
 
@@ -90,6 +115,23 @@ mod tests {
         assert_eq!((choice.choose(1e-2, 0.5), choice.is_implicit()), (1e-2, true));
         choice.arrive();
         assert!(!choice.is_implicit() && choice.patience == 4, "the next time it takes over sooner");
+    }
+
+    #[test]
+    fn midpoint_rule_takes_what_is_within_its_reach_which_grows_again() {
+        let mut choice = Choice::default();
+        assert!(choice.tries_midpoint(1e-3, 0.01) && !choice.tries_midpoint(6e-3, 0.01), "half of what is stable");
+        choice.limit_midpoint(5e-4);
+        let mut waits = 0;
+        while !choice.tries_midpoint(1e-3, 0.01) {
+            choice.arrive();
+            waits += 1;
+        }
+        assert_eq!(waits, 8, "1.1^8 = 2.1");
+        for size in [0.0, f64::INFINITY] {
+            choice.limit_midpoint(size);
+            assert!(choice.is_sound(), "after {size}");
+        }
     }
 
     #[test]

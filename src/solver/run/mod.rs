@@ -83,6 +83,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     choice: Choice,
     /// Whether the step tried last is one of the explicit method of the adaptive scheme.
     is_explicit: bool,
+    /// Whether it is one of the midpoint rule.
+    is_midpoint: bool,
     counters: Counters,
     balance: Balance,
     linearisation: Linearisation<N>,
@@ -132,6 +134,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             step: if settings.is_adaptive() { FIRST_STEP } else { settings.step },
             choice: Choice::default(),
             is_explicit: false,
+            is_midpoint: false,
             counters: Counters::default(),
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,

@@ -6,11 +6,13 @@ use crate::numbers::{Dual, Scalar};
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
-use crate::solver::runge_kutta::Classical;
+use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::settings::Scheme;
 use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
 
 const SAFETY: f64 = 0.9;
+/// Tolerance from which on the midpoint rule may take steps.
+const LOOSE: f64 = 1e-4;
 /// Fraction of the tolerance that an explicit step across a kink may use up.
 const KINK_SHARE: f64 = 0.1;
 const MAX_GROWTH: f64 = 5.0;
@@ -38,7 +40,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.choose(remaining);
         self.linearise();
         // A step slightly too short is stretched, and two equal steps are better than one long and one tiny.
-        let h = if self.step * 1.1 >= remaining {
+        let h = if self.is_midpoint || self.step * 1.1 >= remaining {
             remaining
         } else if self.step * 2.0 > remaining && self.settings.is_adaptive() {
             0.5 * remaining
@@ -52,12 +54,18 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         };
         let error = self.error_norm(&trial.end, &trial.error);
         if error > 1.0 {
+            if self.is_midpoint {
+                return self.give_up_midpoint(h, error);
+            }
             let factor = (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE);
             return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial.end, &trial.error)));
         }
         if self.is_explicit && !self.is_smooth(h, end_time, &trial) {
             let share = self.error_norm(&trial.end, &self.bend) / KINK_SHARE;
             if share > 1.0 {
+                if self.is_midpoint {
+                    return self.give_up_midpoint(h, share);
+                }
                 // What a kink does grows with the square of the step.
                 let factor = (SAFETY / share.sqrt()).clamp(MAX_SHRINKAGE, 0.5);
                 let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&trial.end, &run.bend));
@@ -91,9 +99,16 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     fn choose(&mut self, remaining: f64) {
         let before = self.is_explicit;
         self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle(&self.x);
+        self.is_midpoint = false;
         if self.is_explicit {
-            self.step = self.choice.choose(self.step.min(self.system.longest_gentle_step(&self.x)), remaining);
-            self.is_explicit = !self.choice.is_implicit();
+            let longest = self.system.longest_gentle_step(&self.x);
+            if H::RELAXING.is_none() && self.settings.tolerance >= LOOSE {
+                self.is_midpoint = self.choice.tries_midpoint(remaining, longest);
+            }
+            if !self.is_midpoint {
+                self.step = self.choice.choose(self.step.min(longest), remaining);
+                self.is_explicit = !self.choice.is_implicit();
+            }
         }
         self.is_linearised &= self.is_explicit == before;
     }
@@ -144,15 +159,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let here = &self.linearisation;
         let trial = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
-                let relaxing =
-                    H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &inputs.at(time), memory), h));
-                let relaxing = relaxing.as_ref();
-                let Classical { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
+                let u = inputs.at(time);
+                let relaxing = H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &u, memory), h));
+                let take = |stages: Stages<H, N, U>| match self.is_midpoint {
+                    true => stages.midpoint(),
+                    false => stages.classical(relaxing.as_ref()),
+                };
+                let stages = Stages { system, time, x, inputs, memory, first: &here.derivatives, h, led: None };
+                let Explicit { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
                     let stride = self.strides.of(h, |size| system.stride(size));
-                    let led = system.led(x, &inputs.at(time), memory, &stride);
-                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, Some(&led), relaxing)
+                    let led = system.led(x, &u, memory, &stride);
+                    take(Stages { led: Some(&led), ..stages })
                 } else {
-                    runge_kutta::classical(system, time, x, inputs, memory, &here.derivatives, h, None, relaxing)
+                    take(stages)
                 };
                 (self.end_slope, self.bend) = (slope, bend);
                 trial
@@ -195,6 +214,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.system.state_name((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
     }
 
+    /// Leaves a step of a size in s, whose error is too large by a factor, to the classical method.
+    #[cold]
+    fn give_up_midpoint(&mut self, h: f64, error: f64) -> Result<(), StepError> {
+        self.counters.rejected += 1;
+        self.choice.limit_midpoint(h * SAFETY / error.sqrt());
+        Ok(())
+    }
+
     /// A step that leads nowhere: a shorter one may not, unless the scheme has a fixed step and is explicit.
     #[cold]
     fn reject_nonsense(&mut self, h: f64, nonsense: Nonsense) -> Result<(), StepError> {
@@ -225,6 +252,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             let (reason, variant) = (reason(self), self.system.variant());
             return Err(StepError::StepSizeTooSmall { time: self.time, reason, variant });
         }
+        if self.is_midpoint {
+            self.choice.limit_midpoint(step);
+        }
         self.step = step;
         Ok(())
     }
@@ -235,7 +265,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.linearisation.derivatives = self.end_slope;
             self.arrived_with = Some(self.inputs.at(end_time));
         }
-        self.step = if self.settings.is_adaptive() {
+        self.step = if self.is_midpoint {
+            // That of the classical method is another.
+            self.step
+        } else if self.settings.is_adaptive() {
             let growth = SAFETY / fourth_root(error.max(1e-8));
             if growth >= MAX_GROWTH { self.step.max(h * MAX_GROWTH) } else { h * growth }.min(MAX_STEP)
         } else {
