@@ -54,6 +54,33 @@ fn derivatives_are_those_of_their_states() {
     }
 }
 
+/// What is at hand without an evaluation has the same bits as what is computed: sliding and held, and where an input has
+/// just changed.
+#[test]
+fn values_at_hand_are_those_that_are_computed() {
+    let mut looked = 0;
+    for (model, law) in models::ALL.iter().flat_map(|model| (1..=24).map(move |law| (model, law))) {
+        let mut run = running(model, law);
+        let variables = (model.variables)();
+        let mut values = vec![0.0; variables.iter().filter(|variable| variable.is_computed()).count()];
+        let starts = variables.iter().filter(|variable| variable.role == Role::Input).filter_map(|input| input.start);
+        let inputs: Vec<f64> = starts.collect();
+        for index in 0..20 {
+            run.advance(0.01 * f64::from(index)).unwrap();
+            if index == 10 {
+                run.set_inputs(&inputs, &vec![0.0; inputs.len()]);
+            }
+            run.values(&mut values);
+            for (place, value) in values.iter().enumerate() {
+                let Some(at_hand) = run.at_hand(place) else { continue };
+                assert_eq!(at_hand.to_bits(), value.to_bits(), "{} {law}: place {place}", model.name);
+                looked += 1;
+            }
+        }
+    }
+    assert!(looked > 24 * 15 * 4, "position, velocity and pressures of the cylinder, as a rule: {looked}");
+}
+
 /// Under the default tolerance many communication steps and one give the same end, but for the solver's tolerance: all
 /// states agree to 1 ppm of their nominal values or of themselves.
 #[test]

@@ -128,12 +128,17 @@ impl Fleet {
         vec![0.0; self.setup.table().computed().count()]
     }
 
-    /// Writes the observed variables of a plant to a row.
+    /// Writes the observed variables of a plant to a row; the room serves those that are not at hand.
     fn look(&self, plant: &mut Plant, room: &mut [f64], row: &mut [f64]) {
-        plant.simulation().values(room);
+        let mut is_filled = false;
         for (slot, place) in row.iter_mut().zip(&self.observed) {
             *slot = match place {
-                Place::Computed(place) => room[*place],
+                Place::Computed(place) => plant.simulation().at_hand(*place).unwrap_or_else(|| {
+                    if !std::mem::replace(&mut is_filled, true) {
+                        plant.simulation().values(room);
+                    }
+                    room[*place]
+                }),
                 other => plant.value(*other),
             };
         }

@@ -69,6 +69,11 @@ pub trait Simulation: Send {
     /// Writes all computed variables, consistent with the current inputs.
     fn values(&self, computed: &mut [f64]);
 
+    /// The value of the computed variable in a place, if it is known without an evaluation of the equations.
+    fn at_hand(&self, _place: usize) -> Option<f64> {
+        None
+    }
+
     /// Writes the derivative of all computed variables with respect to time along the solution.
     fn rates(&self, computed: &mut [f64]);
 

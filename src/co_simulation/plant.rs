@@ -120,8 +120,13 @@ impl Plant {
             Place::Time => self.time(),
             Place::Input(place) => self.inputs[place],
             Place::Parameter(place) => self.table().in_use(place, &self.parameters),
-            Place::Computed(place) => self.computed()[place],
+            Place::Computed(place) => self.at_hand(place).unwrap_or_else(|| self.computed()[place]),
         }
+    }
+
+    /// A computed value that needs no other one.
+    fn at_hand(&self, place: usize) -> Option<f64> {
+        if self.is_computed { None } else { self.simulation.at_hand(place) }
     }
 
     /// All computed values, in the order of the table, consistent with the present inputs.

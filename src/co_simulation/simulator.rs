@@ -137,6 +137,11 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         write_counters(self.run.counters(), counters);
     }
 
+    fn at_hand(&self, place: usize) -> Option<f64> {
+        let (x, memory) = self.run.state();
+        self.run.is_settled().then(|| self.run.system().at_hand(place, x, memory))?
+    }
+
     fn rates(&self, computed: &mut [f64]) {
         let (u, slopes) = self.run.inputs();
         let derivatives =

@@ -16,6 +16,12 @@ pub trait Equations<const N: usize, const U: usize>: HybridSystem<N, U> {
     /// Writes the computed variables in the order of the table.
     fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory, computed: &mut [S]);
 
+    /// The value of a computed variable, given by its place, if it takes no evaluation of the equations: as a rule one
+    /// that is a state. It is the same, bit for bit, as that of [`outputs`](Self::outputs).
+    fn at_hand(&self, _place: usize, _x: &[f64; N], _memory: &Self::Memory) -> Option<f64> {
+        None
+    }
+
     /// The index among the `N` states of the one that a variable stands for, if it is integrated: with other parameters
     /// (another friction law, another rig) it may not be, and keeps its start value.
     fn state_at(&self, reference: u32) -> Option<usize>;

@@ -202,6 +202,17 @@ macro_rules! outputs {
         #[allow(missing_docs, reason = "each field is described by the text of its variable")]
         pub struct $name<S> { $(pub $field: S),* }
 
+        #[allow(dead_code, reason = "few models say which of their variables are at hand")]
+        impl $name<usize> {
+            /// The place of each variable in the table.
+            pub const PLACES: Self = {
+                let mut places = 0;
+                $(let $field = places; places += 1;)*
+                assert!(places == Self::LEN);
+                Self { $($field),* }
+            };
+        }
+
         impl<S> $name<S> {
             /// How many variables there are.
             pub const LEN: usize = [$(stringify!($field)),*].len();

@@ -17,6 +17,20 @@ impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCyl
         self.write_outputs(time, x, &Inputs::read(u), memory, computed);
     }
 
+    fn at_hand(&self, place: usize, x: &[f64; N], memory: &Memory) -> Option<f64> {
+        const POSITION: usize = Outputs::PLACES.position;
+        const VELOCITY: usize = Outputs::PLACES.velocity;
+        const IN_A: usize = Outputs::PLACES.pressure_a;
+        const IN_B: usize = Outputs::PLACES.pressure_b;
+        match place {
+            POSITION => Some(x[State::Position.at(N)]),
+            VELOCITY => Some(self.rate(x, memory)),
+            IN_A => Some(x[PRESSURE_A]),
+            IN_B => Some(x[PRESSURE_B]),
+            _ => None,
+        }
+    }
+
     fn state_at(&self, reference: u32) -> Option<usize> {
         let own = State::of(reference).map(|state| state.at(N));
         let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(N) + place);

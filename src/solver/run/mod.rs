@@ -199,6 +199,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         (&self.x, &self.memory)
     }
 
+    /// Whether these are consistent with the present inputs.
+    pub fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
     /// Goes back to states, memory and progress of a run of the same system.
     pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
         (self.x, self.memory) = (x, memory);
