@@ -14,6 +14,7 @@ mod library;
 mod licences;
 mod lock;
 mod moment;
+mod mutants;
 mod package;
 mod parameter_sets;
 mod platform;
@@ -65,6 +66,7 @@ enum Command {
     Describe(describe::Describe),
     Record(valgrind::Record),
     Stress(stress::Stress),
+    Mutants(mutants::Mutants),
     Wheel(wheel::Wheel),
     Docs(docs::Docs),
     Test(test::Test),
@@ -94,6 +96,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Record(it) => it.run(&workspace),
         Command::Docs(it) => it.run(&workspace),
         Command::Stress(it) => it.run(),
+        Command::Mutants(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),
     }
