@@ -81,6 +81,23 @@ fn values_at_hand_are_those_that_are_computed() {
     assert!(looked > 24 * 15 * 4, "position, velocity and pressures of the cylinder, as a rule: {looked}");
 }
 
+/// Nothing finite goes on from inputs that are not: the error then says under which friction law.
+#[test]
+fn run_that_cannot_go_on_names_its_friction_law() {
+    for model in models::ALL {
+        let variables = (model.variables)();
+        let Some(choice) = variables.iter().find(|variable| variable.name == "friction.law") else { continue };
+        let Kind::Enumeration(laws) = choice.kind else { panic!("{}: the law is no choice", model.name) };
+        let count = variables.iter().filter(|variable| variable.role == Role::Input).count();
+        for (id, law, _) in laws.items {
+            let mut run = running(model, *id);
+            run.set_inputs(&vec![f64::INFINITY; count], &vec![0.0; count]);
+            let error = run.advance(0.1).expect_err("infinite inputs").to_string();
+            assert!(error.contains(&format!("friction law {law}")), "{}, {law}: {error}", model.name);
+        }
+    }
+}
+
 /// Under the default tolerance many communication steps and one give the same end, but for the solver's tolerance: all
 /// states agree to 1 ppm of their nominal values or of themselves.
 #[test]

@@ -40,6 +40,20 @@ fn voltage_is_neutral_until_the_first_sample() {
     assert_eq!(controller.get("samples"), 1.0);
 }
 
+/// Samples are no events: the run that would stop at one goes on to its end, as the one that would not.
+#[test]
+fn run_to_the_first_event_is_a_run_to_the_end() {
+    let [mut one, mut other] = [0; 2].map(|_| Rig::new("PositionController").start().expect("legal"));
+    for controller in [&mut one, &mut other] {
+        controller.set("referencePosition", 0.4);
+    }
+    one.advance(10.5 * PERIOD).expect("a step");
+    assert_eq!(other.simulation().advance_to_event(10.5 * PERIOD), Ok(false));
+    assert_eq!(other.simulation().time(), 10.5 * PERIOD);
+    assert_eq!((one.get("samples"), other.get("samples")), (11.0, 11.0));
+    assert_eq!(one.get("valveVoltage"), other.get("valveVoltage"));
+}
+
 /// On a valve and cylinder that integrate, `x' = K (V - 5)`, the error falls by `1 - Ts K k_f k_x` per sample.
 #[test]
 fn proportional_loop_settles_in_a_geometric_series() {

@@ -156,6 +156,15 @@ mod tests {
 
     const TRAY: Harmonic = Harmonic { amplitude: still(0.04), frequency: TAU * 20.0, phase: still(0.0) };
 
+    #[test]
+    fn state_with_one_value_that_is_not_finite_is_no_walk() {
+        assert!(State::AT_REST.is_finite());
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert!(!State { next: bad, ..State::AT_REST }.is_finite());
+            assert!(!State { velocity: bad, ..State::AT_REST }.is_finite());
+        }
+    }
+
     /// The integral that defines the convolution, by Simpson's rule.
     fn convolved(flight_time: f64, time: f64) -> f64 {
         const PARTS: usize = 2000;
