@@ -35,11 +35,13 @@ impl OneSided {
 /// F = max(0, k*h(-x)*(1 - c*v))            x < 0
 /// F = -max(0, k*h(x - stroke)*(1 + c*v))   x > stroke        [N]
 /// h(p) = p                                 p <= d/2
-///      = p + (d/2)*(p - d/2)^2/(d - p)^2   d/2 < p < d       [m]
+///      = p + (d/2)*((p - d/2)/(d - p))^8   d/2 < p < d       [m]
 /// ```
 ///
 /// A stop gives way by some tenths of a millimetre. Beyond half the clearance `d`, at which no gas would be left
-/// between piston and cover, metal meets metal: the force grows without bound, so no blow carries the piston through.
+/// between piston and cover, metal meets metal: the force grows without bound, so no blow carries the piston through. Two
+/// hundred million times the energy that the first half takes leave a fortieth of the clearance; a lower power would let
+/// hard blows in so far that the rest is lost in the rounding of the position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndStops {
     /// Stroke in m.
@@ -70,8 +72,10 @@ fn hardened<S: Scalar>(penetration: S, clearance: f64) -> S {
     if penetration.value() <= half {
         return penetration;
     }
-    let (beyond, left) = (penetration - half, -penetration + clearance);
-    penetration + beyond * beyond / (left * left) * half
+    let ratio = (penetration - half) / (-penetration + clearance);
+    let square = ratio * ratio;
+    let fourth = square * square;
+    penetration + fourth * fourth * half
 }
 
 #[cfg(test)]
@@ -89,6 +93,16 @@ mod tests {
         assert!(STOPS.force(-0.019_999, 0.0) > 1e12 * 0.02 * 0.02);
         assert_eq!(STOPS.force(0.515, 0.0), -(0.515 - 0.5) * 1e6);
         assert!(STOPS.force(0.529_999, 0.0) < -1e8);
+    }
+
+    /// The midpoint rule is 1e-6 off.
+    #[test]
+    fn any_blow_leaves_some_of_the_clearance() {
+        let (count, end) = (100_000, 0.02 * (1.0 - 1.0 / 40.0));
+        let width = end / f64::from(count);
+        let work: f64 = (0..count).map(|i| STOPS.force(-width * (f64::from(i) + 0.5), 0.0) * width).sum();
+        let first_half = 0.5 * 1e6 * 0.01 * 0.01;
+        assert!((work / first_half - 2.27e8).abs() < 0.01e8, "{} times", work / first_half);
     }
 
     #[test]

@@ -318,6 +318,48 @@ fn work_within_one_call_is_bounded() {
     assert!(time > 0.0 && time < 100.0 && time == run.time());
 }
 
+/// `x' = 1`, with an event at each multiple of a spacing in s, whose indicator is flat in front of it; counts how often it
+/// is asked for its rate.
+struct Fence {
+    spacing: f64,
+    evaluations: Cell<u32>,
+}
+
+impl HybridSystem<1, 1> for Fence {
+    type Memory = f64;
+    type Indicators = [f64; 1];
+    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &f64) -> [S; 1] {
+        self.evaluations.set(self.evaluations.get() + 1);
+        [S::constant(1.0)]
+    }
+    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], passed: &f64) -> [f64; 1] {
+        let ahead = (passed + self.spacing - x[0]) / self.spacing;
+        [if ahead > 0.0 { ahead.powi(9) } else { ahead }]
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], passed: &mut f64) {
+        *passed += self.spacing;
+    }
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn fits(&self, _passed: &f64) -> bool {
+        true
+    }
+}
+
+/// A step of the adaptive scheme asks seven times for the rates, for the Jacobian once more, and at an event once more.
+#[test]
+fn steps_that_locate_events_are_within_the_bound() {
+    let system = Fence { spacing: 1e-3, evaluations: Cell::new(0) };
+    let mut run = Run::new(system, Settings { max_steps: 500, ..ADAPTIVE }, 0.0, [0.0], 0.0, [0.0]);
+    let error = run.advance(1.0).unwrap_err();
+    assert!(matches!(error, StepError::TooManySteps { limit: 500, .. }), "{error}");
+    assert!(run.counters().events > 5, "{} events", run.counters().events);
+    let evaluations = run.system().evaluations.get();
+    // The last event may be located beyond it.
+    assert!(evaluations < 9 * (500 + 60), "{evaluations} evaluations");
+}
+
 #[test]
 fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let settings = Settings { scheme: Scheme::ExplicitEuler, step: 0.1, ..ADAPTIVE };

@@ -174,6 +174,80 @@ fn brittle_bristle_follows_its_closed_form_up_to_the_limit_and_stays_there() {
     assert_eq!(plant.get("frictionForce").unwrap(), limit);
 }
 
+/// Pistons as wide as a table, driven against the covers at 20 to 1700 m/s, with less than a tenth of a millimetre of
+/// clearance.
+#[test]
+fn no_blow_is_too_hard_for_an_end_stop() {
+    let towards_b: [(&str, &[(&str, f64)]); 2] = [
+        ("None", &[("cylinder.bore", 0.3), ("cylinder.stroke", 3.0), ("cylinder.stopDamping", 0.07)]),
+        ("Polito", &[("cylinder.bore", 0.4), ("chamberA.pressure0", 2e6)]),
+    ];
+    let open = [("cylinder.stopStiffness", 5e4), ("ambientPressure", 4e3), ("chamberB.open", 1.0)];
+    let towards_a: [(&str, &[(&str, f64)]); 2] = [
+        (
+            "Dahl",
+            &[
+                ("cylinder.bore", 0.3),
+                ("chamberA.deadVolume", 6e-7),
+                ("chamberA.pressure0", 1e4),
+                ("chamberB.pressure0", 7e5),
+                ("thermal.model", 2.0),
+            ],
+        ),
+        ("None", &[("cylinder.bore", 1.0), ("piston.leakage", 5e-11), ("load.stiffness", 5e7)]),
+    ];
+    let b = towards_b.map(|(law, values)| (law, [values, &open].concat()));
+    let a = towards_a.map(|(law, values)| (law, values.to_vec()));
+    for (law, values) in b.into_iter().chain(a) {
+        let mut plant = setup("PneumaticServoCylinder", law, &values).start(0.0).unwrap();
+        run(&mut plant, 200).unwrap_or_else(|error| panic!("{law} {values:?}: {error}"));
+    }
+}
+
+/// Ten times the pace of the Coulomb friction: a level of 0.9 would leave no static friction, and a curve that rises with
+/// an infinite slope.
+#[test]
+fn contact_that_loses_its_static_friction_first_sticks_by_coulomb_friction() {
+    let values = [
+        ("friction.stribeck.delta", 0.1),
+        ("friction.stribeck.kappaRatio", 10.0),
+        ("friction.level", 0.9),
+        ("driveVelocity", 0.1),
+    ];
+    let mut plant = setup("FrictionBench", "Stribeck", &values).start(0.0).unwrap();
+    run(&mut plant, 1000).unwrap();
+    assert_eq!(plant.get("sticking").unwrap(), 1.0, "0.2 N pull it");
+    plant.set("appliedForce", 0.9 * 8.3 + 1.0).unwrap();
+    run(&mut plant, 1000).unwrap();
+    assert_eq!(plant.get("sticking").unwrap(), 0.0);
+    let expected = 0.9 * 8.3 + 30.0 * plant.get("velocity").unwrap();
+    assert!((plant.get("frictionForce").unwrap() - expected).abs() < 1e-9);
+    assert!(work(&mut plant) < 10_000.0, "{} solver steps", work(&mut plant));
+}
+
+/// The spring that is stretched by 300 m holds 3.4e18 J, which would take the kilogram to 2.6e9 m/s; in the second case the body
+/// passes the Stribeck curve in 1e-21 s.
+#[test]
+fn message_about_a_state_says_where_it_is_and_where_it_goes() {
+    let error = |values: &[(&str, f64)]| {
+        let mut plant = setup("VibroImpact", "Stribeck", values).start(0.0).unwrap();
+        run(&mut plant, 1).unwrap_err()
+    };
+    let beyond = error(&[("displacement0", 300.0)]);
+    let expected = "the magnitude of internal.velocity goes beyond 1e7, from -1.000e7 at a rate of -4.";
+    assert!(beyond.contains(expected) && beyond.contains("e16 per second (friction law Stribeck)"), "{beyond}");
+    let values = [
+        ("form", 2.0),
+        ("dimensionless.beta", 7e8),
+        ("dimensionless.mu", 2e-4),
+        ("dimensionless.fr", 4e5),
+        ("displacement0", -200.0),
+    ];
+    let rapid = error(&values);
+    let expected = "the error of velocity stays above the tolerance, from 0.000e0 at a rate of -2.8";
+    assert!(rapid.contains(expected) && rapid.contains("e19 per second"), "{rapid}");
+}
+
 /// 5 kg hit the cover at full flow, with less dead volume than the stop gives way.
 #[test]
 fn hard_hit_leaves_gas_behind_the_piston() {

@@ -48,13 +48,29 @@ pub enum StepError {
     },
 }
 
+/// A state where a step starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Its name.
+    pub state: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its rate per second.
+    pub rate: f64,
+}
+
 /// Why a step is not accepted; states and events by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rejection {
     /// The estimated error of a state exceeds what the tolerance allows.
-    Inaccurate(&'static str),
+    Inaccurate(Course),
     /// A state leaves every reasonable range.
-    Unbounded(&'static str),
+    Unbounded {
+        /// The state.
+        course: Course,
+        /// The magnitude at which that range ends.
+        limit: f64,
+    },
     /// The equations have no meaning where the step leads, for the reason the system gives.
     Meaningless(&'static str),
     /// The linear equations of an implicit scheme have no solution, or its iteration finds none.
@@ -111,13 +127,26 @@ impl std::error::Error for StepError {}
 impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Inaccurate(state) => write!(f, "the error of {state} stays above the tolerance"),
-            Self::Unbounded(state) => write!(f, "{state} grows beyond all bounds"),
+            Self::Inaccurate(course) => {
+                write!(f, "the error of {} stays above the tolerance{}", course.state, Origin(course))
+            }
+            Self::Unbounded { course, limit } => {
+                write!(f, "the magnitude of {} goes beyond {limit:.0e}{}", course.state, Origin(course))
+            }
             Self::Meaningless(reason) => f.write_str(reason),
             Self::Unsolvable => f.write_str("the equations of a step have no solution"),
             Self::Passed => f.write_str("events happen and are undone within every step"),
             Self::AtOnce(event) => write!(f, "{event} happens at once, however short the step"),
         }
+    }
+}
+
+/// Where a state comes from.
+struct Origin<'a>(&'a Course);
+
+impl fmt::Display for Origin<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, ", from {:.3e} at a rate of {:.3e} per second", self.0.value, self.0.rate)
     }
 }
 

@@ -16,7 +16,7 @@ mod settings;
 
 pub use balance::Balance;
 pub use counters::Counters;
-pub use error::{Rejection, StepError};
+pub use error::{Course, Rejection, StepError};
 pub use linear::Inverse;
 pub use run::{Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};

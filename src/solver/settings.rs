@@ -49,7 +49,8 @@ pub struct Settings {
     pub tolerance: f64,
     /// Step size in s of the fixed-step schemes.
     pub step: f64,
-    /// Bound on solver steps within one communication step; 0 for one that suits its length.
+    /// Bound on solver steps within one communication step, those included that are rejected or locate an event; 0 for one
+    /// that suits its length.
     pub max_steps: u64,
     /// Whether to keep account of conserved quantities.
     pub keeps_balance: bool,

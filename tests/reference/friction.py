@@ -268,7 +268,7 @@ class AgeingStuck(Undirected):
         grown = 1.0 if math.isinf(rest) else rest / (rest + law.gamma)
         rested = law.rested if law.rested > 0.0 else law.steady.fs
         force = (1.0 - grown) * law.steady.fs + grown * rested
-        return (law.static_level(c.level) * force - abs(c.applied),)
+        return (max(law.static_level(c.level) * force, c.level * law.steady.fc) - abs(c.applied),)
 
     def expired(self, c: Contact, which: int) -> Regime:
         return AgeingSliding(self.friction, _sign(c.applied))
@@ -284,7 +284,7 @@ class AgeingSliding(Regime):
     def force(self, c: Contact) -> float:
         law = self.friction
         static, coulomb = law.static_level(c.level) * law.steady.fs, c.level * law.steady.fc
-        curve = replace(law.steady, fs=static, fc=coulomb)
+        curve = replace(law.steady, fs=max(static, coulomb), fc=coulomb)
         return self.direction * curve(self.direction * c.v) + law.sigma2 * c.v
 
     def at_rest(self, c: Contact) -> Regime:

@@ -159,10 +159,11 @@ impl Findings {
     }
 }
 
-/// An error without its time.
+/// An error without its time and without the figures of a state.
 fn cause(error: &StepError) -> String {
     let text = error.to_string();
-    text.split_once(" s ").map_or(text.clone(), |(_, rest)| rest.to_owned())
+    let cause = text.split_once(" s ").map_or(&*text, |(_, rest)| rest);
+    cause.split_once(", from ").map_or(cause, |(cause, _)| cause).to_owned()
 }
 
 /// The parameters of a set that are not at their defaults.
@@ -181,7 +182,7 @@ fn changes(setup: &Setup) -> Result<String> {
 /// Whether a run ended because a mass under a sampled law gained speed without bound. That is the solution: the law is a
 /// regression, whose coefficients, drawn one by one, may push where they should brake.
 fn is_unstable(law: &str, outcome: &Outcome) -> bool {
-    let unbounded = |error| matches!(error, StepError::StepSizeTooSmall { reason: Rejection::Unbounded(_), .. });
+    let unbounded = |error| matches!(error, StepError::StepSizeTooSmall { reason: Rejection::Unbounded { .. }, .. });
     law == "DNLRX" && outcome.error.is_some_and(unbounded)
 }
 

@@ -15,10 +15,10 @@ parameters! {
     /// Stribeck friction, set-valued at rest.
     ///
     /// ```text
-    /// stuck:    v = 0, F = F_applied         while |F_applied| <= lambda_s*F_s(t)
+    /// stuck:    v = 0, F = F_applied         while |F_applied| <= max(lambda_s*F_s(t), lambda*F_c)
     /// sliding:  F = s(v)*sgn(v) + sigma2*v   [N], s the Stribeck curve
     /// F_s(t)   = F_s + (FsInf - F_s)*t/(t + gamma)                              [N]
-    /// s(v)     = lambda*F_c + (lambda_s*F_s - lambda*F_c)*exp(-(|v|/v_s)^delta) [N]
+    /// s(v)     = lambda*F_c + max(lambda_s*F_s - lambda*F_c, 0)*exp(-(|v|/v_s)^delta) [N]
     /// lambda_s = max(1 + kappaRatio*(lambda - 1), 0)
     /// ```
     ///
@@ -27,7 +27,8 @@ parameters! {
     /// `F_s`: then break-away does not depend on time.
     ///
     /// Static and Coulomb friction grow with the load level `lambda` alike, or in the ratio `kappaRatio`: with 2, a level
-    /// of 1.1 gives 20 % more static friction.
+    /// of 1.1 gives 20 % more static friction. A contact at rest holds what friction takes while it slides: where the level
+    /// leaves less static than Coulomb friction, the latter is all there is.
     ///
     /// With `delta = 1` this is Benson's velocity-dependent law; with `delta = 1` and `F_c = F_s/2` the
     /// Coulomb-Stribeck law of the vibro-impact literature.
@@ -132,21 +133,27 @@ impl Stribeck {
             // In a form that has its limits at 0 and at infinity.
             fresh + (self.rested_force - fresh) / (self.dwell_time / dwell + 1.0)
         };
-        self.static_level(level) * force
+        let grown = self.static_level(level) * force;
+        if self.has_one_level() { grown } else { grown.max(level * self.curve.coulomb_force) }
     }
 
     /// Friction in N at a speed without the viscous part.
     fn dry<S: Scalar>(&self, speed: S, level: S) -> S {
-        if self.kappa_ratio == Tunable::still(1.0) {
+        if self.has_one_level() {
             return self.curve.at(speed, level);
         }
         let (statics, coulomb) = (self.static_level(level) * self.curve.static_force, level * self.curve.coulomb_force);
-        coulomb + (statics - coulomb) * self.curve.decay(speed)
+        coulomb + (statics - coulomb).max(S::zero()) * self.curve.decay(speed)
+    }
+
+    /// Whether static and Coulomb friction grow alike.
+    fn has_one_level(&self) -> bool {
+        self.kappa_ratio == Tunable::still(1.0)
     }
 
     /// The load level `lambda_s` of the static friction.
     fn static_level<S: Scalar>(&self, level: S) -> S {
-        if self.kappa_ratio == Tunable::still(1.0) {
+        if self.has_one_level() {
             return level;
         }
         ((level - 1.0) * self.kappa_ratio + 1.0).max(S::zero())
@@ -198,7 +205,18 @@ mod tests {
             let middle = law.dry(0.01, 1.5);
             assert!((middle - 9.0 - (static_force - 9.0) * (-1.0f64).exp()).abs() < 1e-14, "{middle}");
         }
-        assert_eq!(law(0.0, 4.0).break_away(0.5, 1.0), 0.0);
+    }
+
+    /// A level of 0.5 leaves 3 N of Coulomb friction, and would leave no static friction; one of 2 would leave 10 N of the
+    /// latter beside 12 N of the former. After a rest, in which the static friction has grown to 16 N, it counts again.
+    #[test]
+    fn rest_holds_no_less_than_sliding_takes() {
+        for (ratio, level, coulomb) in [(4.0, 0.5, 3.0), (0.0, 2.0, 12.0)] {
+            let law = law(0.0, ratio);
+            assert_eq!(law.break_away(level, 1.0), coulomb, "ratio {ratio}");
+            assert_eq!([0.0, 1e-9, 0.01, 1.0].map(|speed| law.dry(speed, level)), [coulomb; 4], "ratio {ratio}");
+        }
+        assert_eq!(law(16.0, 0.0).break_away(2.0, f64::INFINITY), 16.0);
     }
 
     #[test]

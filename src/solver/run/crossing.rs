@@ -91,6 +91,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let mut at = guess;
         for _ in 0..MAX_REFINEMENTS {
             let Ok(trial) = self.trial(at) else { break };
+            self.attempts += 1;
             let value = self.indicators_at(self.time + at, &trial.end).as_ref()[event];
             bracket.narrow(at, value);
             if value <= 0.0 {

@@ -111,6 +111,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     pauses: bool,
     /// The event before which it has paused: the modes are still those that the event ends.
     pending: Option<usize>,
+    /// Steps tried since the start of the communication step.
+    attempts: u64,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -148,6 +150,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             leaving: None,
             pauses: false,
             pending: None,
+            attempts: 0,
         }
     }
 
@@ -270,12 +273,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.update()?;
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
         let limit = limit.map_err(|limit| StepError::TooManySteps { time: self.time, limit })?;
-        let (start, mut attempts) = (self.time, 0);
+        let start = self.time;
+        self.attempts = 0;
         while self.time < end && self.pending.is_none() {
-            if attempts == limit {
+            if self.attempts >= limit {
                 return Err(StepError::TooManySteps { time: self.time, limit });
             }
-            attempts += 1;
+            self.attempts += 1;
             let sample = self.system.next_sample(&self.memory);
             if sample.time <= self.time || (self.time == start && sample.is_due_at(start)) {
                 self.sample(sample.time.max(self.time))?;

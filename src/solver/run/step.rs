@@ -3,7 +3,7 @@
 use super::{MAX_STEP, Run, Trial, smallest_step};
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
-use crate::solver::error::{Rejection, StepError};
+use crate::solver::error::{Course, Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
@@ -208,10 +208,16 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
-    /// Name of the state whose error is largest.
-    fn least_accurate(&self, end: &[f64; N], errors: &[f64; N]) -> &'static str {
+    /// The state whose error is largest.
+    fn least_accurate(&self, end: &[f64; N], errors: &[f64; N]) -> Course {
         let relative = |i: usize| errors[i].abs() / self.scales[i].max(self.x[i].abs()).max(end[i].abs());
-        self.system.state_name((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
+        self.course((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
+    }
+
+    /// A state at the start of the step.
+    fn course(&self, state: usize) -> Course {
+        let (value, rate) = (self.x[state], self.linearisation.derivatives[state]);
+        Course { state: self.system.state_name(state), value, rate }
     }
 
     /// Leaves a step of a size in s, whose error is too large by a factor, to the classical method.
@@ -227,7 +233,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     fn reject_nonsense(&mut self, h: f64, nonsense: Nonsense) -> Result<(), StepError> {
         let reason = |run: &Self| match nonsense {
             Nonsense::Unsolvable => Rejection::Unsolvable,
-            Nonsense::Unbounded(state) => Rejection::Unbounded(run.system.state_name(state)),
+            Nonsense::Unbounded(state) => {
+                Rejection::Unbounded { course: run.course(state), limit: FAR_OUT * run.scales[state] }
+            }
             Nonsense::Meaningless(reason) => Rejection::Meaningless(reason),
         };
         if matches!(self.settings.scheme, Scheme::ExplicitEuler | Scheme::RK3 | Scheme::RK4) {
