@@ -225,8 +225,8 @@ fn contact_that_loses_its_static_friction_first_sticks_by_coulomb_friction() {
     assert!(work(&mut plant) < 10_000.0, "{} solver steps", work(&mut plant));
 }
 
-/// The spring that is stretched by 300 m holds 3.4e18 J, which would take the kilogram to 2.6e9 m/s; in the second case the body
-/// passes the Stribeck curve in 1e-21 s.
+/// The spring that is stretched by 300 m holds 3.4e18 J, which would take the kilogram to 2.6e9 m/s; in the second case the
+/// body passes the Stribeck curve in 1e-21 s.
 #[test]
 fn message_about_a_state_says_where_it_is_and_where_it_goes() {
     let error = |values: &[(&str, f64)]| {

@@ -42,12 +42,15 @@ class Grid:
 
     def points(self) -> NDArray[np.float64]:
         """Return the times in s at which inputs are applied, and the end."""
-        return np.arange(self.count + 1, dtype=np.float64) * self.step + self.start
+        return self._points(1)
 
     def times(self) -> NDArray[np.float64]:
         """Return the times in s of the rows."""
-        # Row by row: a long run of short steps may have few.
-        return np.arange(0, self.count + 1, self.every, dtype=np.float64) * self.step + self.start
+        # Those of the rows alone: a long run of short steps may have few.
+        return self._points(self.every)
+
+    def _points(self, every: int) -> NDArray[np.float64]:
+        return np.arange(0, self.count + 1, every, dtype=np.float64) * self.step + self.start
 
     @property
     def numbers(self) -> tuple[float, float, int, int]:

@@ -78,3 +78,28 @@ fn write_slopes<E: Equations<N, U>, S: Scalar, const N: usize, const U: usize>(
     }
     rest.fill(0.0);
 }
+
+/// What tests of several models share.
+#[cfg(test)]
+pub mod checks {
+    use super::Equations;
+    use crate::co_simulation::Build;
+    use crate::hybrid::Indicator;
+    use crate::model::Start;
+
+    /// Checks the name of each event of a model with its defaults against the one that belongs to its place and to the name
+    /// of its indicator, without the group.
+    pub fn events_are_named<E: Equations<N, U>, const N: usize, const U: usize>(
+        build: Build<E>,
+        indicators: &[Indicator],
+        expected: impl Fn(usize, &str) -> &str,
+    ) {
+        let parameters: Vec<f64> = E::table().parameters().map(|it| it.start.unwrap_or_default()).collect();
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &[0.0; U], tolerance: None };
+        let (equations, _) = build(&start, &[]).expect("the defaults fit");
+        for (place, indicator) in indicators.iter().enumerate() {
+            let (_, last) = indicator.name.rsplit_once('.').expect("a name within a group");
+            assert_eq!(equations.event_name(place), expected(place, last), "{}", indicator.name);
+        }
+    }
+}

@@ -344,19 +344,13 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::Variable;
+    use crate::models::equations::checks;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        let starts = |variable: &Variable| variable.start.unwrap_or_default();
-        let parameters: Vec<f64> = TABLE.parameters().map(starts).collect();
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &[0.0; 1], tolerance: None };
-        let (equations, _) = build(&start, &[]).expect("the defaults fit");
-        for (place, indicator) in indicators().iter().enumerate() {
-            let name = HybridSystem::<{ State::OTHERS }, 1>::event_name(&equations, place);
-            let (_, last) = indicator.name.rsplit_once('.').expect("a name within a group");
-            assert_eq!(name, if place == IMPACT { "impact" } else { last }, "{}", indicator.name);
-        }
+        checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators(), |place, last| {
+            if place == IMPACT { "impact" } else { last }
+        });
     }
 }
