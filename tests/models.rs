@@ -1,9 +1,9 @@
-//! What holds for every model: derivatives of its states, results that do not depend on how it is stepped, and choices by
-//! number.
+//! What holds for every model: derivatives of its states, results that do not depend on how it is stepped, choices by number,
+//! and saved states.
 
 mod rig;
 
-use pneumatic_servo::co_simulation::Simulation;
+use pneumatic_servo::co_simulation::{Saved, Simulation};
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
@@ -94,6 +94,24 @@ fn run_that_cannot_go_on_names_its_friction_law() {
             run.set_inputs(&vec![f64::INFINITY; count], &vec![0.0; count]);
             let error = run.advance(0.1).expect_err("infinite inputs").to_string();
             assert!(error.contains(&format!("friction law {law}")), "{}, {law}: {error}", model.name);
+        }
+    }
+}
+
+/// A state far out of its range is named, unless it first takes another one out of range.
+#[test]
+fn state_that_goes_out_of_range_is_named() {
+    for model in models::ALL {
+        let start = || Setup::of(model).start(0.0).expect("the defaults fit");
+        let names: Vec<String> = start().states().map(|state| state.name.to_string()).collect();
+        for moved in &names {
+            let mut plant = start();
+            plant.move_state(moved, 1e15).expect("a state");
+            let error = plant.step(1e-3).expect_err("no state has such a value").to_string();
+            let is_named = |name: &&String| error.contains(&format!("the magnitude of {name} goes beyond"));
+            let named = names.iter().find(is_named);
+            assert!(named.is_some(), "{}, {moved}: {error}", model.name);
+            assert_eq!(error.contains("from 1.000e15"), named == Some(moved), "{}, {moved}: {error}", model.name);
         }
     }
 }
@@ -228,6 +246,58 @@ fn parameter_tuned_at_the_start_is_like_one_set_before() {
                 }
             }
         }
+    }
+}
+
+/// Each state costs time in every step, so a run has room for those that are integrated: for no other one in a cylinder
+/// or on the bench with default options, nor anywhere under a law with at most one; for two others with options.
+#[test]
+fn run_has_room_for_few_states_that_it_does_not_integrate() {
+    let spare = |setup: &Setup| {
+        let plant = setup.start(0.0).expect("legal values");
+        plant.simulation().save().states.len() - plant.states().count()
+    };
+    for model in models::ALL {
+        let Some(choice) = (model.variables)().find("friction.law") else { continue };
+        let Kind::Enumeration(laws) = choice.variable.kind else { panic!("{}: the law is no choice", model.name) };
+        let is_exact = ["PneumaticServoCylinder", "FrictionBench"].contains(&model.name);
+        for (id, law, _) in laws.items.iter().filter(|(_, law, _)| is_exact || !["GMS", "BlimanSorine"].contains(law)) {
+            let setup = Setup::of(model).set("friction.law", *id).expect("an id");
+            assert_eq!(spare(&setup), 0, "{}, {law}", model.name);
+        }
+    }
+    let cylinder = Setup::of(&models::ALL[0]);
+    let lags = (cylinder.model().variables)().parameters().filter(|variable| variable.name.ends_with(".lag"));
+    let lines = ["hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "supply.volume"];
+    let options = [vec!["friction.position.amplitude"], lines.to_vec(), lags.map(|lag| lag.name.as_str()).collect()];
+    for (options, law) in options.iter().flat_map(|options| ["None", "LuGre", "BlimanSorine"].map(|law| (options, law)))
+    {
+        let value = |name: &str| if name.ends_with(".C") { 1e-9 } else { 1e-3 };
+        let set = |setup: Setup, name: &&str| setup.set(name, value(name)).expect("an option");
+        let setup = options.iter().fold(cylinder.clone(), set).set("friction.law", law).expect("a law");
+        assert!(spare(&setup) <= 2, "{options:?}, {law}: {}", spare(&setup));
+    }
+}
+
+/// A saved state with another number of parameters, inputs or slopes than the model has, such as one of another model,
+/// is refused, and changes nothing.
+#[test]
+fn saved_states_that_do_not_fit_are_refused() {
+    let plants = || models::ALL.iter().map(|model| Setup::of(model).start(0.0).expect("the defaults fit"));
+    for (index, mut plant) in plants().enumerate() {
+        let (model, own) = (plant.model().name, plant.save());
+        for other in plants().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other) {
+            assert!(plant.restore(&other.save()).is_err(), "{model} from {}", other.model().name);
+            assert_eq!(plant.save(), own, "{model} after {}", other.model().name);
+        }
+        for list in ["parameters", "inputs", "slopes"] {
+            let mut changed = serde_json::to_value(&own).expect("plain data");
+            changed[list].as_array_mut().expect("a list").push(0.0.into());
+            let changed: Saved = serde_json::from_value(changed).expect("plain data");
+            assert!(plant.restore(&changed).is_err(), "{model}: {list}");
+            assert_eq!(plant.save(), own, "{model} after {list}");
+        }
+        plant.restore(&own).expect("its own");
     }
 }
 

@@ -184,7 +184,9 @@ impl Plant {
     /// # Errors
     /// [`SnapshotError`] if it does not fit; nothing is changed then.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
-        if saved.parameters.len() != self.parameters.len() || saved.inputs.len() != self.inputs.len() {
+        let lengths = |it: [&Vec<f64>; 3]| it.map(Vec::len);
+        let expected = lengths([&self.parameters, &self.inputs, &self.slopes]);
+        if lengths([&saved.parameters, &saved.inputs, &saved.slopes]) != expected {
             return Err(SnapshotError);
         }
         let retuned = saved.parameters != self.parameters;
