@@ -282,3 +282,16 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
         [self.friction.law().notice(), None]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::equations::checks;
+
+    /// Messages call an event of a contact as a host calls its indicator, without the group.
+    #[test]
+    fn events_are_named_as_their_indicators() {
+        let indicators = (MODEL.indicators)();
+        checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators, |_, last| last);
+    }
+}

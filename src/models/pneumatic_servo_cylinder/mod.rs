@@ -514,3 +514,16 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
             && memory.sensors.iter().all(sensor::Memory::is_sound)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::equations::checks;
+
+    /// Messages call an event of a contact as a host calls its indicator, without the group.
+    #[test]
+    fn events_are_named_as_their_indicators() {
+        let indicators = (MODEL.indicators)();
+        checks::events_are_named::<_, { State::OTHERS }, 3>(build::<false>, &indicators, |_, last| last);
+    }
+}
