@@ -185,6 +185,15 @@ mod tests {
         assert_eq!(numbers, [0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     }
 
+    #[test]
+    fn pieces_of_two_flows_have_numbers_of_their_own() {
+        let ratios = [0.5, 0.999, 1.001, 2.0];
+        let pairs = ratios.iter().flat_map(|supply| ratios.map(|exhaust| [1e5 / supply, 1e5 / exhaust]));
+        let mut numbers: Vec<f64> = pairs.map(|ports| edge_pieces(ports, Pair([1e5; 2])).0[0]).collect();
+        numbers.sort_by(f64::total_cmp);
+        assert_eq!(numbers, (0..16).map(f64::from).collect::<Vec<_>>());
+    }
+
     /// At equal pressures the flow vanishes but not its slope, which is that of the laminar line on both sides.
     #[test]
     fn slope_is_continuous_at_equal_pressures() {
