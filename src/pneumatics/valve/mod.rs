@@ -378,6 +378,21 @@ mod tests {
         }
     }
 
+    /// A spool that starts at the set point swings beyond the edge, and after a period moves the same way again. Within half
+    /// a period of an undamped spool it cannot turn twice.
+    #[test]
+    fn swing_of_the_spool_beyond_an_edge_is_noticed() {
+        let mut valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
+        valve.valve.spool = Spool::new(100.0, 0.1);
+        let (edge, start, period) = (0.08, [0.2 * TAU * 100.0, 0.0], 0.01 / (1.0f64 - 0.01).sqrt());
+        let after = |time: f64| valve.valve.spool.later(start, 0.0, &stride(&valve.valve.spool, time)).end;
+        let [end_velocity, end] = after(period);
+        assert!(after(0.25 * period)[1] > edge && end_velocity > 0.0 && end.abs() < edge);
+        assert!(!valve.stays_in_piece([start, after(period)], 5.0, &0.0, period));
+        let [short, long] = [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], 5.0, &0.0, step));
+        assert!(short && !long, "half a period is 5 ms");
+    }
+
     fn stride(spool: &Spool, size: f64) -> Stride {
         Stride { size, half: spool.propagator(0.5 * size) }
     }
