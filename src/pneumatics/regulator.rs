@@ -170,10 +170,13 @@ mod tests {
         let p = Parameters::read(&[1e5, 9e5, 0.02, 4e-9, 0.3].map(Tunable::still)).expect("legal");
         let regulator = PressureRegulator::new(p).expect("legal");
         let stride = Stride { size: 0.02, half: regulator.half(0.02) };
-        let Led { middle: [_, middle], end: [_, end], .. } = regulator.later([0.0, 2e5], 5.0, &(), &stride);
+        let Led { middle: [_, middle], end: [_, end], bend } = regulator.later([0.0, 2e5], 5.0, &(), &stride);
         let left = (-1.0f64).exp();
         assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");
         assert!(((2e5 + 4.0 * middle + end) / 6.0 - (5e5 - 3e5 * (1.0 - left))).abs() < 1e-9, "{middle}");
+        let [still, bend] = bend;
+        assert!((bend - BEND_WEIGHT * (middle - (5e5 - 3e5 * left.sqrt()))).abs() < 1e-8, "{bend}");
+        assert_eq!(still, 0.0, "there is no state in this place");
     }
 
     #[test]

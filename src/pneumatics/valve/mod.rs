@@ -393,6 +393,22 @@ mod tests {
         assert!(short && !long, "half a period is 5 ms");
     }
 
+    /// What the spool does besides a parabola counts as an error, with its weight; the velocity has no effect of its own.
+    #[test]
+    fn bend_is_the_weighted_difference_from_the_true_middle() {
+        let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
+        let (start, step) = ([0.0, -0.3], 1.0 / valve.bandwidth);
+        let later = |size: f64| {
+            let stride = Stride { size, half: valve.half(size) };
+            valve.later(start, 5.0, &0.2, &stride)
+        };
+        let (whole, [_, truth]) = (later(step), later(0.5 * step).end);
+        let [_, middle] = whole.middle;
+        let [of_velocity, bend] = whole.bend;
+        assert!((middle - truth).abs() > 1e-3 && (bend - BEND_WEIGHT * (middle - truth)).abs() < 1e-12, "{bend}");
+        assert_eq!(of_velocity, 0.0);
+    }
+
     fn stride(spool: &Spool, size: f64) -> Stride {
         Stride { size, half: spool.propagator(0.5 * size) }
     }
