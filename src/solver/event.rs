@@ -119,4 +119,16 @@ mod tests {
         let found = root(Bracket::new((0.0, function(0.0)), (1.0, function(1.0))), 1e-12, function);
         assert!((found - 1e-6f64.powf(1.0 / 9.0)).abs() < 1e-11);
     }
+
+    #[test]
+    fn search_ends_where_no_number_is_left_between() {
+        let looks = std::cell::Cell::new(0);
+        let function = |t: f64| {
+            looks.update(|count| count + 1);
+            assert!(looks.get() < 1000, "the search goes on at {t}");
+            2.0 - t * t
+        };
+        let found = root(Bracket::new((1.0, 1.0), (2.0, -2.0)), 0.0, function);
+        assert!((found - std::f64::consts::SQRT_2).abs() <= f64::EPSILON, "{found}");
+    }
 }
