@@ -283,6 +283,23 @@ fn inputs_with_a_slope_are_integrated_exactly() {
     assert!((run.inputs().0[0] - 0.5).abs() < 1e-15);
 }
 
+/// The derivatives of `cos(t)`, towards which the solution comes at a rate of 1, are those of the time of each stage, by the
+/// midpoint rule and by the classical method.
+#[test]
+fn explicit_stages_know_their_time() {
+    for tolerance in [1e-3, 1e-6] {
+        let settings = Settings { tolerance, ..ADAPTIVE };
+        let mut run = Run::new(Stiff { rate: 1.0, is_gentle: true }, settings, 0.0, [1.0], (), [0.0]);
+        for point in 1..=100 {
+            run.advance(0.1 * f64::from(point)).unwrap();
+        }
+        let error = (run.state().0[0] - 10.0f64.cos()).abs();
+        // What a step of 0.1 adds decays before ten others have been made.
+        assert!(error < 10.0 * tolerance, "{error} at {tolerance}");
+        assert_eq!(run.counters().jacobians, 0, "{:?} at {tolerance}", run.counters());
+    }
+}
+
 #[test]
 fn events_without_end_are_an_error_and_the_time_is_named() {
     let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [1.0]);
