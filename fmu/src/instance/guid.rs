@@ -23,6 +23,7 @@ pub fn guid(model: &Model) -> String {
 mod tests {
     use super::*;
     use crate::instance::testing;
+    use pneumatic_servo::models;
 
     #[test]
     fn hash_is_the_published_one() {
@@ -53,5 +54,6 @@ mod tests {
         assert!(first.starts_with('{') && first.ends_with('}') && first.len() == 38);
         assert_eq!(first, guid(&testing::MODEL));
         assert_ne!(first, guid(&Model { name: "Other", ..testing::MODEL }));
+        assert_ne!(first, guid(&Model { variables: models::ALL[0].variables, ..testing::MODEL }));
     }
 }
