@@ -125,7 +125,8 @@ mod tests {
         table.iter().map(|variable| Tunable::still(variable.start.expect("a start value"))).collect()
     }
 
-    /// Every law with a steady curve slides at the Coulomb friction, whether that or its scaled defaults give it.
+    /// Every law with a steady curve slides at the Coulomb friction, whether that or its scaled defaults give it, with states
+    /// of the magnitude that it says.
     #[test]
     fn every_law_slides_at_the_coulomb_friction_of_the_contact() {
         // Sampled springs answer to a motion, and the steady force of the bristles is a mean.
@@ -156,6 +157,9 @@ mod tests {
             }
             // Velocity-based friction and GMS come down to it slowly: 0.7 % remain.
             assert!((force - 0.83).abs() < 0.01, "{law:?}: {force}");
+            // The force is shared by up to four elements, and scales allow for 1 N at least.
+            let share = z.iter().fold(0.0f64, |largest, z| largest.max(z.abs())) / friction.state_scale();
+            assert!(states == 0 || (0.15..1.5).contains(&share), "{law:?}: {share} times the magnitude of its states");
         }
     }
 
