@@ -53,6 +53,12 @@ pub struct EndStops {
 }
 
 impl EndStops {
+    /// Which of the stops acts at a position in m: that at position 0, that at the end of the stroke.
+    #[inline(always)]
+    pub fn touched(&self, position: f64) -> [bool; 2] {
+        [position < 0.0, position > self.stroke]
+    }
+
     /// Force in N on the carriage towards +x.
     #[inline(always)]
     pub fn force<S: Scalar>(&self, position: S, velocity: S) -> S {

@@ -152,9 +152,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         Led { middle: *x, end: *x, bend: [0.0; N] }
     }
 
-    /// Whether the equations change gently around these states within a mode, so that accuracy, not stability, bounds
-    /// the steps of an explicit method. It may be wrong for some parameters: then steps cost more, but are as accurate.
-    fn is_gentle(&self, _x: &[f64; N]) -> bool {
+    /// Whether the equations change gently within a mode, so that accuracy, not stability, bounds the steps of an explicit
+    /// method. It may be wrong for some parameters: then steps cost more, but are as accurate.
+    fn is_gentle(&self) -> bool {
         false
     }
 
@@ -171,7 +171,7 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     }
 
     /// Whether the equations are smooth, without a kink, along a step of a size in s from the first of these states, with
-    /// the first of these inputs, to the second. Asked of gentle steps only.
+    /// the first of these inputs, to the second.
     fn is_smooth(&self, _x: [&[f64; N]; 2], _u: [&[f64; U]; 2], _memory: &Self::Memory, _step: f64) -> bool {
         true
     }

@@ -31,11 +31,17 @@ impl<const N: usize> Hermite<'_, N> {
 }
 
 /// An interval at whose start a function is positive and at whose end it is not.
+///
+/// It is narrowed by regula falsi. Where that moves the same end again, the value at the other is reduced by what the last
+/// move tells of the curvature, so that the next one tends to come from there.
+///
+/// # Source
+/// Anderson, Björck (1973), BIT 13:253-264.
 #[derive(Clone, Copy, Debug)]
 pub struct Bracket {
     low: (f64, f64),
     high: (f64, f64),
-    /// Sides moved so far, to notice when regula falsi moves one side only.
+    /// Moves of the low end since the high one has moved; below 0, those of the high end.
     same_side: i32,
 }
 
@@ -45,10 +51,10 @@ impl Bracket {
         Self { low, high, same_side: 0 }
     }
 
-    /// Where to look next: the root of the chord, or the middle after several steps of one side.
+    /// Where to look next: the root of the chord, or the middle after several moves of one end.
     pub fn guess(&self) -> f64 {
         let ((a, ga), (b, gb)) = (self.low, self.high);
-        if self.same_side.abs() > 2 || ga <= gb {
+        if self.same_side.abs() > 4 || ga <= gb {
             return 0.5 * (a + b);
         }
         a + (b - a) * (ga / (ga - gb))
@@ -56,14 +62,16 @@ impl Bracket {
 
     /// Narrows the bracket by a value inside.
     pub fn narrow(&mut self, at: f64, value: f64) {
-        let side = if value > 0.0 {
-            self.low = (at, value);
-            1
+        let (side, moved, kept) =
+            if value > 0.0 { (1, &mut self.low, &mut self.high) } else { (-1, &mut self.high, &mut self.low) };
+        if self.same_side.signum() == side {
+            let left = 1.0 - value / moved.1;
+            kept.1 *= if left > 0.0 { left } else { 0.5 };
+            self.same_side += side;
         } else {
-            self.high = (at, value);
-            -1
-        };
-        self.same_side = if self.same_side.signum() == side { self.same_side + side } else { side };
+            self.same_side = side;
+        }
+        *moved = (at, value);
     }
 
     /// The end, where the function is not positive.
@@ -100,6 +108,8 @@ pub fn root(mut bracket: Bracket, width: f64, function: impl Fn(f64) -> f64) -> 
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
 
     #[test]
@@ -111,6 +121,20 @@ mod tests {
         for fraction in [0.0, 0.25, 0.6, 1.0] {
             assert!((cubic.at(fraction)[0] - f(1.0 + 2.0 * fraction)).abs() < 1e-14);
         }
+    }
+
+    /// As where a motion turns and a bristle follows it otherwise: the chord from afar has the slope of the wrong side.
+    #[test]
+    fn root_just_behind_a_kink_takes_few_looks() {
+        let looks = Cell::new(0);
+        let function = |t: f64| {
+            looks.update(|count| count + 1);
+            let ahead = 0.6 - t;
+            1e-6 + if ahead > 0.0 { 1.5 * ahead } else { 0.5 * ahead }
+        };
+        let found = root(Bracket::new((0.0, function(0.0)), (1.0, function(1.0))), 1e-12, function);
+        assert!((found - (0.6 + 2e-6)).abs() < 1e-12, "{found}");
+        assert!(looks.get() <= 16, "{} looks", looks.get());
     }
 
     #[test]

@@ -10,57 +10,64 @@ const LONGEST: f64 = 0.01;
 /// Product of the rate of a swing or a relaxation and the step size below which the classical method damps it.
 const STABLE: f64 = 2.5;
 
-/// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings.
+/// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings, and so are the stops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GentleSteps {
-    /// Longest step in s while they hold.
+    /// Longest step in s while bristles hold.
     at_rest: f64,
+    /// Longest step in s in contact with a stop.
+    at_stop: f64,
     /// Speed in m/s from which on a bristle relaxes faster than the carriage swings.
     slipping: f64,
 }
 
 impl GentleSteps {
-    /// Those of a friction law under a mass in kg.
-    pub(super) fn new(friction: &FrictionContact, mass: f64) -> Self {
+    /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
+    pub(super) fn new(friction: &FrictionContact, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
-        let swing = (stiffness.max(0.0) / mass).sqrt();
-        let slipping = if friction.relaxes() { 2.0 * swing * friction.state_scale() } else { f64::INFINITY };
-        let at_rest = STABLE / (swing + damping.max(0.0) / mass);
-        Self { at_rest: if at_rest < LONGEST { at_rest } else { LONGEST }, slipping }
+        let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
+        let longest = |swing: f64| {
+            let step = STABLE / (swing + damping.max(0.0) / mass);
+            if step < LONGEST { step } else { LONGEST }
+        };
+        Self {
+            at_rest: longest(swing(stiffness)),
+            at_stop: longest(swing(stiffness + stop)),
+            slipping: if friction.relaxes() { 2.0 * swing(stiffness) * friction.state_scale() } else { f64::INFINITY },
+        }
     }
 
-    /// Longest step in s at a velocity in m/s.
+    /// Longest step in s, where stops are touched or not, at a velocity in m/s.
     #[inline(always)]
-    pub(super) fn longest(&self, velocity: f64) -> f64 {
-        if velocity.abs() < self.slipping { self.at_rest } else { LONGEST }
+    pub(super) fn longest(&self, touched: [bool; 2], velocity: f64) -> f64 {
+        if touched[0] | touched[1] {
+            self.at_stop
+        } else if velocity.abs() < self.slipping {
+            self.at_rest
+        } else {
+            LONGEST
+        }
     }
 }
 
 impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
-    /// Whether the equations are gentle at a position in m: away from the stops, which are stiff, and without parts of which
-    /// the error estimate of a step tells too little.
-    #[inline(always)]
-    pub(super) fn is_gentle_at(&self, position: f64) -> bool {
-        let margin = 0.02 * self.p.stroke;
-        let is_free = margin < position && position < self.p.stroke - margin;
-        is_free && self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
-    }
-
     /// Whether something changes faster within a step than its error estimate can tell: waves in lines, pulses, friction
     /// along the stroke.
-    fn has_rapid_parts(&self) -> bool {
+    pub(super) fn has_rapid_parts(&self) -> bool {
         self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
     }
 
     /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, the side of
-    /// [equal pressures](Self::has_kink_at_equal_pressures), and the direction of a motion that bends bristles.
+    /// [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that bends
+    /// bristles.
     #[inline(always)]
-    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool, bool) {
+    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool, [bool; 2], bool) {
         let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
         let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
         (
             of_actuator,
             self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
+            self.stops.touched(x[State::Position.at(x.len())]),
             x.len() > State::OTHERS && x[State::Velocity.at(x.len())] < 0.0,
         )
     }

@@ -228,7 +228,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         let slope = GRAVITY * libm::sin(p.incline);
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
         Self {
-            gentle: GentleSteps::new(&friction, p.moving_mass),
+            gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),
@@ -395,8 +395,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         true
     }
 
-    fn is_gentle(&self, x: &[f64; N]) -> bool {
-        self.is_gentle_at(x[State::Position.at(N)])
+    fn is_gentle(&self) -> bool {
+        self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
     }
 
     fn relaxation(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
@@ -405,7 +405,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
     }
 
     fn longest_gentle_step(&self, x: &[f64; N]) -> f64 {
-        self.gentle.longest(x[State::Velocity.at(N)])
+        self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
     }
 
     fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {
@@ -413,7 +413,6 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         let states = [of_actuator(x), of_actuator(end)];
         self.piece(x, &u) == self.piece(end, &u_end)
             && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
-            && self.is_gentle_at(end[State::Position.at(N)])
     }
 
     fn stride(&self, size: f64) -> Stride {

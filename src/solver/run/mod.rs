@@ -2,6 +2,7 @@
 
 mod choice;
 mod crossing;
+mod kink;
 mod step;
 mod strides;
 
@@ -96,6 +97,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     end_slope: [f64; N],
     /// Error of the explicit step tried last if it crosses a kink.
     bend: [f64; N],
+    /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
+    beyond: f64,
     /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
     /// are those of that point: the next step may start from them.
     arrived_with: Option<[f64; U]>,
@@ -143,6 +146,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             strides: Strides::UNKNOWN,
             end_slope: [0.0; N],
             bend: [0.0; N],
+            beyond: 0.0,
             arrived_with: None,
             indicators,
             is_settled: false,
@@ -274,7 +278,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
         let limit = limit.map_err(|limit| StepError::TooManySteps { time: self.time, limit })?;
         let start = self.time;
-        self.attempts = 0;
+        (self.attempts, self.beyond) = (0, 0.0);
         while self.time < end && self.pending.is_none() {
             if self.attempts >= limit {
                 return Err(StepError::TooManySteps { time: self.time, limit });

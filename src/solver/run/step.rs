@@ -1,5 +1,6 @@
 //! One step: tried, judged, accepted or repeated with another size.
 
+use super::kink::Kink;
 use super::{MAX_STEP, Run, Trial, smallest_step};
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
@@ -39,8 +40,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let remaining = limit - self.time;
         self.choose(remaining);
         self.linearise();
-        // A step slightly too short is stretched, and two equal steps are better than one long and one tiny.
-        let h = if self.is_midpoint || self.step * 1.1 >= remaining {
+        // A step slightly too short is stretched, and two equal steps are better than one long and one tiny; but one that is
+        // to end on a kink has the right size.
+        let h = if self.is_midpoint || self.step >= remaining {
+            remaining
+        } else if self.beyond > 0.0 {
+            self.step
+        } else if self.step * 1.1 >= remaining {
             remaining
         } else if self.step * 2.0 > remaining && self.settings.is_adaptive() {
             0.5 * remaining
@@ -57,17 +63,22 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             if self.is_midpoint {
                 return self.give_up_midpoint(h, error);
             }
-            let factor = (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE);
+            let kink = self.kink(h, end_time, &trial).filter(Kink::is_well_within);
+            let factor = match kink {
+                Some(kink) => self.go_for(kink, h),
+                None => (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE),
+            };
             return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial.end, &trial.error)));
         }
-        if self.is_explicit && !self.is_smooth(h, end_time, &trial) {
-            let share = self.error_norm(&trial.end, &self.bend) / KINK_SHARE;
+        if self.is_explicit
+            && let Some(kink) = self.kink(h, end_time, &trial)
+        {
+            let share = self.error_norm(&trial.end, &self.bend) * kink.weight() / KINK_SHARE;
             if share > 1.0 {
                 if self.is_midpoint {
                     return self.give_up_midpoint(h, share);
                 }
-                // What a kink does grows with the square of the step.
-                let factor = (SAFETY / share.sqrt()).clamp(MAX_SHRINKAGE, 0.5);
+                let factor = self.go_for(kink, h);
                 let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&trial.end, &run.bend));
                 return self.reject(h, factor, reason);
             }
@@ -98,7 +109,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Chooses the method of the next step of the adaptive scheme.
     fn choose(&mut self, remaining: f64) {
         let before = self.is_explicit;
-        self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle(&self.x);
+        self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle();
         self.is_midpoint = false;
         if self.is_explicit {
             let longest = self.system.longest_gentle_step(&self.x);
@@ -111,12 +122,6 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             }
         }
         self.is_linearised &= self.is_explicit == before;
-    }
-
-    /// Whether an explicit step meets no kink.
-    fn is_smooth(&self, h: f64, end_time: f64, trial: &Trial<N>) -> bool {
-        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
-        self.system.is_smooth([&self.x, &trial.end], [&u, &u_end], &self.memory, h)
     }
 
     fn linearise(&mut self) {
@@ -268,6 +273,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     fn accept(&mut self, h: f64, end_time: f64, trial: &Trial<N>, error: f64) {
+        let beyond = self.beyond;
         self.move_to(end_time, trial);
         if self.is_explicit && !self.inputs.vary() {
             self.linearisation.derivatives = self.end_slope;
@@ -278,7 +284,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.step
         } else if self.settings.is_adaptive() {
             let growth = SAFETY / fourth_root(error.max(1e-8));
-            if growth >= MAX_GROWTH { self.step.max(h * MAX_GROWTH) } else { h * growth }.min(MAX_STEP)
+            let most = (h * MAX_GROWTH).max(beyond.min(h * growth));
+            if growth >= MAX_GROWTH { self.step.max(most) } else { h * growth }.min(MAX_STEP)
         } else {
             self.settings.step
         };
@@ -292,6 +299,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.x = trial.end;
         self.counters.steps += 1;
         (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
+        self.beyond = 0.0;
         self.follow();
     }
 

@@ -1,0 +1,77 @@
+//! Kinks: where the slopes of the equations change at once, within a mode. Steps end on them.
+
+use std::ops::Range;
+
+use super::{Run, Trial};
+use crate::hybrid::HybridSystem;
+use crate::solver::event::Hermite;
+
+/// How often a step is halved to find a kink.
+const HALVINGS: usize = 12;
+/// Where in a step a kink is taken for the reason of an error.
+const WELL_WITHIN: Range<f64> = 1e-3..0.98;
+/// Distance from an end of a step, as a fraction of it, from which on a kink counts as one in the middle.
+const FAR: f64 = 0.125;
+
+/// The first kink within a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kink {
+    /// The fraction of the step before it.
+    place: f64,
+    /// Whether the equations are smooth from there on.
+    is_last: bool,
+}
+
+impl Kink {
+    /// Whether it is so far from the ends that the step cannot do without ending on it.
+    pub(super) fn is_well_within(&self) -> bool {
+        WELL_WITHIN.contains(&self.place)
+    }
+
+    /// By how much the error of order 2 that a step shows counts: what a kink does grows with the square of the way to the
+    /// nearer end, while what the stages show of it grows with the way.
+    pub(super) fn weight(&self) -> f64 {
+        if self.is_last { (self.place.min(1.0 - self.place) / FAR).min(1.0) } else { 1.0 }
+    }
+}
+
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// The first kink that a step of a size in s meets.
+    #[inline(always)]
+    pub(super) fn kink(&self, h: f64, end_time: f64, trial: &Trial<N>) -> Option<Kink> {
+        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
+        let is_smooth = self.system.is_smooth([&self.x, &trial.end], [&u, &u_end], &self.memory, h);
+        if is_smooth { None } else { Some(self.first_kink(h, end_time, trial)) }
+    }
+
+    /// Where along the cubic between the ends of a step it ceases to be smooth.
+    #[cold]
+    #[inline(never)]
+    fn first_kink(&self, h: f64, end_time: f64, trial: &Trial<N>) -> Kink {
+        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
+        // Those of the linearisation, and of the stages, lack the states that have a closed form.
+        let start_slope = self.system.derivatives(self.time, &self.x, &u, &self.memory);
+        let end_slope = self.system.derivatives(end_time, &trial.end, &u_end, &self.memory);
+        let path = Hermite { start: &self.x, start_slope: &start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let (mut smooth, mut place) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (smooth + place);
+            let u_middle = self.inputs.at(self.time + middle * h);
+            if self.system.is_smooth([&self.x, &path.at(middle)], [&u, &u_middle], &self.memory, middle * h) {
+                smooth = middle;
+            } else {
+                place = middle;
+            }
+        }
+        let u_place = self.inputs.at(self.time + place * h);
+        let rest = (1.0 - place) * h;
+        let is_last = self.system.is_smooth([&path.at(place), &trial.end], [&u_place, &u_end], &self.memory, rest);
+        Kink { place, is_last }
+    }
+
+    /// The fraction of a step of a size in s that ends on a kink; behind it, steps may be as long again.
+    pub(super) fn go_for(&mut self, kink: Kink, h: f64) -> f64 {
+        self.beyond = self.beyond.max(h);
+        kink.place
+    }
+}
