@@ -75,3 +75,27 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         kink.place
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kink_counts_in_full_unless_it_is_the_only_one_and_near_an_end() {
+        let weight = |place: f64, is_last: bool| Kink { place, is_last }.weight();
+        for place in [0.125, 0.5, 0.875] {
+            assert_eq!([weight(place, true), weight(place, false)], [1.0; 2], "{place}");
+        }
+        for place in [1.0 / 16.0, 15.0 / 16.0] {
+            assert_eq!([weight(place, true), weight(place, false)], [0.5, 1.0], "{place}");
+        }
+        assert_eq!([weight(0.0, true), weight(1.0, true)], [0.0; 2]);
+    }
+
+    #[test]
+    fn only_a_kink_away_from_the_ends_is_worth_a_step_of_its_own() {
+        let is_well_within = |place: f64| Kink { place, is_last: true }.is_well_within();
+        assert!([0.001, 0.5, 0.979].into_iter().all(is_well_within));
+        assert!(![0.0, 0.000_9, 0.98, 1.0].into_iter().any(is_well_within));
+    }
+}
