@@ -258,8 +258,6 @@ fn midpoint_rule_leaves_long_steps_to_the_classical_method() {
     assert!(run.counters().rejected <= 75, "{:?}", run.counters());
 }
 
-/// An explicit method is stable up to steps of some 3 us here, which would take 350 000 of them: the implicit one takes
-/// over after a few. It sees only steps that it must shorten a million times, so that a hundred per call are many.
 /// Each of the 200 kinks may cost two steps that are not accepted: one that meets it, and one that finds it again. So may
 /// each try of the implicit method.
 #[test]
@@ -275,6 +273,8 @@ fn steps_end_on_kinks() {
     assert!(counters.rejected <= 400 + counters.jacobians, "{counters:?}");
 }
 
+/// An explicit method is stable up to steps of some 3 us here, which would take 350 000 of them: the implicit one takes
+/// over after a few. It sees only steps that it must shorten a million times, so that a hundred per call are many.
 #[test]
 fn stiffness_where_none_was_said_to_be_costs_some_steps_and_no_accuracy() {
     let settings = Settings { tolerance: 1e-5, ..ADAPTIVE };
