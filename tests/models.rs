@@ -279,6 +279,23 @@ fn run_has_room_for_few_states_that_it_does_not_integrate() {
     }
 }
 
+/// An input with a slope varies over one step, and then keeps the value that it has reached.
+#[test]
+fn slope_of_an_input_lasts_for_a_step() {
+    for model in models::ALL {
+        for input in (model.variables)().inputs() {
+            let mut plant = Setup::of(model).start(0.0).expect("the defaults fit");
+            let start = plant.get(&input.name).expect("an input");
+            plant.set_slope(&input.name, 0.5).expect("an input");
+            for step in 1..=2 {
+                plant.advance_to(0.25 * f64::from(step)).expect("a small change");
+                let value = plant.get(&input.name).expect("an input");
+                assert_eq!(value, start + 0.125, "{} {} after step {step}", model.name, input.name);
+            }
+        }
+    }
+}
+
 /// A saved state with another number of parameters, inputs or slopes than the model has, such as one of another model,
 /// is refused, and changes nothing.
 #[test]
