@@ -518,11 +518,41 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 mod tests {
     use super::*;
     use crate::models::equations::checks;
+    use crate::variables::Variable;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
         let indicators = (MODEL.indicators)();
         checks::events_are_named::<_, { State::OTHERS }, 3>(build::<false>, &indicators, |_, last| last);
+    }
+
+    /// With all lines, each of their states is integrated; with a lag, a sensor's.
+    #[test]
+    fn states_are_as_many_as_a_run_integrates() {
+        let lines = ["hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "supply.volume"];
+        let lags = ["sensor.position.lag", "sensor.pressureA.lag", "sensor.pressureB.lag", "sensor.force.lag"];
+        let all = [lines.as_slice(), &lags].concat();
+        for (law, options) in
+            [1.0, 12.0, 16.0].into_iter().flat_map(|law| [&[][..], &lines, &lags, &all].map(|it| (law, it)))
+        {
+            let value = |variable: &Variable| match variable.name.as_str() {
+                "friction.law" => law,
+                name if options.contains(&name) => {
+                    if name.ends_with(".C") {
+                        1e-9
+                    } else {
+                        1e-3
+                    }
+                }
+                _ => variable.start.expect("a start value"),
+            };
+            let parameters: Vec<f64> = TABLE.parameters().map(value).collect();
+            let start = Start { time: 0.0, parameters: &parameters, inputs: &[5.0, 0.0, 6e5], tolerance: None };
+            let run = (MODEL.start)(&start).expect("legal");
+            let integrated = (0..TABLE.states().count()).filter(|state| run.state_index(*state).is_some());
+            let (equations, _) = build::<true>(&start, &[]).expect("legal");
+            assert_eq!(equations.states(), integrated.count(), "law {law}, {options:?}");
+        }
     }
 }
