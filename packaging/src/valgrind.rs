@@ -106,16 +106,22 @@ fn check_instructions(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Record the instruction counts of a communication step, which the checks compare with; needs valgrind.
+/// Record what the checks compare with: every bit of many runs, and the instruction counts of a communication step, which
+/// need valgrind.
 #[derive(Args)]
 pub struct Record {}
 
 impl Record {
-    /// Counts, and writes the record.
+    /// Runs and counts, and writes the records.
     ///
     /// # Errors
-    /// When valgrind is missing or the record cannot be written.
+    /// When a run fails, valgrind is missing or a record cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        heading("Bits of many runs");
+        let mut cargo = process::cargo();
+        cargo.args(["test", "--test", "recorded_runs"]).env("SERVO_RECORD", "1");
+        process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
+        heading("Instructions of a communication step");
         ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
         let text = serde_json::to_string_pretty(&count(workspace)?)?;
         let file = workspace.root.join(RECORD);

@@ -1,0 +1,167 @@
+//! Every bit of many short runs, as recorded: whoever changes numbers or the work of the solver comes to know it.
+//!
+//! The record says nothing about what is right; other tests do. What it shows is a change where none was meant: between
+//! versions, compilers and platforms. `cargo xtask record` renews it where a change is meant, and CHANGELOG.md says
+//! which numbers it changes.
+
+mod cases;
+
+use std::fmt::Write;
+
+use pneumatic_servo::co_simulation::{Direction, Simulation};
+use pneumatic_servo::friction::Law;
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Table};
+
+use cases::{Changes, cases, start};
+
+const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recorded/runs.csv");
+const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";
+
+#[test]
+fn runs_repeat_those_of_the_record_bit_for_bit() {
+    let mut runs = HEADER.to_owned();
+    for model in models::ALL {
+        for changes in cases(model).into_iter().chain(settings(model)) {
+            writeln!(runs, "{}", run(model, &changes)).unwrap();
+        }
+    }
+    if std::env::var_os("SERVO_RECORD").is_some() {
+        std::fs::write(RECORD, runs).unwrap();
+        return;
+    }
+    let recorded = std::fs::read_to_string(RECORD).unwrap();
+    let (before, now) = (recorded.lines(), runs.lines());
+    let different: Vec<_> = before.clone().zip(now).filter(|(before, now)| before != now).collect();
+    let listed: Vec<_> = different.iter().take(10).map(|(before, now)| format!("{before}\n{now}")).collect();
+    assert!(
+        different.is_empty() && before.count() == runs.lines().count(),
+        "{} of {} runs differ from the record; if that is meant: cargo xtask record. The first, before and now:\n{}",
+        different.len(),
+        runs.lines().count() - 1,
+        listed.join("\n")
+    );
+}
+
+/// The other schemes, under a law without bristles, whose steps may be long, and other tolerances.
+fn settings(model: &Model) -> Vec<Changes> {
+    let table = (model.variables)();
+    let Some(Kind::Enumeration(schemes)) = table.find("solver.scheme").map(|entry| entry.variable.kind) else {
+        return Vec::new();
+    };
+    let law = |law: Law| ("friction.law", f64::from(law as i32));
+    let scheme = |id: i32| vec![law(Law::Stribeck), ("solver.scheme", f64::from(id)), ("solver.step", 1e-4)];
+    let schemes = schemes.items.iter().map(|(id, ..)| scheme(*id));
+    let tolerances = [1e-3, 1e-4, 1e-9].into_iter().flat_map(|tolerance| {
+        [Law::Stribeck, Law::Dahl, Law::LuGre].map(|it| vec![law(it), ("solver.relativeTolerance", tolerance)])
+    });
+    schemes.chain(tolerances).collect()
+}
+
+/// A line of the record: 60 steps of 1 ms and 12 of 10 ms, twice, with inputs that jump or ramp, go back to a saved state, and
+/// end a step at an event.
+fn run(model: &Model, changes: &Changes) -> String {
+    let table = (model.variables)();
+    let (mut simulation, _, starts) = start(model, changes);
+    let fail = |error| panic!("{} {changes:?}: {error}", model.name);
+    let mut digest = Digest::new();
+    let mut random = Random(1);
+    let mut time = 0.0;
+    for index in 0..144 {
+        let inputs: Vec<f64> = table
+            .inputs()
+            .zip(&starts)
+            .map(|(input, start)| start + 0.7 * input.nominal.unwrap_or(1.0) * random.next())
+            .collect();
+        let slopes: Vec<f64> = inputs.iter().map(|input| if index % 3 == 0 { 2.0 * input } else { 0.0 }).collect();
+        if index % 4 == 0 {
+            simulation.set_inputs(&inputs, &slopes);
+        }
+        time += if index % 72 < 60 { 1e-3 } else { 1e-2 };
+        if index % 9 == 0 && simulation.advance_to_event(time).unwrap_or_else(fail) {
+            digest.add_all(model, table, simulation.as_mut());
+            simulation.update().unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
+        }
+        let before = simulation.save();
+        simulation.advance(time).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
+        if index % 24 == 23 {
+            digest.add_all(model, table, simulation.as_mut());
+            simulation.restore(&before).unwrap();
+            simulation.advance(time).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
+        }
+        if index % 12 == 0 {
+            digest.add_all(model, table, simulation.as_mut());
+        }
+    }
+    let counted = ["steps", "rejectedSteps", "jacobians", "events"].map(|name| {
+        let name = format!("solver.{name}");
+        let place = table.computed().position(|variable| variable.name == name);
+        place.map_or(String::new(), |place| values(table, simulation.as_ref())[place].to_string())
+    });
+    // The elements of GMS are stated in every case.
+    let changes = changes.iter().filter(|(name, _)| !name.starts_with("friction.gms."));
+    let changes: Vec<String> = changes.map(|(name, value)| format!("{name}={value:?}")).collect();
+    format!("{};{};{};{:016x}", model.name, changes.join(" "), counted.join(";"), digest.0)
+}
+
+fn values(table: &Table, simulation: &dyn Simulation) -> Vec<f64> {
+    let mut values = vec![0.0; table.computed().count()];
+    simulation.values(&mut values);
+    values
+}
+
+/// Fowler, Noll and Vo's hash (FNV-1a, 64 bits) of numbers.
+struct Digest(u64);
+
+impl Digest {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    /// Adds all that a model tells at an instant: values, their rates and derivatives, indicators, and what a solver
+    /// outside gets.
+    fn add_all(&mut self, model: &Model, table: &Table, simulation: &mut dyn Simulation) {
+        let mut computed = values(table, simulation);
+        self.add(&computed);
+        simulation.rates(&mut computed);
+        self.add(&computed);
+        let ones = |count: usize| vec![1.0; count];
+        let inputs = ones(table.inputs().count());
+        let states = ones(table.states().count());
+        let direction = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
+        simulation.directional_derivative(direction, &mut computed);
+        self.add(&computed);
+        let mut indicators = vec![0.0; (model.indicators)().len()];
+        simulation.indicators(&mut indicators);
+        self.add(&indicators);
+        if let Some(exchange) = simulation.exchange(model) {
+            let mut states = ones(table.number_of_states());
+            exchange.states(&mut states);
+            self.add(&states);
+            exchange.nominals(&mut states);
+            self.add(&states);
+            exchange.indicators(&mut indicators);
+            self.add(&indicators);
+            if exchange.rates(&mut states).is_ok() {
+                self.add(&states);
+            }
+        }
+    }
+
+    fn add(&mut self, numbers: &[f64]) {
+        for byte in numbers.iter().flat_map(|number| number.to_bits().to_le_bytes()) {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
+
+/// Numbers between -1 and 1 (Knuth's linear congruential generator, upper bits).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
