@@ -142,17 +142,19 @@ def rust_loop() -> float:
 
 
 def environment_steps(workers: int, tolerance: float) -> float:
-    """Plant steps a second."""
-    parameters = {"solver.relativeTolerance": tolerance}
-    fleet = gymnasium.make_vec("pneumatic_servo/Positioning-v0", num_envs=1024, workers=workers, parameters=parameters)
-    fleet.reset(seed=1)
-    actions = np.random.default_rng(1).uniform(-0.3, 0.3, (1024, 1)).astype(np.float32)
+    """Plant steps a second in the default experiment, from positions all over the stroke."""
+    number, parameters = 1024, {"solver.relativeTolerance": tolerance}
+    fleet = gymnasium.make_vec(
+        "pneumatic_servo/Positioning-v0", num_envs=number, workers=workers, duration=STEPS * STEP, parameters=parameters
+    )
+    actions = [np.full((number, 1), voltage / 5.0 - 1.0, dtype=np.float32) for voltage in VOLTAGES]
 
     def steps() -> None:
-        for _ in range(50):
-            fleet.step(actions)
+        fleet.reset(seed=1)
+        for action in actions[:-1]:
+            fleet.step(action)
 
-    return 50 * 1024 / best(steps, 5)
+    return (STEPS - 1) * number / best(steps, 5)
 
 
 def fit() -> tuple[float, float]:

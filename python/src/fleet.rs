@@ -24,7 +24,8 @@ pub struct Fleet {
     setup: Setup,
     input: (usize, &'static Variable),
     observed: Vec<Place>,
-    pool: rayon::ThreadPool,
+    /// The threads that step them; the one that asks does if they are not to be several.
+    pool: Option<rayon::ThreadPool>,
     plants: Mutex<Vec<Plant>>,
     /// Whether the next steps begin with the last plant. Plants that do not fit into a cache together are stepped there and
     /// back, so that those come first that are still in it.
@@ -53,8 +54,8 @@ impl Fleet {
         }
         let plants: Result<Vec<_>, _> = (0..number).map(|_| setup.start(0.0)).collect();
         let plants = Mutex::new(plants.map_err(refused)?);
-        let (input, pool, backwards) = ((place, entry.variable), pool(workers)?, AtomicBool::new(false));
-        Ok(Self { setup, input, observed, pool, plants, backwards })
+        let pool = (workers != 1).then(|| pool(workers)).transpose()?;
+        Ok(Self { setup, input: (place, entry.variable), observed, pool, plants, backwards: AtomicBool::new(false) })
     }
 
     /// Starts some plants anew at time 0, each with settings of its own on top of the common ones.
@@ -106,8 +107,17 @@ impl Fleet {
             Ok(())
         };
         let backwards = self.backwards.fetch_xor(true, Ordering::Relaxed);
-        let outcome: Result<(), String> = py.detach(|| {
-            self.pool.install(|| {
+        let outcome: Result<(), String> = py.detach(|| match &self.pool {
+            None => {
+                let mut work = plants.iter_mut().zip(inputs).zip(seen.chunks_mut(width)).enumerate();
+                let mut room = self.room();
+                if backwards {
+                    work.rev().try_for_each(|it| step(&mut room, it))
+                } else {
+                    work.try_for_each(|it| step(&mut room, it))
+                }
+            }
+            Some(pool) => pool.install(|| {
                 let rows = seen.par_chunks_mut(width);
                 let work = plants.par_iter_mut().zip(inputs.par_iter()).zip(rows).enumerate().with_min_len(16);
                 if backwards {
@@ -115,7 +125,7 @@ impl Fleet {
                 } else {
                     work.try_for_each_init(|| self.room(), step)
                 }
-            })
+            }),
         });
         outcome.map_err(stopped)?;
         Ok(self.array(py, plants.len(), seen))

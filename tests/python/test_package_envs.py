@@ -35,6 +35,15 @@ def test_seed_reproduces_bits() -> None:
         assert one.tobytes() == other.tobytes()
 
 
+def test_observations_are_in_units_of_the_stroke_that_is_set() -> None:
+    plant = gymnasium.make(NAME, parameters={"cylinder.stroke": 0.8}, targets=(0.1, 0.7))
+    (error, position, *_), info = plant.reset(seed=3)
+    # Drawn in one go, uniformly between the targets.
+    target, start = np.random.default_rng(3).uniform(0.1, 0.7, 2)
+    assert info["target"] == target
+    assert [0.8 * position, 0.8 * error] == pytest.approx([start, target - start], abs=1e-7)
+
+
 def test_vector_of_plants_does_what_single_ones_do() -> None:
     fleet = gymnasium.make_vec(NAME, num_envs=3, law="LuGre")
     observations, _ = fleet.reset(seed=[11, 12, 13])

@@ -127,9 +127,9 @@ class _Fleet:
     def __init__(self, task: Task, number: int, workers: int) -> None:
         task.check()
         self.task = task
-        self.model = Model("PneumaticServoCylinder")
-        native = self.model._native
-        self.native = _native.Fleet(native, number, task.settings(), "valveVoltage", OBSERVED, workers)
+        model = Model("PneumaticServoCylinder")
+        self.stroke = float(task.parameters.get("cylinder.stroke", model.parameters["cylinder.stroke"].default or 1.0))
+        self.native = _native.Fleet(model._native, number, task.settings(), "valveVoltage", OBSERVED, workers)
         self.targets = np.zeros(number)
         self.settings: list[dict[str, Any]] = [{} for _ in range(number)]
         self.counts = np.zeros(number, dtype=np.int64)
@@ -146,14 +146,14 @@ class _Fleet:
 
     def observe(self) -> Observation:
         """Observe all plants."""
-        return observations(self.model, self.native.observe(), self.targets)
+        return observations(self.stroke, self.native.observe(), self.targets)
 
     def step(self, actions: Array) -> tuple[Observation, Array]:
         """Hold actions for one period; return observations and rewards."""
         task = self.task
         seen = self.native.step(voltages(actions), task.period / task.substeps, task.substeps)
         self.counts += 1
-        return observations(self.model, seen, self.targets), rewards(task, seen, self.targets, actions)
+        return observations(self.stroke, seen, self.targets), rewards(task, seen, self.targets, actions)
 
     def is_over(self) -> NDArray[np.bool_]:
         """Whether each episode has come to its end."""

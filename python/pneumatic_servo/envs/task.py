@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -96,13 +95,12 @@ class Task:
         return float(target), settings
 
 
-def observations(model: Model, seen: Array, targets: Array) -> NDArray[np.float32]:
-    """Scale what is seen of plants, of shape (plants, 4), to observations of shape (plants, 5).
+def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float32]:
+    """Scale what is seen of plants with a stroke in m, of shape (plants, 4), to observations of shape (plants, 5).
 
     Error and position in units of the stroke, velocity in m/s, pressures in 10 bar: within -1 and 1 while nothing
     unusual happens.
     """
-    stroke = float(model.parameters["cylinder.stroke"].default or 1.0)
     scaled = np.empty((len(seen), SIGNALS), dtype=np.float32)
     scaled[:, 0] = (targets - seen[:, 0]) / stroke
     scaled[:, 1] = seen[:, 0] / stroke
