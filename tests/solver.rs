@@ -460,8 +460,9 @@ impl HybridSystem<2, 1> for Counting {
         []
     }
     fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut u64) {}
-    fn follow(&self, _: f64, _: &[f64; 2], _: &[f64; 1], follows: &mut u64) {
+    fn follow(&self, _: f64, _: &[f64; 2], _: &[f64; 1], follows: &mut u64) -> bool {
         *follows += 1;
+        false
     }
     fn scales(&self) -> [f64; 2] {
         [1.0; 2]

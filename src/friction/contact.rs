@@ -182,12 +182,11 @@ impl FrictionContact {
         x[velocity] = rate;
     }
 
-    /// Lets the memory follow an accepted step; few laws do, and only for them the contact is worked out.
+    /// Lets the memory follow an accepted step, and returns whether the force may have changed; few laws do, and only for
+    /// them the contact is worked out.
     #[inline(always)]
-    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut Memory) {
-        if self.follows {
-            self.law.follow(&contact(), &x[self.states()], memory);
-        }
+    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut Memory) -> bool {
+        self.follows && self.law.follow(&contact(), &x[self.states()], memory)
     }
 
     /// The next sample.

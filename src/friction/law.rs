@@ -146,8 +146,11 @@ pub trait FrictionLaw: ParameterSet {
     ) {
     }
 
-    /// Lets the memory follow an accepted step; must leave the indicators as they are.
-    fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
+    /// Lets the memory follow an accepted step; must leave the indicators as they are. Returns whether the force may have
+    /// changed.
+    fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) -> bool {
+        false
+    }
 
     /// The next sample the law takes.
     fn next_sample(&self, _memory: &Self::Memory) -> Sample {

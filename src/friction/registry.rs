@@ -215,9 +215,9 @@ impl Friction {
         dispatch!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory));
     }
 
-    /// Lets the memory follow an accepted step.
-    pub fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
-        dispatch!(self, memory, |law, memory| law.follow(contact, z, memory));
+    /// Lets the memory follow an accepted step; returns whether the force may have changed.
+    pub fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) -> bool {
+        dispatch!(self, memory, |law, memory| law.follow(contact, z, memory))
     }
 
     /// The next sample.

@@ -38,6 +38,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// A state that may relax within a step that is gentle otherwise.
     const RELAXING: Option<usize> = None;
 
+    /// A state at whose zeros the equations have most of their kinks: a velocity that bends bristles.
+    const TURNING: Option<usize> = None;
+
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
@@ -78,8 +81,11 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         false
     }
 
-    /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are.
-    fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+    /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
+    /// whether the derivatives may have changed, apart from those that [`refresh`](Self::refresh) renews.
+    fn follow(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+        false
+    }
 
     /// Takes notice of a communication step of a duration in s that begins here, with its inputs; returns whether the
     /// memory may have changed.

@@ -128,7 +128,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, 
     }
 
     fn follow(&mut self) {
-        self.equations.follow(self.time, &self.x, &self.inputs, &mut self.memory);
+        let _ = self.equations.follow(self.time, &self.x, &self.inputs, &mut self.memory);
     }
 }
 

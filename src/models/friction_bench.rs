@@ -372,12 +372,13 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         true
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &mut Memory) -> bool {
         let u = &Inputs::read(u);
         memory.trend.follow(if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity });
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         let contact = || self.contact(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
+        true
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {

@@ -19,14 +19,32 @@ pub struct Hermite<'a, const N: usize> {
 impl<const N: usize> Hermite<'_, N> {
     /// The states at a fraction of the step.
     pub fn at(&self, fraction: f64) -> [f64; N] {
+        let weights = self.weights(fraction);
+        array(|i| self.weighted(i, weights))
+    }
+
+    /// The fraction of the step, to a given width, at which a state that has other signs at the ends is zero.
+    pub fn zero(&self, state: usize, width: f64) -> Option<f64> {
+        let (start, end) = (self.start[state], self.end[state]);
+        let towards_start = start.signum();
+        let is_between = towards_start * start > 0.0 && towards_start * end < 0.0;
+        let bracket = Bracket::new((0.0, start.abs()), (1.0, -end.abs()));
+        let value = |fraction| towards_start * self.weighted(state, self.weights(fraction));
+        is_between.then(|| root(bracket, width, value))
+    }
+
+    fn weighted(&self, i: usize, [value, start_slope, end_slope]: [f64; 3]) -> f64 {
+        self.start[i] + value * (self.end[i] - self.start[i]) + start_slope * self.start_slope[i]
+            - end_slope * self.end_slope[i]
+    }
+
+    fn weights(&self, fraction: f64) -> [f64; 3] {
         let rest = 1.0 - fraction;
-        let value_weight = fraction * fraction * (3.0 - 2.0 * fraction);
-        let start_weight = fraction * rest * rest * self.h;
-        let end_weight = fraction * fraction * rest * self.h;
-        array(|i| {
-            self.start[i] + value_weight * (self.end[i] - self.start[i]) + start_weight * self.start_slope[i]
-                - end_weight * self.end_slope[i]
-        })
+        [
+            fraction * fraction * (3.0 - 2.0 * fraction),
+            fraction * rest * rest * self.h,
+            fraction * fraction * rest * self.h,
+        ]
     }
 }
 
@@ -120,6 +138,27 @@ mod tests {
         let cubic = Hermite { start: &start, start_slope: &[slope(1.0)], end: &end, end_slope: &[slope(3.0)], h: 2.0 };
         for fraction in [0.0, 0.25, 0.6, 1.0] {
             assert!((cubic.at(fraction)[0] - f(1.0 + 2.0 * fraction)).abs() < 1e-14);
+        }
+        let zero = cubic.zero(0, 1e-12).expect("it falls from 0.5 to -6.5");
+        assert!(f(1.0 + 2.0 * zero).abs() < 1e-10, "{zero}");
+    }
+
+    /// A motion that slows down steadily from one side or the other, and one that begins at rest.
+    #[test]
+    fn zero_of_a_state_between_ends_of_other_signs_is_found() {
+        for sign in [1.0, -1.0] {
+            let f = |t: f64| sign * (1.0 - t * t);
+            let slope = |t: f64| -2.0 * sign * t;
+            let path = |ends: [f64; 2], look: fn(&Hermite<2>) -> [Option<f64>; 2]| {
+                let [start, end] = ends.map(|t| [7.0, f(t)]);
+                let [start_slope, end_slope] = ends.map(|t| [0.0, slope(t)]);
+                let h = ends[1] - ends[0];
+                look(&Hermite { start: &start, start_slope: &start_slope, end: &end, end_slope: &end_slope, h })
+            };
+            let zeros = |path: &Hermite<2>| [0, 1].map(|state| path.zero(state, 1e-9));
+            let [none, turn] = path([0.5, 2.5], zeros);
+            assert!(none.is_none() && (turn.unwrap() - 0.25).abs() < 1e-9, "{turn:?}");
+            assert_eq!(path([1.0, 2.0], zeros), [None; 2]);
         }
     }
 

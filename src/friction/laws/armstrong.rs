@@ -116,8 +116,9 @@ impl FrictionLaw for Armstrong {
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
         memory.line.follow(contact, self.lag);
+        true
     }
 
     fn max_step(&self) -> f64 {

@@ -130,7 +130,8 @@ impl BristleLaw for Leuven {
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory) -> (S, S) {
         let hysteresis = self.hysteresis(z, contact.level, memory);
-        let rate = self.rate(contact, hysteresis) + fading_rate(z, self.limit(contact));
+        let limit = self.limit(contact);
+        let rate = self.rate(contact, limit, hysteresis) + fading_rate(z, limit);
         (hysteresis + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
@@ -138,7 +139,7 @@ impl BristleLaw for Leuven {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
         if memory.direction != 0.0 {
-            let rate = self.rate(contact, self.hysteresis(z, contact.level, memory));
+            let rate = self.rate(contact, self.limit(contact), self.hysteresis(z, contact.level, memory));
             out[Event::Stop] = memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs());
         }
         if let Some(closure) = memory.closure() {
@@ -154,12 +155,15 @@ impl BristleLaw for Leuven {
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, z: f64, memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, z: f64, memory: &mut Memory) -> bool {
         if self.limit(contact) <= 0.0 {
             *memory = Memory::default();
-        } else if memory.direction == 0.0 {
+            return true;
+        }
+        if memory.direction == 0.0 {
             memory.direction = sign(z);
         }
+        false
     }
 }
 
@@ -169,9 +173,9 @@ impl Leuven {
         self.curve.at(contact.velocity.abs(), contact.level)
     }
 
-    /// Rate of `z` at a hysteresis force.
-    fn rate<S: Scalar>(&self, contact: &Contact<S>, hysteresis: S) -> S {
-        let (v, limit) = (contact.velocity, self.limit(contact));
+    /// Rate of `z` at a limit, and at a hysteresis force.
+    fn rate<S: Scalar>(&self, contact: &Contact<S>, limit: S, hysteresis: S) -> S {
+        let v = contact.velocity;
         let q = hysteresis * sign(v.value()) / divisor(limit);
         v * (limit / divisor(limit) - q.abs().pow(self.transition) * sign(q.value()))
     }

@@ -84,7 +84,8 @@ impl FrictionLaw for MaxwellSlip {
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
+        let mut has_changed = false;
         for element in 0..self.count {
             if memory.modes.slip(element).is_some() {
                 continue;
@@ -93,8 +94,10 @@ impl FrictionLaw for MaxwellSlip {
             let limit = contact.level * self.limit[element];
             if limit == 0.0 || (force.abs() > limit && force * contact.velocity <= 0.0) {
                 memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element];
+                has_changed = true;
             }
         }
+        has_changed
     }
 }
 

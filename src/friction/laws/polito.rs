@@ -121,10 +121,12 @@ impl FrictionLaw for Polito {
     }
 
     /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
+        let before = *memory;
         memory.mode = Mode::at(contact, contact.velocity, self.break_away(contact.level));
         let accelerates = contact.velocity * contact.applied >= 0.0;
         memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
+        *memory != before
     }
 
     fn is_sticking(memory: &Memory) -> bool {

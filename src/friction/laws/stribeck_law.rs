@@ -111,11 +111,13 @@ impl FrictionLaw for Stribeck {
         *memory = Memory { mode, since: contact.time };
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
         let mode = Mode::at(contact, contact.velocity, self.break_away(contact.level, contact.time - memory.since));
-        if mode != memory.mode {
-            *memory = Memory { mode, since: contact.time };
+        if mode == memory.mode {
+            return false;
         }
+        *memory = Memory { mode, since: contact.time };
+        true
     }
 
     fn is_sticking(memory: &Memory) -> bool {

@@ -56,8 +56,11 @@ pub trait BristleLaw: ParameterSet {
     /// Handles an event, whose indicator fell below zero; may set the deflection.
     fn switch(&self, _event: Event, _contact: &Contact<f64>, _z: &mut f64, _memory: &mut Self::Memory) {}
 
-    /// Lets the memory follow an accepted step; must leave the indicators as they are.
-    fn follow(&self, _contact: &Contact<f64>, _z: f64, _memory: &mut Self::Memory) {}
+    /// Lets the memory follow an accepted step; must leave the indicators as they are. Returns whether the force may have
+    /// changed.
+    fn follow(&self, _contact: &Contact<f64>, _z: f64, _memory: &mut Self::Memory) -> bool {
+        false
+    }
 }
 
 wrapper! {
@@ -113,7 +116,7 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.switch(event, contact, &mut z[0], memory);
     }
 
-    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut L::Memory) {
-        self.0.follow(contact, z[0], memory);
+    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut L::Memory) -> bool {
+        self.0.follow(contact, z[0], memory)
     }
 }

@@ -128,8 +128,10 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         *mode = mode.switched(contact, velocity, self.0.break_away(contact.level));
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) {
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) -> bool {
+        let before = *mode;
         *mode = Mode::at(contact, contact.velocity, self.0.break_away(contact.level));
+        *mode != before
     }
 
     fn is_sticking(mode: &Mode) -> bool {

@@ -185,9 +185,9 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) -> bool {
         let u = &Inputs::read(u);
-        self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction);
+        self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction)
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.

@@ -391,13 +391,15 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) -> bool {
         let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
+        let mut has_changed = false;
         for trolley in 0..self.trolleys() {
             let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
-            self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
+            has_changed |= self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
         }
+        has_changed
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {

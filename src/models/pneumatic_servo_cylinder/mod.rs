@@ -310,6 +310,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
 
     const RELAXING: Option<usize> = if N > State::OTHERS { Some(State::FRICTION) } else { None };
 
+    const TURNING: Option<usize> = if N > State::OTHERS { Some(State::Velocity.at(N)) } else { None };
+
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
         let mut rates = [S::zero(); N];
         self.write_rates(time, x, u, memory, &mut rates);
@@ -339,11 +341,8 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
-    /// The voltage acts on the actuator alone.
     fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
-        let [from, to] = inputs.map(Inputs::read);
-        let others = |u: Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits);
-        others(from) == others(to) && !self.friction.follows()
+        act_on_actuator_alone(inputs) && !self.friction.follows()
     }
 
     fn has_events(&self) -> bool {
@@ -356,13 +355,11 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) -> bool {
         let u = &Inputs::read(u);
         self.actuator.follow(u.valve_voltage, &mut memory.actuator);
-        if self.friction.follows() {
-            let rate = self.rate(x, memory);
-            self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction);
-        }
+        let rate = self.rate(x, memory);
+        self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction)
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {
@@ -385,12 +382,11 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.max_step()
     }
 
-    /// The voltage, and the play that follows it, act on the actuator alone.
-    fn refresh(&self, x: &[f64; N], [from, to]: [&[f64; 3]; 2], memory: &Memory, derivatives: &mut [f64; N]) -> bool {
-        if !<Self as HybridSystem<N, 3>>::indicators_hold(self, [from, to]) {
+    fn refresh(&self, x: &[f64; N], inputs: [&[f64; 3]; 2], memory: &Memory, derivatives: &mut [f64; N]) -> bool {
+        if !act_on_actuator_alone(inputs) {
             return false;
         }
-        let u = Inputs::read(to);
+        let u = Inputs::read(inputs[1]);
         derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
         true
     }
@@ -512,6 +508,13 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
             && self.friction.fits(&memory.friction)
             && memory.sensors.iter().all(sensor::Memory::is_sound)
     }
+}
+
+/// Whether inputs differ in nothing but the voltage: it, and the play that follows it, act on the actuator alone.
+fn act_on_actuator_alone(inputs: [&[f64; 3]; 2]) -> bool {
+    let [from, to] =
+        inputs.map(Inputs::read).map(|u: Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits));
+    from == to
 }
 
 #[cfg(test)]

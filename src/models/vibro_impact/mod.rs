@@ -252,11 +252,11 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) -> bool {
         let u = &Inputs::read(u);
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         let contact = || self.contact(time, x, u, rate, touches);
-        self.friction.follow(contact, x, &mut memory.friction);
+        self.friction.follow(contact, x, &mut memory.friction)
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {

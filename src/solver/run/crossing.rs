@@ -32,7 +32,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Err(event) => return self.leave_limit(event, h, trial),
         };
         let (end, trial) = self.refine(event, bracket, guess, *trial);
-        self.move_to(self.time + end, &trial);
+        self.move_to(self.time + end, &trial, false);
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
         self.reach(event)
     }
@@ -45,7 +45,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.leaving = Some(event);
             return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
         }
-        self.move_to(self.time + h, trial);
+        self.move_to(self.time + h, trial, false);
         self.reach(event)
     }
 

@@ -6,8 +6,8 @@ use super::{Run, Trial};
 use crate::hybrid::HybridSystem;
 use crate::solver::event::Hermite;
 
-/// How often a step is halved to find a kink.
-const HALVINGS: usize = 12;
+/// How well a kink is located, as a fraction of the step.
+const RESOLUTION: f64 = 1.0 / 4096.0;
 /// Where in a step a kink is taken for the reason of an error.
 const WELL_WITHIN: Range<f64> = 1e-3..0.98;
 /// Distance from an end of a step, as a fraction of it, from which on a kink counts as one in the middle.
@@ -53,16 +53,24 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let start_slope = self.system.derivatives(self.time, &self.x, &u, &self.memory);
         let end_slope = self.system.derivatives(end_time, &trial.end, &u_end, &self.memory);
         let path = Hermite { start: &self.x, start_slope: &start_slope, end: &trial.end, end_slope: &end_slope, h };
-        let (mut smooth, mut place) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (smooth + place);
-            let u_middle = self.inputs.at(self.time + middle * h);
-            if self.system.is_smooth([&self.x, &path.at(middle)], [&u, &u_middle], &self.memory, middle * h) {
-                smooth = middle;
-            } else {
-                place = middle;
+        let narrowed = |[smooth, place]: [f64; 2], at: f64| {
+            let u_at = self.inputs.at(self.time + at * h);
+            let is_smooth = self.system.is_smooth([&self.x, &path.at(at)], [&u, &u_at], &self.memory, at * h);
+            if is_smooth { [at, place] } else { [smooth, at] }
+        };
+        let mut bracket = [0.0, 1.0];
+        // As a rule it is where the motion turns: two looks show whether it is.
+        if let Some(turn) = H::TURNING.and_then(|state| path.zero(state, 0.1 * RESOLUTION)) {
+            for near in [turn - 0.45 * RESOLUTION, turn + 0.45 * RESOLUTION] {
+                if bracket[0] < near && near < bracket[1] {
+                    bracket = narrowed(bracket, near);
+                }
             }
         }
+        while bracket[1] - bracket[0] > RESOLUTION {
+            bracket = narrowed(bracket, 0.5 * (bracket[0] + bracket[1]));
+        }
+        let place = bracket[1];
         let u_place = self.inputs.at(self.time + place * h);
         let rest = (1.0 - place) * h;
         let is_last = self.system.is_smooth([&path.at(place), &trial.end], [&u_place, &u_end], &self.memory, rest);

@@ -333,8 +333,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.settle()
     }
 
+    /// Lets the memory follow the present states and inputs; derivatives that it changes are worked out anew.
     fn follow(&mut self) {
-        self.system.follow(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
+        if self.system.follow(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory) {
+            (self.is_linearised, self.arrived_with) = (false, None);
+        }
     }
 
     fn indicators_at(&self, time: f64, x: &[f64; N]) -> H::Indicators {

@@ -274,11 +274,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     fn accept(&mut self, h: f64, end_time: f64, trial: &Trial<N>, error: f64) {
         let beyond = self.beyond;
-        self.move_to(end_time, trial);
-        if self.is_explicit && !self.inputs.vary() {
-            self.linearisation.derivatives = self.end_slope;
-            self.arrived_with = Some(self.inputs.at(end_time));
-        }
+        self.move_to(end_time, trial, self.is_explicit && !self.inputs.vary());
         self.step = if self.is_midpoint {
             // That of the classical method is another.
             self.step
@@ -291,15 +287,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         };
     }
 
-    pub(super) fn move_to(&mut self, time: f64, trial: &Trial<N>) {
+    /// Goes to the end of a step, whose slope there may be known.
+    pub(super) fn move_to(&mut self, time: f64, trial: &Trial<N>, knows_slope: bool) {
         if self.settings.keeps_balance {
             self.keep_balance(time, trial);
         }
         self.time = time;
         self.x = trial.end;
         self.counters.steps += 1;
-        (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
-        self.beyond = 0.0;
+        if knows_slope {
+            self.linearisation.derivatives = self.end_slope;
+        }
+        (self.is_linearised, self.arrived_with) = (false, knows_slope.then(|| self.inputs.at(time)));
+        (self.leaving, self.beyond) = (None, 0.0);
         self.follow();
     }
 
