@@ -226,4 +226,10 @@ mod tests {
             assert_eq!(sensor.check().unwrap_err().to_string(), expected);
         }
     }
+    #[test]
+    fn reading_that_is_no_number_is_not_sound() {
+        let memory = |reading: f64| Memory { reading, ..PERFECT.start(0.0, 1) };
+        assert!(memory(-3.0).is_sound());
+        assert!([f64::NAN, f64::INFINITY].iter().all(|reading| !memory(*reading).is_sound()));
+    }
 }

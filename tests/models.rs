@@ -7,6 +7,7 @@ use pneumatic_servo::co_simulation::{Saved, Simulation};
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
+use rig::Rig;
 
 /// A run under a law with inputs away from their start values.
 fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
@@ -304,7 +305,9 @@ fn saved_states_that_do_not_fit_are_refused() {
     for (index, mut plant) in plants().enumerate() {
         let (model, own) = (plant.model().name, plant.save());
         for other in plants().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other) {
-            assert!(plant.restore(&other.save()).is_err(), "{model} from {}", other.model().name);
+            let refused = plant.restore(&other.save()).expect_err("a saved state of another model").to_string();
+            let expected = "the saved state does not belong to this model with these parameters";
+            assert_eq!(refused, expected, "{model} from {}", other.model().name);
             assert_eq!(plant.save(), own, "{model} after {}", other.model().name);
         }
         for list in ["parameters", "inputs", "slopes"] {
@@ -315,6 +318,27 @@ fn saved_states_that_do_not_fit_are_refused() {
             assert_eq!(plant.save(), own, "{model} after {list}");
         }
         plant.restore(&own).expect("its own");
+    }
+}
+
+/// What a friction law or an actuator remembers is nothing that another could go on from, though it may have as many states.
+#[test]
+fn memories_of_other_laws_and_actuators_are_refused() {
+    for (model, choice) in models::ALL.iter().flat_map(|model| ["friction.law", "actuation"].map(|it| (model, it))) {
+        let Some(entry) = (model.variables)().find(choice) else { continue };
+        let Kind::Enumeration(of) = entry.variable.kind else { panic!("{}: {choice} is no choice", model.name) };
+        let start = |(id, ..): &(i32, _, _)| Rig::new(model.name).set(choice, f64::from(*id)).start();
+        let mut runs: Vec<_> = of.items.iter().map(|item| start(item).expect("the defaults fit")).collect();
+        let saved: Vec<_> = runs.iter_mut().map(|run| run.simulation().save()).collect();
+        for ((own, (_, item, _)), run) in of.items.iter().enumerate().zip(&mut runs) {
+            let mut outside = run.simulation().exchange(model).expect("a model with states");
+            let outsiders = outside.save();
+            for ((other, (_, name, _)), snapshot) in of.items.iter().enumerate().zip(&saved) {
+                let restored = run.simulation().restore(snapshot).is_ok();
+                assert_eq!(restored, own == other, "{}: {item} from {name}", model.name);
+            }
+            outside.restore(&outsiders).expect("its own");
+        }
     }
 }
 

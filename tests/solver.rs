@@ -288,6 +288,15 @@ fn stiffness_where_none_was_said_to_be_costs_some_steps_and_no_accuracy() {
 }
 
 /// Dropped from 1/2 m, the ball lands at 1 s and bounces for 2 e, 2 e^2, ... seconds.
+/// An account is kept of what a system says that it holds and receives, which is nothing unless it says so.
+#[test]
+fn systems_without_conserved_quantities_have_no_residuals() {
+    let settings = Settings { keeps_balance: true, ..ADAPTIVE };
+    let mut run = Run::new(Oscillator::new(true), settings, 0.0, [1.0, 0.0], (), [0.0]);
+    run.advance(1.0).unwrap();
+    assert_eq!(run.residuals(), [0.0; 2]);
+}
+
 #[test]
 fn impacts_are_located_to_rounding() {
     let mut run = Run::new(Ball { restitution: 0.8 }, ADAPTIVE, 0.0, [0.5, 0.0], Vec::new(), [0.0]);
@@ -349,6 +358,9 @@ fn events_without_end_are_an_error_and_the_time_is_named() {
     let error = run.advance(2.0).unwrap_err();
     let StepError::Chattering { time, .. } = error else { panic!("{error}") };
     assert!((time - 1.0).abs() < 1e-9);
+    // The system has no names.
+    let expected = format!("at t = {time} s events follow each other without end, the last of them an event");
+    assert_eq!(error.to_string(), expected);
 }
 
 #[test]
@@ -404,8 +416,10 @@ fn steps_that_locate_events_are_within_the_bound() {
 fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let settings = Settings { scheme: Scheme::ExplicitEuler, step: 0.1, ..ADAPTIVE };
     let mut run = Run::new(Stiff { rate: 1e6, is_gentle: false }, settings, 0.0, [2.0], (), [0.0]);
-    let StepError::Diverged { step, .. } = run.advance(100.0).unwrap_err() else { panic!("another error") };
+    let error = run.advance(100.0).unwrap_err();
+    let StepError::Diverged { step, .. } = error else { panic!("{error}") };
     assert!((step - 0.1).abs() < 1e-12);
+    assert!(error.to_string().contains("diverges: the magnitude of a state goes beyond"), "{error}");
 }
 
 /// `x' = -1`, which has no meaning from `x = 0` on.

@@ -158,3 +158,20 @@ impl Actuating for SwitchingValves {
         memory.is_sound()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::ParameterSet;
+
+    #[test]
+    fn memory_of_a_voltage_that_is_no_number_fits_no_valves() {
+        let starts: Vec<_> = Parameters::table().iter().filter_map(|it| it.start).map(Tunable::still).collect();
+        let valves = SwitchingValves::new(Parameters::read(&starts).expect("legal")).expect("legal");
+        for (voltage, fits) in [(7.0, true), (f64::NAN, false)] {
+            let mut memory = Memory::default();
+            valves.sample(&mut [0.0; STATES], voltage, &mut memory);
+            assert_eq!(valves.fits(&memory), fits, "{voltage} V");
+        }
+    }
+}

@@ -244,4 +244,21 @@ mod tests {
         let found = course(driver, |_| 0.5, 0.06);
         assert_eq!(found.iter().map(|(_, [first, _])| *first).collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
     }
+    #[test]
+    fn memories_that_no_driver_leaves_are_not_sound() {
+        let sound = Memory { duty: -1.0, ..Memory::default() };
+        assert!(sound.is_sound() && Memory { duty: 1.0, ..sound }.is_sound());
+        let motion = |motion: Motion| Memory { motions: [sound.motions[0], motion], ..sound };
+        let still = sound.motions[1];
+        for memory in [
+            Memory { duty: 1.1, ..sound },
+            Memory { duty: -1.1, ..sound },
+            Memory { duty: f64::NAN, ..sound },
+            Memory { fall: f64::NAN, ..sound },
+            motion(Motion { turns: f64::NAN, ..still }),
+            motion(Motion { arrives: f64::NAN, ..still }),
+        ] {
+            assert!(!memory.is_sound(), "{memory:?}");
+        }
+    }
 }

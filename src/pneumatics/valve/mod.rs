@@ -424,4 +424,10 @@ mod tests {
         let command = Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(0.2, command), command);
     }
+    #[test]
+    fn set_point_that_is_no_number_fits_no_valve() {
+        let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
+        assert!(valve.fits(&-0.5));
+        assert!([f64::NAN, f64::INFINITY].iter().all(|set_point| !valve.fits(set_point)));
+    }
 }

@@ -146,4 +146,20 @@ mod tests {
         assert_eq!(choice.patience, MOST_PATIENCE);
         assert!(choice.is_sound());
     }
+    #[test]
+    fn choices_that_no_run_makes_are_not_sound() {
+        let sound = Choice { short: MOST_PATIENCE, patience: MOST_PATIENCE, ..Choice::default() };
+        assert!(sound.is_sound());
+        for choice in [
+            Choice { short: MOST_PATIENCE + 1, ..sound },
+            Choice { patience: MOST_PATIENCE + 1, ..sound },
+            Choice { given_up_at: f64::NAN, ..sound },
+            Choice { given_up_at: f64::INFINITY, ..sound },
+            Choice { reach: f64::NAN, ..sound },
+            Choice { reach: 0.0, ..sound },
+            Choice { reach: 2.0 * LONGEST_REACH, ..sound },
+        ] {
+            assert!(!choice.is_sound(), "{choice:?}");
+        }
+    }
 }

@@ -349,3 +349,28 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 fn smallest_step(time: f64) -> f64 {
     (16.0 * f64::EPSILON * time.abs()).max(1e-15)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_that_no_run_makes_is_not_sound() {
+        let counters = Counters::default();
+        let (choice, balance) = (Choice::default(), Balance::default());
+        let sound = Progress { time: 1.0, step: 1e-3, choice, counters, balance, pending: None };
+        assert!(sound.is_sound(0));
+        assert!(Progress { pending: Some(2), ..sound }.is_sound(3), "the last of three events");
+        let (nan, infinite) = (f64::NAN, f64::INFINITY);
+        let times = [nan, infinite, -infinite].map(|time| Progress { time, ..sound });
+        let steps = [nan, infinite, 0.0, -1e-3].map(|step| Progress { step, ..sound });
+        let others = [
+            Progress { pending: Some(3), ..sound },
+            Progress { pending: Some(4), ..sound },
+            Progress { balance: Balance::new([1.0, nan]), ..sound },
+        ];
+        for progress in [&times[..], &steps, &others].concat() {
+            assert!(!progress.is_sound(3), "{progress:?}");
+        }
+    }
+}
