@@ -3,7 +3,7 @@
 
 mod rig;
 
-use pneumatic_servo::co_simulation::{Saved, Simulation};
+use pneumatic_servo::co_simulation::{Saved, Simulation, Snapshot};
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
@@ -22,6 +22,16 @@ fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
     }
     let inputs: Vec<f64> = starts(|variable| variable.role == Role::Input).iter().map(|u| 1.1 * u + 0.3).collect();
     let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+    (model.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
+}
+
+/// A run with all defaults from a time in s on.
+fn started(model: &Model, time: f64) -> Box<dyn Simulation> {
+    let starts =
+        |variables: &mut dyn Iterator<Item = &Variable>| variables.filter_map(|it| it.start).collect::<Vec<_>>();
+    let table = (model.variables)();
+    let (parameters, inputs) = (starts(&mut table.parameters()), starts(&mut table.inputs()));
+    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
     (model.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 
@@ -339,6 +349,53 @@ fn memories_of_other_laws_and_actuators_are_refused() {
             }
             outside.restore(&outsiders).expect("its own");
         }
+    }
+}
+
+/// The run is exactly where the host says, whichever way it goes there, and goes back exactly there, though it counts its own
+/// time from its start: near 0, that rounds to multiples of 1e-15 s.
+#[test]
+fn clock_is_exactly_where_the_host_says() {
+    for model in models::ALL {
+        let mut runs = [0, 1].map(|_| started(model, -7.3));
+        for step in 1..=50 {
+            let end = 1e-3 * f64::from(step);
+            runs[0].advance(end).expect("a step");
+            while runs[1].advance_to_event(end).expect("a step") {
+                runs[1].update().expect("an event");
+            }
+            for run in &mut runs {
+                assert_eq!(run.time(), end, "{}", model.name);
+                let own = run.save();
+                run.restore(&own).expect("its own");
+                assert_eq!(run.time(), end, "{}", model.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn spoilt_saved_states_are_refused() {
+    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+        let mut run = started(model, 100.1);
+        run.advance(100.2).expect("a step");
+        let own = run.save();
+        let mut refuse = |what: &str, spoil: &dyn Fn(&mut Snapshot)| {
+            let mut spoilt = own.clone();
+            spoil(&mut spoilt);
+            assert!(run.restore(&spoilt).is_err(), "{}: {what}", model.name);
+            assert_eq!(run.save(), own, "{}: {what}", model.name);
+        };
+        refuse("a clock behind that of the solver", &|it| it.time -= 1e-9);
+        refuse("a clock ahead of that of the solver", &|it| it.time += 1e-9);
+        refuse("a time that is no number", &|it| it.time = f64::NAN);
+        refuse("a state that is no number", &|it| it.states[0] = f64::NAN);
+        refuse("a missing state", &|it| it.states.truncate(1));
+        refuse("bytes that are missing", &|it| it.memory.truncate(1));
+        // The start ends the bytes, and in front of it a 0 says that no event is pending.
+        let (pending, start) = (own.memory.len() - 9, own.memory.len() - 8);
+        refuse("a start that is no number", &|it| it.memory[start..].copy_from_slice(&f64::NAN.to_le_bytes()));
+        refuse("an event that is none", &|it| drop(it.memory.splice(pending..start, [1, 100])));
     }
 }
 

@@ -89,6 +89,7 @@ impl Course {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Model;
     use crate::models;
     use crate::variables::{Kind, Variable};
 
@@ -121,5 +122,26 @@ mod tests {
     fn steps_begin_at_their_times() {
         let steps = Course::Steps(&[(1.0, 2.0), (3.0, -1.0)]);
         assert_eq!([0.9, 1.0, 2.9, 3.0, 9.0].map(|time| steps.at(time)), [0.0, 2.0, 2.0, -1.0, -1.0]);
+    }
+    /// A period of 2 s from 0.25 s on.
+    #[test]
+    fn sine_swings_about_its_mean() {
+        let sine = Course::Sine { mean: 5.0, amplitude: 3.0, frequency: 0.5, delay: 0.25 };
+        for (time, expected) in [(0.25, 5.0), (0.75, 8.0), (1.25, 5.0), (1.75, 2.0), (2.75, 8.0)] {
+            let value = sine.at(time);
+            assert!((value - expected).abs() < 1e-14, "{value} at {time} s");
+        }
+    }
+
+    #[test]
+    fn steps_lead_to_the_stop_time_and_signals_belong_to_their_inputs() {
+        for Model { name, variables, experiment, .. } in models::ALL {
+            let end = f64::from(experiment.steps()) * experiment.step_size;
+            assert!((end / experiment.stop_time - 1.0).abs() < 1e-12, "{name}: {end} s");
+            for input in variables().inputs() {
+                let mut signals = experiment.signals.iter().filter(|signal| signal.input == input.name);
+                assert_eq!(experiment.signal(&input.name), signals.next(), "{name}: {}", input.name);
+            }
+        }
     }
 }

@@ -141,3 +141,56 @@ impl From<ParameterError> for SettingError {
 pub fn find(table: &Table, name: &str) -> Result<Entry, SettingError> {
     table.find(name).ok_or_else(|| SettingError::Unknown { name: name.to_owned(), similar: table.similar(name) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::units;
+
+    crate::enumeration! {
+        /// A direction.
+        Way "Way": "Where to go" {
+            1 Left: "To the left";
+            3 Right: "To the right";
+        }
+    }
+
+    fn table() -> Table {
+        Table::new(vec![
+            Variable::time(),
+            Variable::parameter(1, "length", units::METRE, 1.0).at_least(0.0),
+            Variable::count(2, "number", 3),
+            Variable::option(3, "open", false),
+            Variable::choice(4, "way", Way::Left),
+        ])
+    }
+
+    fn number(name: &str, value: impl Into<Value<'static>>) -> Result<f64, String> {
+        let entry = find(&table(), name).map_err(|error| error.to_string())?;
+        value.into().number(entry.variable).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn values_are_numbers_items_and_flags() {
+        assert_eq!([number("length", 0.5), number("number", 7), number("way", 3)], [Ok(0.5), Ok(7.0), Ok(3.0)]);
+        assert_eq!([number("open", true), number("open", false), number("open", 1)], [Ok(1.0), Ok(0.0), Ok(1.0)]);
+        assert_eq!([number("way", "Left"), number("way", "Right")], [Ok(1.0), Ok(3.0)]);
+    }
+
+    #[test]
+    fn refusal_says_what_a_variable_must_be() {
+        let refused = |found: Result<f64, String>| found.expect_err("no such value");
+        assert_eq!(refused(number("length", "long")), "length = \"long\" is refused: it must be a number in m");
+        assert_eq!(refused(number("length", -1.0)), "length = -1 is refused: it must be at least 0");
+        assert_eq!(refused(number("number", true)), "number = true is refused: it must be an integer");
+        assert_eq!(refused(number("open", "yes")), "open = \"yes\" is refused: it must be true or false");
+        assert_eq!(refused(number("way", "Up")), "way = \"Up\" is refused: it must be one of Left, Right");
+        assert_eq!(refused(number("way", false)), "way = false is refused: it must be one of Left, Right");
+    }
+
+    #[test]
+    fn unknown_name_is_answered_with_those_that_resemble_it() {
+        assert_eq!(number("lenght", 1.0), Err("there is no variable lenght; did you mean length?".to_owned()));
+        assert_eq!(number("voltage", 1.0), Err("there is no variable voltage".to_owned()));
+    }
+}

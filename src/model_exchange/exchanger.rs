@@ -256,3 +256,105 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use super::*;
+    use crate::co_simulation::counters_table;
+    use crate::hybrid::{HybridSystem, Sample};
+    use crate::numbers::Scalar;
+
+    static TABLE: LazyLock<Table> = LazyLock::new(|| Table::new(counters_table(1)));
+
+    /// Nothing but events at one instant: so many that are handled, each by its indicator, and so many samples.
+    #[derive(Clone)]
+    struct Busy {
+        switches: usize,
+        samples: usize,
+    }
+
+    impl HybridSystem<0, 0> for Busy {
+        /// Switches and samples so far.
+        type Memory = [usize; 2];
+        type Indicators = [f64; 3];
+        fn derivatives<S: Scalar>(&self, _: S, _: &[S; 0], _: &[S; 0], _: &[usize; 2]) -> [S; 0] {
+            []
+        }
+        /// The first one begins, then the last two take turns.
+        fn indicators(&self, _: f64, _: &[f64; 0], _: &[f64; 0], &[switches, _]: &[usize; 2]) -> [f64; 3] {
+            let next = if switches == 0 { 0 } else { 1 + switches % 2 };
+            std::array::from_fn(|place| if place == next && switches < self.switches { -1.0 } else { 0.0 })
+        }
+        fn switch(&self, event: usize, _: f64, _: &mut [f64; 0], _: &[f64; 0], memory: &mut [usize; 2]) {
+            assert_eq!(event, if memory[0] == 0 { 0 } else { 1 + memory[0] % 2 });
+            memory[0] += 1;
+        }
+        fn next_sample(&self, memory: &[usize; 2]) -> Sample {
+            if memory[1] < self.samples { Sample::exact(0.5) } else { Sample::NEVER }
+        }
+        fn sample(&self, _: f64, _: &mut [f64; 0], _: &[f64; 0], memory: &mut [usize; 2]) {
+            memory[1] += 1;
+        }
+        fn scales(&self) -> [f64; 0] {
+            []
+        }
+        fn fits(&self, _: &[usize; 2]) -> bool {
+            true
+        }
+    }
+
+    impl Equations<0, 0> for Busy {
+        fn table() -> &'static Table {
+            &TABLE
+        }
+        fn outputs<S: Scalar>(&self, _: S, _: &[S; 0], _: &[S; 0], _: &[usize; 2], _: &mut [S]) {}
+        fn state_at(&self, _: u32) -> Option<usize> {
+            None
+        }
+        fn notices(&self, _: &[f64; 0]) -> Notices {
+            Notices::default()
+        }
+    }
+
+    fn busy(switches: usize, samples: usize) -> Exchanger<Busy, 0, 0> {
+        let build: Build<Busy> = |_, _| unreachable!("nothing is tuned");
+        let indicators =
+            ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
+        let equations = Busy { switches, samples };
+        Exchanger::new((equations, build, Vec::new()), (1.0, [], [0, 0], []), &TABLE, indicators.to_vec())
+    }
+    /// Steps and events that it has counted.
+    fn counted(model: &Exchanger<Busy, 0, 0>) -> [f64; 2] {
+        let mut values = [0.0; COUNTERS];
+        model.values(&mut values);
+        [values[0], values[3]]
+    }
+
+    #[test]
+    fn events_and_accepted_steps_are_counted() {
+        let mut model = busy(99, 99);
+        assert_eq!(model.update(), Ok(Update { changes_states: false, next_time_event: None }));
+        assert_eq!((model.memory, counted(&model)), ([99, 99], [0.0, 99.0]));
+        model.accept_step();
+        model.accept_step();
+        assert_eq!(counted(&model), [2.0, 99.0]);
+    }
+
+    #[test]
+    fn events_without_end_are_refused_by_the_names_of_those_that_go_on() {
+        let mut model = busy(usize::MAX, 0);
+        let expected = "at t = 1 s events follow each other without end; indicators: second, third";
+        assert_eq!(model.update().expect_err("no end").to_string(), expected);
+        assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
+    }
+
+    #[test]
+    fn time_events_that_the_host_has_passed_are_refused() {
+        let mut model = busy(1, 200);
+        let expected = "at t = 1 s the time event of 0.5 s is still due, and too many after it";
+        assert_eq!(model.update().expect_err("too many").to_string(), expected);
+        assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
+    }
+}
