@@ -472,4 +472,8 @@ mod tests {
         let indicators = (MODEL.indicators)();
         checks::events_are_named::<_, { State::OTHERS }, { INPUTS }>(build, &indicators, |_, last| last);
     }
+    #[test]
+    fn laws_cost_what_they_ask_for() {
+        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, { INPUTS }>(build, [false; 2]);
+    }
 }

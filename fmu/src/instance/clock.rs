@@ -5,7 +5,7 @@ use super::failure::Failure;
 /// The largest difference between two times that counts as rounding, for steps of a size.
 ///
 /// A host that multiplies or adds up step sizes, or keeps its time in nanoseconds, is off by some 1e-10 of the time.
-/// Half a step is never rounding, so that every accepted step moves; a few units in the last place always are.
+/// More than half a step is never rounding, so that every accepted step moves; a few units in the last place always are.
 fn rounding(time: f64, size: f64) -> f64 {
     let relative = 1e-9 * time.abs().max(size);
     relative.min(0.5 * size).max(4.0 * f64::EPSILON * time.abs())
@@ -51,7 +51,8 @@ mod tests {
     #[test]
     fn size_must_be_positive_and_finite() {
         for size in [0.0, -0.0, -1e-3, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(end(1.0, 1.0, size).is_err(), "{size}");
+            let failure = end(1.0, 1.0, size).expect_err("an impossible size");
+            assert!(failure.message.contains("must be positive and finite"), "{failure:?}");
         }
     }
 
@@ -60,6 +61,19 @@ mod tests {
         for point in [0.999, 1.001, -1.0, f64::NAN, f64::INFINITY] {
             let failure = end(1.0, point, 0.01).expect_err("a wrong point");
             assert!(failure.message.contains(&point.to_string()) && failure.message.contains("at 1 s"), "{failure:?}");
+        }
+    }
+
+    /// A billionth of the time is more than a step of 2 s there.
+    #[test]
+    fn more_than_half_a_step_is_no_rounding_however_late_it_is() {
+        let late = 2f64.powi(31);
+        for (difference, is_rounding) in [(-1.5, false), (-1.0, true), (1.0, true), (1.5, false)] {
+            assert_eq!(end(late, late + difference, 2.0).is_ok(), is_rounding, "{difference}");
+        }
+        for (beyond, is_rounding) in [(1.0, true), (1.5, false)] {
+            let point = late - 2.0 + beyond;
+            assert_eq!(end_of_step(point, point, 2.0, Some(late)).is_ok(), is_rounding, "{beyond}");
         }
     }
 

@@ -45,10 +45,9 @@ pub fn decode(bytes: &[u8], guid: &str) -> Result<SavedState, Failure> {
     if !bytes.starts_with(MAGIC) {
         return Err(Failure::error("the bytes are no serialized state"));
     }
-    if bytes.len() < BODY_AT {
+    let Some((start, body)) = bytes.split_at_checked(BODY_AT) else {
         return Err(Failure::error(format!("the serialized state is cut off: {} bytes are left", bytes.len())));
-    }
-    let (start, body) = bytes.split_at(BODY_AT);
+    };
     let expected = header(bytes.len());
     if start[VERSION_AT..LENGTH_AT] != expected[VERSION_AT..LENGTH_AT] {
         return Err(Failure::error(format!("the serialized state has another format than version {VERSION}")));

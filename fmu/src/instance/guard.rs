@@ -215,6 +215,8 @@ mod tests {
             assert!(instantiate(&wanted(name, guid), sink, || Ok(())).is_none());
             let (status, text) = messages.try_recv().expect("a message");
             assert!(status == Status::Error && text.contains(reason), "{text}");
+            let lists_models = models::ALL.iter().all(|it| text.contains(&format!("{} {}", it.name, crate::guid(it))));
+            assert_eq!(lists_models, guid == Some("{guid}"), "{text}");
         }
         let (sink, messages) = listening_sink();
         assert!(instantiate(&wanted("a", Some(&guid)), sink, || Err(Failure::error("no"))).is_none());

@@ -11,7 +11,6 @@ use super::failure::Failure;
 use super::layout::Layout;
 use super::record::{Experiment, Record};
 use super::run::Run;
-use super::values::check_value;
 use crate::calls::Mode;
 use pneumatic_servo::co_simulation::Snapshot;
 use pneumatic_servo::variables::Variable;
@@ -154,7 +153,7 @@ impl SavedState {
 
 fn check_values(variables: &[&Variable], values: &[f64]) -> Result<(), Failure> {
     for (variable, value) in variables.iter().zip(values) {
-        check_value(variable, *value)?;
+        variable.check(*value)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::Instance;
 use super::failure::Failure;
 use super::layout::{Base, Slot};
 use crate::calls::{Mode, describe};
-use pneumatic_servo::variables::{Kind, ParameterError, Place, Role, Variable};
+use pneumatic_servo::variables::{Kind, Place, Role, Variable};
 
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
 fn settable(role: Role) -> &'static [Mode] {
@@ -46,7 +46,7 @@ impl Instance {
         for (reference, value) in values.clone() {
             let slot = self.layout.typed_slot(reference, base)?;
             self.check_settable(&slot)?;
-            check_value(slot.variable, value)?;
+            slot.variable.check(value)?;
             match slot.place {
                 Place::Input(place) => {
                     if !sets_inputs {
@@ -142,14 +142,6 @@ fn not_settable(variable: &Variable, modes: &[Mode]) -> Failure {
         Role::Output | Role::Local => format!("{name} is computed and cannot be set"),
         _ => format!("{name} can only be set {}", describe(modes)),
     })
-}
-
-/// Checks a value on its own.
-pub(super) fn check_value(variable: &Variable, value: f64) -> Result<(), ParameterError> {
-    if matches!(variable.kind, Kind::Boolean) && value != 0.0 && value != 1.0 {
-        return Err(ParameterError::new(&variable.name, value, "it must be true (1) or false (0)"));
-    }
-    variable.check(value)
 }
 
 #[cfg(test)]

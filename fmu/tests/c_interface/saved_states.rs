@@ -130,6 +130,26 @@ fn restored_run_includes_inputs_slopes_and_tuned_parameters() {
     assert_eq!(continuation(&instance), first);
 }
 
+/// A state goes on with the tolerance of its own experiment, though another has begun since.
+#[test]
+fn restored_run_includes_the_tolerance_of_the_experiment() {
+    let begin = |instance: &Instance, tolerance: f64| {
+        // SAFETY: of the component.
+        let status = unsafe { (LIBRARY.fmi2SetupExperiment)(instance.component, 1, tolerance, 0.0, 0, 0.0) };
+        assert_eq!((status, instance.enter(), instance.exit()), (OK, OK, OK));
+        instance.swing(10)
+    };
+    let instance = Instance::new();
+    begin(&instance, 1e-3);
+    let state = instance.save();
+    let first = instance.swing(10);
+    assert_eq!(instance.reset(), OK);
+    begin(&instance, 1e-9);
+    assert_ne!(instance.swing(10), first);
+    assert_eq!(instance.restore(state), OK);
+    assert_eq!(instance.swing(10), first);
+}
+
 #[test]
 fn many_states_may_be_held_and_used_in_any_order() {
     let instance = Instance::initialized();

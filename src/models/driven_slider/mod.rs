@@ -294,4 +294,8 @@ mod tests {
         let indicators = (MODEL.indicators)();
         checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators, |_, last| last);
     }
+    #[test]
+    fn laws_cost_what_they_ask_for() {
+        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 1>(build, [false, true]);
+    }
 }

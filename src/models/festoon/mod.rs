@@ -515,4 +515,8 @@ mod tests {
             if last == "link" { "a rope or buffer" } else { last }
         });
     }
+    #[test]
+    fn laws_cost_what_they_ask_for() {
+        checks::laws_cost_what_they_ask_for::<_, { states(0) }, 2>(build, [true, false]);
+    }
 }

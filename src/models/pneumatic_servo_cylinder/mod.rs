@@ -558,4 +558,30 @@ mod tests {
             assert_eq!(equations.states(), integrated.count(), "law {law}, {options:?}");
         }
     }
+    #[test]
+    fn laws_cost_what_they_ask_for() {
+        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 3>(build::<false>, [false; 2]);
+    }
+
+    /// Another voltage changes the rates of the spool alone, so that no others are evaluated anew; other inputs change more.
+    #[test]
+    fn rates_are_refreshed_where_the_voltage_alone_has_changed() {
+        let parameters: Vec<f64> = TABLE.parameters().filter_map(|it| it.start).collect();
+        let before = [6.0, 1.0, 6e5];
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &before, tolerance: None };
+        let (equations, _) = build::<false>(&start, &[]).expect("the defaults fit");
+        let (x, memory) = equations.initial_state::<{ State::OTHERS }>(&start);
+        for (inputs, is_refreshed) in
+            [([6.5, 1.0, 6e5], true), (before, true), ([6.5, 1.5, 6e5], false), ([6.0, 1.0, 5e5], false)]
+        {
+            let (mut rates, mut memory) = (equations.driven(0.0, &x, &before, &memory), memory.clone());
+            let unchanged = rates;
+            equations.follow(0.0, &x, &inputs, &mut memory);
+            assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
+            let expected = if is_refreshed { equations.derivatives(0.0, &x, &inputs, &memory) } else { unchanged };
+            assert_eq!(rates.map(f64::to_bits), expected.map(f64::to_bits), "{inputs:?}");
+            let hold = <PneumaticServoCylinder as HybridSystem<{ State::OTHERS }, 3>>::indicators_hold;
+            assert_eq!(hold(&equations, [&before, &inputs]), is_refreshed, "{inputs:?}");
+        }
+    }
 }

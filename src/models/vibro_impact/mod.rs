@@ -353,4 +353,8 @@ mod tests {
             if place == IMPACT { "impact" } else { last }
         });
     }
+    #[test]
+    fn laws_cost_what_they_ask_for() {
+        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 1>(build, [true; 2]);
+    }
 }
