@@ -41,6 +41,17 @@ fn sensors_without_faults_read_the_quantities() {
     }
 }
 
+#[test]
+fn readings_are_shown_in_the_units_of_their_quantities() {
+    let table = (MODEL.variables)();
+    let display = |name: &str| table.find(name).expect(name).variable.display;
+    for (sensor, quantity) in SENSORS {
+        for name in ["reading", "lagged"] {
+            assert_eq!(display(&format!("sensor.{sensor}.{name}")), display(quantity), "{quantity}");
+        }
+    }
+}
+
 /// What sensors do changes nothing of what they measure, but for the ends of the solver's steps.
 #[test]
 fn carriage_does_not_feel_its_sensors() {

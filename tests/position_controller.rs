@@ -2,6 +2,7 @@
 
 mod rig;
 
+use pneumatic_servo::models::position_controller;
 use pneumatic_servo::pneumatics::valve::{Opening, Spool, Valve};
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::Tunable;
@@ -248,6 +249,14 @@ fn snapshots_of_others_are_refused() {
     snapshot.memory.truncate(5);
     assert!(controller.simulation().restore(&snapshot).is_err());
     assert_eq!(controller.simulation().time(), 0.0);
+}
+
+/// It computes at samples only: nothing is integrated, and no host has anything to solve.
+#[test]
+fn controller_has_no_continuous_states() {
+    let mut controller = Rig::new("PositionController").start().expect("legal");
+    assert_eq!(controller.simulation().state_index(0), None);
+    assert!(controller.simulation().exchange(&position_controller::MODEL).is_none());
 }
 
 #[test]

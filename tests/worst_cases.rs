@@ -125,6 +125,24 @@ fn saturated_bristle_at_rest_takes_no_force_from_a_level_that_changes() {
     }
 }
 
+/// Saturated, it resists with its limit and the viscous friction.
+#[test]
+fn saturated_bristle_keeps_its_viscous_friction() {
+    for velocity in [0.05, -0.2] {
+        let values = [
+            ("bench.drive", 2.0),
+            ("friction.dahl.n", 0.5),
+            ("friction.dahl.sigma2", 30.0),
+            ("driveVelocity", velocity),
+        ];
+        let mut plant = setup("FrictionBench", "Dahl", &values).start(0.0).unwrap();
+        plant.advance_to(0.1).unwrap();
+        let (force, expected) = (plant.get("frictionForce").unwrap(), 10.6 * velocity.signum() + 30.0 * velocity);
+        // A millionth of it is what the solver allows.
+        assert!((force - expected).abs() < 1e-5, "{force} N, not {expected} N");
+    }
+}
+
 /// A bristle that forgot its mode would saturate once more.
 #[test]
 fn saved_state_of_a_saturated_bristle_goes_on_bit_for_bit() {

@@ -90,7 +90,7 @@ pub mod checks {
     use crate::variables::{Choice, Variable};
 
     /// The equations of a model with its defaults, but for the friction law.
-    fn built<E: Equations<N, U>, const N: usize, const U: usize>(build: Build<E>, law: Option<Law>) -> E {
+    pub fn built<E: Equations<N, U>, const N: usize, const U: usize>(build: Build<E>, law: Option<Law>) -> E {
         let value = |variable: &Variable| match law.filter(|_| variable.name == "friction.law") {
             Some(law) => f64::from(law.id()),
             None => variable.start.unwrap_or_default(),

@@ -282,6 +282,28 @@ mod tests {
         assert!((path.to(3e-6) - virgin_at_three_micrometres()).abs() < 1e-14);
     }
 
+    /// By how much two branches differ is the product of two retreats: of a long one and a hundred times shorter one less
+    /// than of two that are five times shorter than the long one, though their sum is more than twice as large.
+    #[test]
+    fn slightest_loop_is_that_of_the_least_product() {
+        let retreat = |index: usize| match index {
+            60 => 1e-10,
+            59 | 61 => 1e-8,
+            _ => 2e-9,
+        };
+        let mut ends = [3e-6, -3e-6];
+        let mut memory = Memory { direction: 1.0, ..Memory::default() };
+        for index in 0..CAPACITY {
+            memory.turned.push(TurningPoint { z: ends[index % 2], saturation: 0.0 });
+            ends[index % 2] -= retreat(index) * sign(ends[index % 2]);
+        }
+        let before = memory.clone();
+        memory.forget_slightest_loop();
+        let is_left = |point: &TurningPoint| memory.turned.contains(point);
+        let forgotten: Vec<_> = (0..CAPACITY).filter(|index| !is_left(&before.turned[*index])).collect();
+        assert!(matches!(forgotten[..], [60, 61] | [61, 62]), "{forgotten:?}");
+    }
+
     #[test]
     fn saved_stack_is_restored_and_a_longer_one_refused() {
         let mut path = Path::new();

@@ -89,6 +89,7 @@ mod tests {
         let list = List::<f64, 4>::new([1.0, 2.0, 3.0]);
         let bytes = postcard::to_allocvec(&list).unwrap();
         assert_eq!(postcard::from_bytes::<List<f64, 4>>(&bytes).unwrap(), list);
+        assert_eq!(*postcard::from_bytes::<List<f64, 3>>(&bytes).unwrap(), *list);
         assert!(postcard::from_bytes::<List<f64, 2>>(&bytes).is_err());
     }
 

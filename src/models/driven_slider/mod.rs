@@ -294,6 +294,18 @@ mod tests {
         let indicators = (MODEL.indicators)();
         checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators, |_, last| last);
     }
+
+    /// Under `sin(2*pi*f*t)` after a quarter and three quarters of each period.
+    #[test]
+    fn tray_turns_back_twice_in_a_period() {
+        let slider = checks::built::<_, { State::OTHERS }, 1>(build, None);
+        let period = 1.0 / slider.p.tray_frequency;
+        for (time, next) in [(0.0, 0.25), (0.24, 0.25), (0.26, 0.75), (0.74, 0.75), (0.76, 1.25), (7.9, 8.25)] {
+            let turn = slider.peak_time(slider.peak_after(time * period));
+            assert!((turn - next * period).abs() < 1e-12 * period, "{turn} s after {time} periods");
+        }
+    }
+
     #[test]
     fn laws_cost_what_they_ask_for() {
         checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 1>(build, [false, true]);

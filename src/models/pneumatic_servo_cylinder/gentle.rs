@@ -26,10 +26,7 @@ impl GentleSteps {
     pub(super) fn new(friction: &FrictionContact, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
         let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
-        let longest = |swing: f64| {
-            let step = STABLE / (swing + damping.max(0.0) / mass);
-            if step < LONGEST { step } else { LONGEST }
-        };
+        let longest = |swing: f64| (STABLE / (swing + damping.max(0.0) / mass)).min(LONGEST);
         Self {
             at_rest: longest(swing(stiffness)),
             at_stop: longest(swing(stiffness + stop)),

@@ -410,4 +410,32 @@ mod tests {
         let [into, out] = [(6e5, 1e5), (1e5, 6e5)].map(|(from, to)| restriction.flow(gas(from), gas(to), 0.0).mass);
         assert!((into / out + 9e-9 / 2e-9).abs() < 1e-12, "{into} {out}");
     }
+
+    /// Mass flows have a sign, and what is at no place in use is nothing at all.
+    #[test]
+    fn lines_are_filled_where_no_pressure_in_use_has_fallen_to_zero() {
+        let hose = || Some(Line { hose: Hose::new(1.0, 4e-3, 293.15), restriction: None });
+        let supply = Tunable::still(293.15);
+        let vessel = Vessel {
+            volume: 1e-3,
+            conductance: 1e-8,
+            orifice: Orifice::new(0.3),
+            air: Reservoir::new(supply),
+            gas: supply * GAS_CONSTANT,
+        };
+        let both = Lines { hoses: [hose(), hose()], vessel: Some(vessel), temperature: 293.15 };
+        let one = Lines { hoses: [None, hose()], vessel: None, temperature: 293.15 };
+        for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
+            let start = lines.start([2e5, 3e5], 7e5);
+            assert!(lines.are_filled(&start));
+            let notices = |place: &usize| {
+                let mut states = start;
+                states[*place] = -1e-3;
+                !lines.are_filled(&states)
+            };
+            let noticed: Vec<_> = (0..STATES).filter(notices).collect();
+            assert_eq!(noticed.len(), pressures, "{noticed:?}");
+            assert!(noticed.iter().all(|place| start[*place] > 0.0), "{noticed:?}");
+        }
+    }
 }
