@@ -22,8 +22,9 @@ const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";
 fn runs_repeat_those_of_the_record_bit_for_bit() {
     let runs = || {
         models::ALL.iter().flat_map(|model| {
-            let all = cases(model).into_iter().chain(settings(model)).chain(parameters(model));
-            all.map(move |changes| run(model, &changes))
+            let stated = cases(model).into_iter().chain(settings(model)).chain(parameters(model));
+            let stated = stated.map(|changes| (listed(&changes), changes));
+            stated.chain(random_sets(model)).map(move |(name, changes)| run(model, &name, &changes))
         })
     };
     if std::env::var_os("SERVO_RECORD").is_some() {
@@ -96,8 +97,67 @@ fn parameters(model: &'static Model) -> Vec<Changes> {
     table.parameters().filter_map(changed).collect()
 }
 
+/// Many parameters changed at once: four sets for each law (or for the model), each with factors of 1/2 to 2 on the
+/// defaults and one in eight of the options; named by the law and the number of the set.
+fn random_sets(model: &'static Model) -> Vec<(String, Changes)> {
+    let table = (model.variables)();
+    let laws = match table.find("friction.law").map(|entry| entry.variable.kind) {
+        Some(Kind::Enumeration(laws)) => laws.items.iter().map(|(id, name, _)| (Some(*id), *name)).collect(),
+        _ => vec![(None, "")],
+    };
+    let sets = |(law, name): (Option<i32>, &'static str)| {
+        let legal = (0..1000).filter_map(move |seed| random_set(model, law, name, seed)).enumerate();
+        legal.take(4).map(move |(number, changes)| (format!("{name} set {number}").trim().to_string(), changes))
+    };
+    laws.into_iter().flat_map(sets).collect()
+}
+
+/// A set of parameters under a law, unless they do not fit together; those of the solver stay.
+fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) -> Option<Changes> {
+    let table = (model.variables)();
+    let mut random = Random(seed);
+    random.next();
+    let mut setup = Setup::of(model);
+    let mut changes: Changes = law.into_iter().map(|law| ("friction.law", f64::from(law))).collect();
+    changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("a law"));
+    let of_others = |group: &str| !group.eq_ignore_ascii_case(name) && has_law(table, group);
+    for variable in table.parameters().filter(|it| it.chooses.is_none() && it.name != "friction.law") {
+        let is_of_another =
+            matches!(variable.name.split('.').collect::<Vec<_>>()[..], ["friction", group, _] if of_others(group));
+        if is_of_another || variable.name.starts_with("solver.") {
+            continue;
+        }
+        let (start, by, is_chosen) = (variable.start.expect("a start value"), random.next(), random.next() > 0.75);
+        let value = match variable.kind {
+            Kind::Real(_) if start != 0.0 => start * (1.25 + 0.75 * by),
+            _ if !is_chosen => continue,
+            Kind::Real(_) => variable.nominal.unwrap_or(1.0) * 1e-2 * (1.25 + 0.75 * by),
+            Kind::Boolean => 1.0 - start,
+            Kind::Integer => start + 1.0,
+            Kind::Enumeration(of) => f64::from(of.items[(0.5 * (1.0 + by) * of.items.len() as f64) as usize].0),
+        };
+        if setup.change(&variable.name, value).is_ok() {
+            changes.push((variable.name.as_str(), value));
+        }
+    }
+    setup.start(0.0).is_ok().then_some(changes)
+}
+
+fn has_law(table: &Table, group: &str) -> bool {
+    let laws = table.find("friction.law").map(|entry| entry.variable.kind);
+    matches!(laws, Some(Kind::Enumeration(of)) if of.items.iter().any(|(_, name, _)| name.eq_ignore_ascii_case(group)))
+}
+
+/// Changes as the record names them; the elements of GMS, stated together in every case, only where they are alone.
+fn listed(changes: &Changes) -> String {
+    let is_stated = |(name, _): &&(&str, f64)| changes.len() == 2 || !name.starts_with("friction.gms.");
+    let listed: Vec<String> =
+        changes.iter().filter(is_stated).map(|(name, value)| format!("{name}={value:?}")).collect();
+    listed.join(" ")
+}
+
 /// A line of the record: what is counted in a run, and its digest, or why it stops.
-fn run(model: &Model, changes: &Changes) -> String {
+fn run(model: &Model, name: &str, changes: &Changes) -> String {
     let table = (model.variables)();
     let (mut simulation, _, starts) = start(model, changes);
     let outcome = go(model, table, simulation.as_mut(), &starts);
@@ -107,11 +167,7 @@ fn run(model: &Model, changes: &Changes) -> String {
         let place = table.computed().position(|variable| variable.name == name);
         place.map_or(String::new(), |place| values(table, simulation.as_ref())[place].to_string())
     });
-    // The elements of GMS are stated together in every case.
-    let is_stated = |(name, _): &&(&str, f64)| changes.len() == 2 || !name.starts_with("friction.gms.");
-    let changes: Vec<String> =
-        changes.iter().filter(is_stated).map(|(name, value)| format!("{name}={value:?}")).collect();
-    format!("{};{};{};{found}", model.name, changes.join(" "), counted.join(";"))
+    format!("{};{name};{};{found}", model.name, counted.join(";"))
 }
 
 /// 60 steps of 1 ms and 12 of 10 ms, twice, with inputs that jump or ramp, go back to a saved state, and end a step at an
