@@ -219,7 +219,7 @@ impl Trend {
     /// Takes notice of the present velocity.
     fn follow(&mut self, velocity: f64) {
         if velocity != self.velocity {
-            let falls = velocity.abs() < self.velocity.abs() && velocity * self.velocity >= 0.0;
+            let falls = (0.0..1.0).contains(&(velocity / self.velocity));
             self.sign = if falls { -1.0 } else { 1.0 };
             self.velocity = velocity;
         }

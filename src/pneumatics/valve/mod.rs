@@ -391,6 +391,7 @@ mod tests {
         assert!(!valve.stays_in_piece([start, after(period)], 5.0, &0.0, period));
         let [short, long] = [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], 5.0, &0.0, step));
         assert!(short && !long, "half a period is 5 ms");
+        assert!(!valve.stays_in_piece([start, [0.0, after(0.25 * period)[1]]], 5.0, &0.0, 0.25 * period), "at its end");
     }
 
     /// What the spool does besides a parabola counts as an error, with its weight; the velocity has no effect of its own.
