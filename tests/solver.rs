@@ -459,6 +459,15 @@ fn error_says_what_stands_in_the_way() {
     assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
 }
 
+/// What conserves nothing has nothing to account for.
+#[test]
+fn account_without_conserved_quantities_is_empty() {
+    let mut run = Run::new(Tank, ADAPTIVE.keeping_balance(true), 0.0, [0.5], (), [0.0]);
+    let start = run.system().content(&[0.5], &());
+    run.advance(0.3).unwrap();
+    assert!(start.iter().chain(&run.residuals()).all(|amount| *amount == 0.0));
+}
+
 /// `x'' = -x` that counts how often a step was accepted.
 struct Counting;
 
