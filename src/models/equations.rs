@@ -1,6 +1,5 @@
 //! What a model adds to a hybrid system: computed variables.
 
-use crate::co_simulation::COUNTERS;
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar, Tangent};
 use crate::variables::{Notices, Table};
@@ -68,15 +67,14 @@ fn write_slopes<E: Equations<N, U>, S: Scalar, const N: usize, const U: usize>(
     (number, slope): (impl Fn(f64, f64) -> S, impl Fn(S) -> f64),
     computed: &mut [f64],
 ) {
-    let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
-    let mut values = vec![S::zero(); own.len()];
+    // Residuals and counters, which the equations do not write, have no slopes.
+    let mut values = vec![S::zero(); computed.len()];
     let x = std::array::from_fn(|i| number(x[i], x_seeds[i]));
     let u = std::array::from_fn(|i| number(u[i], u_seeds[i]));
     equations.outputs(number(time, time_seed), &x, &u, memory, &mut values);
-    for (slot, value) in own.iter_mut().zip(values) {
+    for (slot, value) in computed.iter_mut().zip(values) {
         *slot = slope(value);
     }
-    rest.fill(0.0);
 }
 
 /// What tests of several models share.
