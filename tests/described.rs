@@ -1,4 +1,4 @@
-//! What the model descriptions tell users of variables is what the tables say.
+//! What the files of `modelDescription` tell users of variables and experiments is what the models say.
 
 use std::collections::BTreeMap;
 
@@ -21,6 +21,18 @@ fn descriptions_say_of_each_variable_what_its_table_says() {
         }
         assert_eq!(told.next(), None, "{}", model.name);
     }
+}
+
+#[test]
+fn experiments_are_those_of_the_models() {
+    let text =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/modelDescription/experiments.json")).unwrap();
+    let mut written: BTreeMap<String, serde_json::Value> = serde_json::from_str(&text).unwrap();
+    for model in models::ALL {
+        let stated = serde_json::to_value(model.experiment).unwrap();
+        assert_eq!(written.remove(model.name), Some(stated), "{}", model.name);
+    }
+    assert!(written.is_empty(), "{written:?}");
 }
 
 /// What the table states of a variable.

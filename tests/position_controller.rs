@@ -251,6 +251,18 @@ fn snapshots_of_others_are_refused() {
     assert_eq!(controller.simulation().time(), 0.0);
 }
 
+/// The carriage of the default experiment moves as fast as it says, to the error of a difference over 0.1 ms.
+#[test]
+fn velocity_of_the_experiment_is_that_of_its_position() {
+    let course = |input| position_controller::MODEL.experiment.signal(input).expect(input).course;
+    for step in 0..100 {
+        let (time, half) = (0.04 * f64::from(step), 5e-5);
+        let difference = course("position").at(time + half) - course("position").at(time - half);
+        let velocity = course("velocity").at(time);
+        assert!((difference / (2.0 * half) - velocity).abs() < 1e-8, "{velocity} m/s at {time} s");
+    }
+}
+
 /// It computes at samples only: nothing is integrated, and no host has anything to solve.
 #[test]
 fn controller_has_no_continuous_states() {
