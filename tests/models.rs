@@ -160,6 +160,17 @@ fn outcome(setup: &Setup) -> Vec<u64> {
     plant.computed().iter().map(|value| value.to_bits()).collect()
 }
 
+/// A host's tolerance takes the place of the parameter at its default, and yields to any other value of it.
+#[test]
+fn tolerance_of_a_setup_is_that_of_the_solver() {
+    let setup = || Setup::of(&models::pneumatic_servo_cylinder::MODEL).set("valveVoltage", 8.0).unwrap();
+    let set = |tolerance: f64| setup().set("solver.relativeTolerance", tolerance).unwrap();
+    let (fine, default) = (outcome(&set(1e-9)), outcome(&setup()));
+    assert_ne!(fine, default);
+    assert_eq!(outcome(&setup().tolerance(1e-9)), fine);
+    assert_eq!(outcome(&set(1e-9).tolerance(1e-3)), fine);
+}
+
 #[test]
 fn numbers_choose_as_the_items_they_stand_for() {
     for model in models::ALL {
