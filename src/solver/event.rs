@@ -48,10 +48,14 @@ impl<const N: usize> Hermite<'_, N> {
     }
 }
 
+/// Looks by chords in which a bracket must halve.
+const PATIENCE: u32 = 4;
+
 /// An interval at whose start a function is positive and at whose end it is not.
 ///
 /// It is narrowed by regula falsi. Where that moves the same end again, the value at the other is reduced by what the last
-/// move tells of the curvature, so that the next one tends to come from there.
+/// move tells of the curvature, so that the next one tends to come from there. Where it is steep before the root and flat
+/// behind, as an indicator may be, chords are of little help: if a few do not halve the interval, its middle is tried.
 ///
 /// # Source
 /// Anderson, Björck (1973), BIT 13:253-264.
@@ -59,20 +63,23 @@ impl<const N: usize> Hermite<'_, N> {
 pub struct Bracket {
     low: (f64, f64),
     high: (f64, f64),
-    /// Moves of the low end since the high one has moved; below 0, those of the high end.
-    same_side: i32,
+    /// Whether the end moved last is the low one.
+    moved_low: Option<bool>,
+    /// Width to which a few looks must bring it, and the looks since it was set.
+    goal: f64,
+    looks: u32,
 }
 
 impl Bracket {
     /// A bracket from two points and the values there.
     pub fn new(low: (f64, f64), high: (f64, f64)) -> Self {
-        Self { low, high, same_side: 0 }
+        Self { low, high, moved_low: None, goal: 0.5 * (high.0 - low.0), looks: 0 }
     }
 
-    /// Where to look next: the root of the chord, or the middle after several moves of one end.
+    /// Where to look next: the root of the chord, or the middle if several of these have not halved the bracket.
     pub fn guess(&self) -> f64 {
         let ((a, ga), (b, gb)) = (self.low, self.high);
-        if self.same_side.abs() > 4 || ga <= gb {
+        if self.looks >= PATIENCE || ga <= gb {
             return 0.5 * (a + b);
         }
         a + (b - a) * (ga / (ga - gb))
@@ -80,21 +87,34 @@ impl Bracket {
 
     /// Narrows the bracket by a value inside.
     pub fn narrow(&mut self, at: f64, value: f64) {
-        let (side, moved, kept) =
-            if value > 0.0 { (1, &mut self.low, &mut self.high) } else { (-1, &mut self.high, &mut self.low) };
-        if self.same_side.signum() == side {
+        let is_low = value > 0.0;
+        let (moved, kept) = if is_low { (&mut self.low, &mut self.high) } else { (&mut self.high, &mut self.low) };
+        if self.moved_low == Some(is_low) {
             let left = 1.0 - value / moved.1;
             kept.1 *= if left > 0.0 { left } else { 0.5 };
-            self.same_side += side;
-        } else {
-            self.same_side = side;
         }
         *moved = (at, value);
+        self.moved_low = Some(is_low);
+        self.looks += 1;
+        if self.width() <= self.goal {
+            (self.goal, self.looks) = (0.5 * self.width(), 0);
+        }
     }
 
     /// The end, where the function is not positive.
     pub fn end(&self) -> f64 {
         self.high.0
+    }
+
+    /// Where to look next to narrow it to a resolution: slightly behind the guess, so that it closes from both sides.
+    pub fn guess_behind(&self, resolution: f64) -> f64 {
+        (self.guess() + 0.5 * resolution).min(self.end() - 0.5 * resolution)
+    }
+
+    /// Whether the end is just behind the root, to a resolution.
+    pub fn is_within(&self, resolution: f64) -> bool {
+        // The value at an end that has been kept may be a reduced one.
+        self.width() <= 2.0 * resolution || (self.moved_low != Some(true) && self.overshoot() <= resolution)
     }
 
     /// Length of the bracket.
@@ -103,7 +123,7 @@ impl Bracket {
     }
 
     /// How far the root lies before the end, by the chord.
-    pub fn overshoot(&self) -> f64 {
+    fn overshoot(&self) -> f64 {
         self.width() * (self.high.1 / (self.high.1 - self.low.1))
     }
 }
@@ -174,6 +194,22 @@ mod tests {
         let found = root(Bracket::new((0.0, function(0.0)), (1.0, function(1.0))), 1e-12, function);
         assert!((found - (0.6 + 2e-6)).abs() < 1e-12, "{found}");
         assert!(looks.get() <= 16, "{} looks", looks.get());
+    }
+
+    /// An indicator that saturates behind its root, as that of an element that yields: chords from afar all but miss the
+    /// steep part.
+    #[test]
+    fn root_before_a_flat_part_takes_few_looks() {
+        for place in [0.03, 0.18, 0.46, 0.9] {
+            let looks = Cell::new(0);
+            let function = |t: f64| {
+                looks.update(|count| count + 1);
+                (0.09 * (place - t)).max(-5e-4 - 3e-5 * t)
+            };
+            let found = root(Bracket::new((0.0, function(0.0)), (1.0, function(1.0))), 1e-6, function);
+            assert!((found - place).abs() < 1e-6, "{found}, not {place}");
+            assert!(looks.get() <= 26, "{} looks at {place}", looks.get());
+        }
     }
 
     #[test]

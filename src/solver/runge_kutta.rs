@@ -73,6 +73,8 @@ pub struct Stages<'a, H: HybridSystem<N, U>, const N: usize, const U: usize> {
     /// States that follow held inputs alone are those of their closed form in every stage, if it is given. Their derivatives
     /// are then left to [`HybridSystem::refresh`].
     pub led: Option<&'a Led<[f64; N]>>,
+    /// A state that relaxes, and the weights that it takes in place of those of a method.
+    pub relaxing: Option<(usize, &'a Relaxing)>,
 }
 
 /// What a step leads to, and what is to be known of it besides.
@@ -94,42 +96,35 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> 
     /// a tenth it is not, and long steps let their errors add up. Kinks show where the midpoint rule differs from that of
     /// Simpson.
     ///
-    /// A state that relaxes takes the weights that are given for it in place of those of the method.
-    ///
     /// Inlined, so that it is compiled once with and once without the closed form.
     #[inline(always)]
-    pub fn classical(&self, relaxing: Option<&Relaxing>) -> Explicit<N> {
+    pub fn classical(&self) -> Explicit<N> {
         let &Self { x, first, h, .. } = self;
-        let relaxing = H::RELAXING.zip(relaxing);
-        let drive = |x: &[f64; N], slope: &[f64; N]| {
-            relaxing.map_or(0.0, |(state, weights)| weights.drive(x[state], slope[state]))
-        };
-
-        let drive_1 = drive(x, first);
+        let drive_1 = self.drive(x, first);
         let x_2 = self.placed(self.along(0.5, first), |led| led.middle);
-        let x_2 = relaxed(x_2, relaxing, |state, weights| weights.second(x[state], drive_1));
+        let x_2 = self.relaxed(x_2, |state, weights| weights.second(x[state], drive_1));
         let second = self.rates(0.5, &x_2);
-        let drive_2 = drive(&x_2, &second);
+        let drive_2 = self.drive(&x_2, &second);
         let x_3 = self.placed(self.along(0.5, &second), |led| led.middle);
-        let x_3 = relaxed(x_3, relaxing, |state, weights| weights.third(x_2[state], [drive_1, drive_2]));
+        let x_3 = self.relaxed(x_3, |state, weights| weights.third(x_2[state], [drive_1, drive_2]));
         let third = self.rates(0.5, &x_3);
-        let drive_3 = drive(&x_3, &third);
+        let drive_3 = self.drive(&x_3, &third);
         let x_4 = self.placed(self.along(1.0, &third), |led| led.end);
-        let x_4 = relaxed(x_4, relaxing, |state, weights| weights.fourth(x[state], [drive_1, drive_3]));
+        let x_4 = self.relaxed(x_4, |state, weights| weights.fourth(x[state], [drive_1, drive_3]));
         let fourth = self.rates(1.0, &x_4);
-        let drives = [drive_1, drive_2, drive_3, drive(&x_4, &fourth)];
+        let drives = [drive_1, drive_2, drive_3, self.drive(&x_4, &fourth)];
 
         let sixth = h / 6.0;
         let outer: [f64; N] = array(|i| first[i] + fourth[i]);
         let inner: [f64; N] = array(|i| second[i] + third[i]);
         let end = self.placed(array(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| led.end);
-        let end = relaxed(end, relaxing, |state, weights| weights.end(x[state], drives));
+        let end = self.relaxed(end, |state, weights| weights.end(x[state], drives));
         let slope = self.rates(1.0, &end);
-        let last_drive = drive(&end, &slope);
+        let last_drive = self.drive(&end, &slope);
         let error = self.placed(array(|i| 0.5 * h * (fourth[i] - slope[i])), |led| led.bend);
-        let error = relaxed(error, relaxing, |_, weights| weights.error(drives[3], last_drive));
+        let error = self.relaxed(error, |_, weights| weights.error(drives[3], last_drive));
         let bend = self.placed(array(|i| sixth * (outer[i] - inner[i])), |led| led.bend);
-        let bend = relaxed(bend, relaxing, |_, weights| weights.bend(drives));
+        let bend = self.relaxed(bend, |_, weights| weights.bend(drives));
         Explicit { trial: Trial { end, error }, slope, bend }
     }
 
@@ -141,10 +136,17 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> 
     pub fn midpoint(&self) -> Explicit<N> {
         let &Self { x, first, h, .. } = self;
         let mean = |led: &Led<[f64; N]>| array(|i| (x[i] + 4.0 * led.middle[i] + led.end[i]) / 6.0);
-        let second = self.rates(0.5, &self.placed(self.along(0.5, first), mean));
+        let drive_1 = self.drive(x, first);
+        let x_2 = self.placed(self.along(0.5, first), mean);
+        let x_2 = self.relaxed(x_2, |state, weights| weights.second(x[state], drive_1));
+        let second = self.rates(0.5, &x_2);
+        let drive_2 = self.drive(&x_2, &second);
         let end = self.placed(array(|i| x[i] + h * second[i]), |led| led.end);
+        let end = self.relaxed(end, |state, weights| weights.half_evaluated(x[state], [drive_1, drive_2]));
         let slope = self.rates(1.0, &end);
+        let drives = [drive_1, drive_2, self.drive(&end, &slope)];
         let error = self.placed(array(|i| h * (0.5 * (first[i] + slope[i]) - second[i])), |led| led.bend);
+        let error = self.relaxed(error, |_, weights| weights.half_evaluated_error(drives));
         Explicit { trial: Trial { end, error }, slope, bend: error }
     }
 
@@ -175,17 +177,19 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> 
         }
         states
     }
-}
 
-/// States, or errors of states, of which that of the relaxing one follows from its weights, if it is to relax.
-#[inline(always)]
-fn relaxed<const N: usize>(
-    mut states: [f64; N],
-    relaxing: Option<(usize, &Relaxing)>,
-    value: impl Fn(usize, &Relaxing) -> f64,
-) -> [f64; N] {
-    if let Some((state, weights)) = relaxing {
-        states[state] = value(state, weights);
+    /// What drives the state that relaxes besides its relaxation.
+    #[inline(always)]
+    fn drive(&self, states: &[f64; N], slope: &[f64; N]) -> f64 {
+        self.relaxing.map_or(0.0, |(state, weights)| weights.drive(states[state], slope[state]))
     }
-    states
+
+    /// States, or errors of states, of which that of the relaxing one follows from its weights, if it is to relax.
+    #[inline(always)]
+    fn relaxed(&self, mut states: [f64; N], value: impl Fn(usize, &Relaxing) -> f64) -> [f64; N] {
+        if let Some((state, weights)) = self.relaxing {
+            states[state] = value(state, weights);
+        }
+        states
+    }
 }

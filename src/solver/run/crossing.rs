@@ -9,7 +9,12 @@ use crate::solver::event::{Bracket, Hermite, root};
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
-/// Trial steps to locate an event; regula falsi needs about three.
+/// How far from the end of a step, as a fraction of it, the cubic through its ends takes its place: it differs from the
+/// motion by the square of this, times what the estimated error is.
+const NEAR: f64 = 1.0 / 128.0;
+/// How exact the first guess of a crossing is, as a fraction of the step.
+const GUESS: f64 = 1e-3;
+/// Trial steps to locate an event; one is enough as a rule.
 const MAX_REFINEMENTS: usize = 60;
 
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
@@ -75,8 +80,12 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                     .find(|(_, value)| *value > 0.0)
                     .ok_or(event)?
             };
+            // One that is still positive where another is zero is not the first.
+            if first.is_some_and(|(.., earliest)| value_at(event, earliest / h) > 0.0) {
+                continue;
+            }
             let bracket = Bracket::new(low, (1.0, *end));
-            let crossing = h * root(bracket, 1e-6, |fraction| value_at(event, fraction));
+            let crossing = h * root(bracket, GUESS, |fraction| value_at(event, fraction));
             if first.is_none_or(|(.., earliest)| crossing < earliest) {
                 first = Some((event, Bracket::new((low.0 * h, low.1), (h, *end)), crossing));
             }
@@ -84,7 +93,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         first.ok_or(0)
     }
 
-    /// Narrows the bracket by steps of the scheme itself, until its end is just behind the event.
+    /// Narrows the bracket by steps of the scheme itself, until one ends near the event or just behind it.
     fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, trial: Trial<N>) -> (f64, Trial<N>) {
         let resolution = (bracket.end() * 1e-3 * self.settings.tolerance).max(smallest_step(self.time));
         let mut best = (bracket.end(), trial);
@@ -93,17 +102,49 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             let Ok(trial) = self.trial(at) else { break };
             self.attempts += 1;
             let value = self.indicators_at(self.time + at, &trial.end).as_ref()[event];
+            if let Some(found) = self.crossing_near_the_end(event, (at, value), &trial, resolution) {
+                return found;
+            }
             bracket.narrow(at, value);
             if value <= 0.0 {
                 best = (at, trial);
             }
-            if bracket.width() <= 2.0 * resolution || (value <= 0.0 && bracket.overshoot() <= resolution) {
+            if bracket.is_within(resolution) {
                 break;
             }
-            // Slightly behind the expected root, so that the bracket closes from both sides.
-            at = (bracket.guess() + 0.5 * resolution).min(bracket.end() - 0.5 * resolution);
+            at = bracket.guess_behind(resolution);
         }
         best
+    }
+
+    /// Where an indicator crosses zero near the end of a step of a size in s, at which it has a value, and what a step to
+    /// there leads to; `None` if it does not.
+    fn crossing_near_the_end(
+        &self,
+        event: usize,
+        (h, value): (f64, f64),
+        trial: &Trial<N>,
+        resolution: f64,
+    ) -> Option<(f64, Trial<N>)> {
+        let end_time = self.time + h;
+        // That of the linearisation may lack states that have a closed form.
+        let start_slope = self.system.derivatives(self.time, &self.x, &self.inputs.at(self.time), &self.memory);
+        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+        let path = Hermite { start: &self.x, start_slope: &start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let value_at = |at: f64| self.indicators_at(self.time + at, &path.at(at / h)).as_ref()[event];
+        let other = if value > 0.0 { h * (1.0 + NEAR) } else { h * (1.0 - NEAR) };
+        let points = [(h, value), (other, value_at(other))];
+        let [low, high] = if value > 0.0 { points } else { [points[1], points[0]] };
+        if low.1 <= 0.0 || high.1 > 0.0 {
+            return None;
+        }
+        let mut bracket = Bracket::new(low, high);
+        while !bracket.is_within(resolution) {
+            let at = bracket.guess_behind(resolution);
+            bracket.narrow(at, value_at(at));
+        }
+        let at = bracket.end();
+        Some((at, Trial { end: path.at(at / h), error: trial.error }))
     }
 
     /// Switches at an event, or pauses before it.

@@ -113,7 +113,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.is_midpoint = false;
         if self.is_explicit {
             let longest = self.system.longest_gentle_step(&self.x);
-            if H::RELAXING.is_none() && self.settings.tolerance >= LOOSE {
+            if self.settings.tolerance >= LOOSE {
                 self.is_midpoint = self.choice.tries_midpoint(remaining, longest);
             }
             if !self.is_midpoint {
@@ -166,11 +166,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
                 let relaxing = H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &u, memory), h));
+                let relaxing = H::RELAXING.zip(relaxing.as_ref());
                 let take = |stages: Stages<H, N, U>| match self.is_midpoint {
                     true => stages.midpoint(),
-                    false => stages.classical(relaxing.as_ref()),
+                    false => stages.classical(),
                 };
-                let stages = Stages { system, time, x, inputs, memory, first: &here.derivatives, h, led: None };
+                let stages =
+                    Stages { system, time, x, inputs, memory, first: &here.derivatives, h, led: None, relaxing };
                 let Explicit { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
                     let stride = self.strides.of(h, |size| system.stride(size));
                     let led = system.led(x, &u, memory, &stride);
