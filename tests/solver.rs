@@ -326,6 +326,24 @@ fn steps_end_on_kinks() {
     assert!(counters.rejected <= 400 + counters.jacobians, "{counters:?}");
 }
 
+/// At loose tolerances the midpoint rule takes the way to a kink, and that behind it: of the 20 kinks each costs one step that
+/// is not accepted, and one more that is.
+#[test]
+fn midpoint_rule_ends_on_kinks_itself() {
+    let mut run = Run::new(TwoSprings, Settings { tolerance: 1e-4, ..ADAPTIVE }, 0.0, [0.0, 1.0], (), [0.0]);
+    let points = 2350_u32;
+    for point in 1..=points {
+        run.advance(0.02 * f64::from(point)).expect("a smooth motion");
+    }
+    let ([x, v], ()) = run.state();
+    let rest = 15.0 * PI - 0.02 * f64::from(points);
+    let [exact_x, exact_v] = [-0.5 * (2.0 * rest).sin(), (2.0 * rest).cos()];
+    // The phase of the faster half lags by `(2*h)^2/6` of its angle, 31 rad in all, that of the slower one by a quarter.
+    assert!((x - exact_x).hypot(v - exact_v) < 0.012, "{x} and {v}, not {exact_x} and {exact_v}");
+    let counters = run.counters();
+    assert!(counters.rejected <= 20 && counters.steps <= u64::from(points) + 20, "{counters:?}");
+}
+
 /// An explicit method is stable up to steps of some 3 us here, which would take 350 000 of them: the implicit one takes
 /// over after a few. It sees only steps that it must shorten a million times, so that a hundred per call are many.
 #[test]

@@ -3,9 +3,11 @@
 //! Nothing here knows friction, and nothing a solver.
 
 mod indicators;
+mod longest_steps;
 mod sample;
 mod system;
 
 pub use indicators::{Indicator, UNUSED};
+pub use longest_steps::LongestSteps;
 pub use sample::Sample;
 pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_duals};

@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::Sample;
+use super::{LongestSteps, Sample};
 use crate::numbers::{Dual, Number, Scalar};
 
 /// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
@@ -170,10 +170,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         0.0
     }
 
-    /// Longest step in s of an explicit method from these states. Beyond what is stable, errors of rounding would grow to the tolerance
-    /// where nothing moves.
-    fn longest_gentle_step(&self, _x: &[f64; N]) -> f64 {
-        f64::INFINITY
+    /// The longest explicit steps from these states.
+    fn longest_gentle_steps(&self, _x: &[f64; N]) -> LongestSteps {
+        LongestSteps::UNLIMITED
     }
 
     /// Whether the equations are smooth, without a kink, along a step of a size in s from the first of these states, with

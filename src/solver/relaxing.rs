@@ -38,11 +38,13 @@ impl Relaxing {
         let half = libm::exp(half_exponent);
         let whole = half * half;
         // The functions phi of exponential integrators: of half a step, and of the whole.
-        let half_1 = (half - 1.0) / half_exponent;
-        let half_2 = (half_1 - 1.0) / half_exponent;
-        let phi_1 = (whole - 1.0) / exponent;
-        let phi_2 = (phi_1 - 1.0) / exponent;
-        let phi_3 = (phi_2 - 0.5) / exponent;
+        let per_half = 1.0 / half_exponent;
+        let per_whole = 0.5 * per_half;
+        let half_1 = (half - 1.0) * per_half;
+        let half_2 = (half_1 - 1.0) * per_half;
+        let phi_1 = (whole - 1.0) * per_whole;
+        let phi_2 = (phi_1 - 1.0) * per_whole;
+        let phi_3 = (phi_2 - 0.5) * per_whole;
         Some(Self {
             rate,
             half,

@@ -82,7 +82,12 @@ fn plastic_share<S: Scalar>(spring: S, elastic_limit: S, limit: S) -> S {
     } else if spring.value() >= limit.value() {
         S::constant(1.0)
     } else {
-        let middle = (limit + elastic_limit) * 0.5;
-        ((spring - middle) * PI / (limit - elastic_limit)).sin() * 0.5 + 0.5
+        // Half of 1 + sin(angle), by the sine of half the angle to the nearer limit: within pi/4 it is cheap.
+        let risen = |way: S| {
+            let sine = (way * (0.5 * PI) / (limit - elastic_limit)).sin();
+            sine * sine
+        };
+        let (begun, left) = (spring - elastic_limit, limit - spring);
+        if begun.value() < left.value() { risen(begun) } else { -risen(left) + 1.0 }
     }
 }

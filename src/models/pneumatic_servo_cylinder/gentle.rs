@@ -3,20 +3,19 @@
 use super::variables::Inputs;
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, State, of_actuator};
 use crate::friction::FrictionContact;
+use crate::hybrid::LongestSteps;
 use crate::numbers::Pair;
 
-/// Longest explicit step in s. At equal pressures the flow through an open valve settles within some ten milliseconds.
-const LONGEST: f64 = 0.01;
-/// Product of the rate of a swing or a relaxation and the step size below which the classical method damps it.
-const STABLE: f64 = 2.5;
+/// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
+const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
 
 /// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings, and so are the stops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GentleSteps {
-    /// Longest step in s while bristles hold.
-    at_rest: f64,
-    /// Longest step in s in contact with a stop.
-    at_stop: f64,
+    /// While bristles hold.
+    at_rest: LongestSteps,
+    /// In contact with a stop.
+    at_stop: LongestSteps,
     /// Speed in m/s from which on a bristle relaxes faster than the carriage swings.
     slipping: f64,
 }
@@ -26,7 +25,7 @@ impl GentleSteps {
     pub(super) fn new(friction: &FrictionContact, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
         let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
-        let longest = |swing: f64| (STABLE / (swing + damping.max(0.0) / mass)).min(LONGEST);
+        let longest = |swing: f64| LongestSteps::of_swing(swing, damping.max(0.0) / mass).min(LONGEST);
         Self {
             at_rest: longest(swing(stiffness)),
             at_stop: longest(swing(stiffness + stop)),
@@ -34,9 +33,9 @@ impl GentleSteps {
         }
     }
 
-    /// Longest step in s, where stops are touched or not, at a velocity in m/s.
+    /// The longest steps where stops are touched or not, at a velocity in m/s.
     #[inline(always)]
-    pub(super) fn longest(&self, touched: [bool; 2], velocity: f64) -> f64 {
+    pub(super) fn longest(&self, touched: [bool; 2], velocity: f64) -> LongestSteps {
         if touched[0] | touched[1] {
             self.at_stop
         } else if velocity.abs() < self.slipping {

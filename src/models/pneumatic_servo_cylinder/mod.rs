@@ -39,7 +39,7 @@ use super::references;
 use crate::co_simulation::Simulation;
 use crate::co_simulation::Simulator;
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
-use crate::hybrid::{Groups, HybridSystem, Led, QUANTITIES, Sample, Stride};
+use crate::hybrid::{Groups, HybridSystem, Led, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
@@ -400,7 +400,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.relaxation(contact, x, &memory.friction)
     }
 
-    fn longest_gentle_step(&self, x: &[f64; N]) -> f64 {
+    fn longest_gentle_steps(&self, x: &[f64; N]) -> LongestSteps {
         self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
     }
 

@@ -10,8 +10,6 @@ const MOST_PATIENCE: u32 = 64;
 const SHORTEST_REACH: f64 = 1e-6;
 const LONGEST_REACH: f64 = 0.1;
 const RECOVERY: f64 = 1.1;
-/// Share of the longest step of the classical method that the midpoint rule, which is less stable, may take.
-const STABLE_SHARE: f64 = 0.5;
 
 /// Which method the adaptive scheme uses, where the equations may turn out to be gentle or stiff.
 ///
@@ -64,10 +62,9 @@ impl Choice {
         RATIO * step
     }
 
-    /// Whether the midpoint rule should try the time that remains in s, where steps of the classical method may be as long
-    /// as `longest`.
+    /// Whether the midpoint rule should try the time that remains in s, where its steps may be as long as `longest`.
     pub fn tries_midpoint(&self, remaining: f64, longest: f64) -> bool {
-        remaining <= self.reach.min(STABLE_SHARE * longest) && !self.is_implicit
+        remaining <= self.reach.min(longest) && !self.is_implicit
     }
 
     /// Notes that the midpoint rule can take no step beyond a size in s.
@@ -120,10 +117,10 @@ mod tests {
     #[test]
     fn midpoint_rule_takes_what_is_within_its_reach_which_grows_again() {
         let mut choice = Choice::default();
-        assert!(choice.tries_midpoint(1e-3, 0.01) && !choice.tries_midpoint(6e-3, 0.01), "half of what is stable");
+        assert!(choice.tries_midpoint(1e-3, 5e-3) && !choice.tries_midpoint(6e-3, 5e-3), "no more than is stable");
         choice.limit_midpoint(5e-4);
         let mut waits = 0;
-        while !choice.tries_midpoint(1e-3, 0.01) {
+        while !choice.tries_midpoint(1e-3, 5e-3) {
             choice.arrive();
             waits += 1;
         }

@@ -42,11 +42,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.linearise();
         // A step slightly too short is stretched, and two equal steps are better than one long and one tiny; but one that is
         // to end on a kink has the right size.
-        let h = if self.is_midpoint || self.step >= remaining {
+        let h = if self.step >= remaining {
             remaining
         } else if self.beyond > 0.0 {
             self.step
-        } else if self.step * 1.1 >= remaining {
+        } else if self.is_midpoint || self.step * 1.1 >= remaining {
             remaining
         } else if self.step * 2.0 > remaining && self.settings.is_adaptive() {
             0.5 * remaining
@@ -60,12 +60,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         };
         let error = self.error_norm(&trial.end, &trial.error);
         if error > 1.0 {
-            if self.is_midpoint {
-                return self.give_up_midpoint(h, error);
-            }
             let kink = self.kink(h, end_time, &trial).filter(Kink::is_well_within);
             let factor = match kink {
                 Some(kink) => self.go_for(kink, h),
+                None if self.is_midpoint => return self.give_up_midpoint(h, error),
                 None => (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE),
             };
             return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial.end, &trial.error)));
@@ -75,7 +73,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         {
             let share = self.error_norm(&trial.end, &self.bend) * kink.weight() / KINK_SHARE;
             if share > 1.0 {
-                if self.is_midpoint {
+                if self.is_midpoint && !kink.is_well_within() {
                     return self.give_up_midpoint(h, share);
                 }
                 let factor = self.go_for(kink, h);
@@ -112,12 +110,13 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle();
         self.is_midpoint = false;
         if self.is_explicit {
-            let longest = self.system.longest_gentle_step(&self.x);
+            let longest = self.system.longest_gentle_steps(&self.x);
             if self.settings.tolerance >= LOOSE {
-                self.is_midpoint = self.choice.tries_midpoint(remaining, longest);
+                let h = if self.beyond > 0.0 { self.step.min(remaining) } else { remaining };
+                self.is_midpoint = self.choice.tries_midpoint(h, longest.midpoint);
             }
             if !self.is_midpoint {
-                self.step = self.choice.choose(self.step.min(longest), remaining);
+                self.step = self.choice.choose(self.step.min(longest.classical), remaining);
                 self.is_explicit = !self.choice.is_implicit();
             }
         }
@@ -267,7 +266,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             let (reason, variant) = (reason(self), self.system.variant());
             return Err(StepError::StepSizeTooSmall { time: self.time, reason, variant });
         }
-        if self.is_midpoint {
+        if self.is_midpoint && self.beyond == 0.0 {
             self.choice.limit_midpoint(step);
         }
         self.step = step;
@@ -279,7 +278,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.move_to(end_time, trial, self.is_explicit && !self.inputs.vary());
         self.step = if self.is_midpoint {
             // That of the classical method is another.
-            self.step
+            self.step.max(beyond)
         } else if self.settings.is_adaptive() {
             let growth = SAFETY / fourth_root(error.max(1e-8));
             let most = (h * MAX_GROWTH).max(beyond.min(h * growth));
