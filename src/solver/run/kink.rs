@@ -79,7 +79,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The fraction of a step of a size in s that ends on a kink; behind it, steps may be as long again.
     pub(super) fn go_for(&mut self, kink: Kink, h: f64) -> f64 {
-        self.beyond = self.beyond.max(h);
+        // Those of the midpoint rule are as long as what remains: the size to return to is that of the classical method.
+        self.beyond = self.beyond.max(if self.is_midpoint { self.step } else { h });
         kink.place
     }
 }

@@ -108,12 +108,16 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     fn choose(&mut self, remaining: f64) {
         let before = self.is_explicit;
         self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle();
-        self.is_midpoint = false;
+        let was_midpoint = std::mem::replace(&mut self.is_midpoint, false);
         if self.is_explicit {
             let longest = self.system.longest_gentle_steps(&self.x);
             if self.settings.tolerance >= LOOSE {
-                let h = if self.beyond > 0.0 { self.step.min(remaining) } else { remaining };
-                self.is_midpoint = self.choice.tries_midpoint(h, longest.midpoint);
+                // The way to a kink is left to the method that has met it.
+                self.is_midpoint = if self.beyond > 0.0 {
+                    was_midpoint && self.choice.tries_midpoint(self.step, longest.midpoint)
+                } else {
+                    self.choice.tries_midpoint(remaining, longest.midpoint)
+                };
             }
             if !self.is_midpoint {
                 self.step = self.choice.choose(self.step.min(longest.classical), remaining);
