@@ -1,6 +1,6 @@
 //! Events: found within a step, located, handled.
 
-use super::{Run, Trial, smallest_step};
+use super::{Run, smallest_step};
 use crate::hybrid::HybridSystem;
 use crate::solver::array;
 use crate::solver::counters::Counters;
@@ -19,10 +19,10 @@ const MAX_REFINEMENTS: usize = 60;
 
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
-    pub(super) fn dips_between(&self, h: f64, trial: &Trial<N>) -> bool {
+    pub(super) fn dips_between(&self, h: f64, end: &[f64; N]) -> bool {
         let slope = &self.linearisation.derivatives;
         // The parabola through the start, its slope, and the end, at half the step.
-        let middle = array(|i| 0.75 * self.x[i] + 0.25 * (trial.end[i] + h * slope[i]));
+        let middle = array(|i| 0.75 * self.x[i] + 0.25 * (end[i] + h * slope[i]));
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
         let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
         pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
@@ -31,37 +31,37 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Ends the step where the first indicator turns negative, and switches.
     // Few steps end so: a function of its own, which leaves what all do short.
     #[inline(never)]
-    pub(super) fn step_to_event(&mut self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(), StepError> {
-        let (event, bracket, guess) = match self.first_crossing(h, trial, after) {
+    pub(super) fn step_to_event(&mut self, h: f64, end: &[f64; N], after: &H::Indicators) -> Result<(), StepError> {
+        let (event, bracket, guess) = match self.first_crossing(h, end, after) {
             Ok(crossing) => crossing,
-            Err(event) => return self.leave_limit(event, h, trial),
+            Err(event) => return self.leave_limit(event, h, end),
         };
-        let (end, trial) = self.refine(event, bracket, guess, *trial);
-        self.move_to(self.time + end, &trial, false);
+        let (at, end) = self.refine(event, bracket, guess, *end);
+        self.move_to(self.time + at, &end, false);
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
         self.reach(event)
     }
 
     /// An indicator starts at zero and seems to fall at once: either a shorter step shows it rise first, or it shows no
     /// change at all, or the step is so short that the event is now.
-    fn leave_limit(&mut self, event: usize, h: f64, trial: &Trial<N>) -> Result<(), StepError> {
+    fn leave_limit(&mut self, event: usize, h: f64, end: &[f64; N]) -> Result<(), StepError> {
         let factor = if self.settings.is_adaptive() { 0.5 } else { 0.1 };
         if h * factor > 2.0 * smallest_step(self.time) {
             self.leaving = Some(event);
             return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
         }
-        self.move_to(self.time + h, trial, false);
+        self.move_to(self.time + h, end, false);
         self.reach(event)
     }
 
     /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross; or one that is
     /// at zero from the start and nowhere positive.
-    fn first_crossing(&self, h: f64, trial: &Trial<N>, after: &H::Indicators) -> Result<(usize, Bracket, f64), usize> {
+    fn first_crossing(&self, h: f64, end: &[f64; N], after: &H::Indicators) -> Result<(usize, Bracket, f64), usize> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
-        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
-        let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };
         let value_at = |event: usize, fraction: f64| {
             self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_ref()[event]
         };
@@ -94,20 +94,20 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Narrows the bracket by steps of the scheme itself, until one ends near the event or just behind it.
-    fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, trial: Trial<N>) -> (f64, Trial<N>) {
+    fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, end: [f64; N]) -> (f64, [f64; N]) {
         let resolution = (bracket.end() * 1e-3 * self.settings.tolerance).max(smallest_step(self.time));
-        let mut best = (bracket.end(), trial);
+        let mut best = (bracket.end(), end);
         let mut at = guess;
         for _ in 0..MAX_REFINEMENTS {
-            let Ok(trial) = self.trial(at) else { break };
+            let Ok(end) = self.trial(at) else { break };
             self.attempts += 1;
-            let value = self.indicators_at(self.time + at, &trial.end).as_ref()[event];
-            if let Some(found) = self.crossing_near_the_end(event, (at, value), &trial, resolution) {
+            let value = self.indicators_at(self.time + at, &end).as_ref()[event];
+            if let Some(found) = self.crossing_near_the_end(event, (at, value), &end, resolution) {
                 return found;
             }
             bracket.narrow(at, value);
             if value <= 0.0 {
-                best = (at, trial);
+                best = (at, end);
             }
             if bracket.is_within(resolution) {
                 break;
@@ -123,14 +123,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         &self,
         event: usize,
         (h, value): (f64, f64),
-        trial: &Trial<N>,
+        end: &[f64; N],
         resolution: f64,
-    ) -> Option<(f64, Trial<N>)> {
+    ) -> Option<(f64, [f64; N])> {
         let end_time = self.time + h;
         // That of the linearisation may lack states that have a closed form.
         let start_slope = self.system.derivatives(self.time, &self.x, &self.inputs.at(self.time), &self.memory);
-        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
-        let path = Hermite { start: &self.x, start_slope: &start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
+        let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let value_at = |at: f64| self.indicators_at(self.time + at, &path.at(at / h)).as_ref()[event];
         let other = if value > 0.0 { h * (1.0 + NEAR) } else { h * (1.0 - NEAR) };
         let points = [(h, value), (other, value_at(other))];
@@ -144,7 +144,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             bracket.narrow(at, value_at(at));
         }
         let at = bracket.end();
-        Some((at, Trial { end: path.at(at / h), error: trial.error }))
+        Some((at, path.at(at / h)))
     }
 
     /// Switches at an event, or pauses before it.

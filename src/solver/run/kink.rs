@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Run, Trial};
+use super::Run;
 use crate::hybrid::HybridSystem;
 use crate::solver::event::Hermite;
 
@@ -38,21 +38,21 @@ impl Kink {
 impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// The first kink that a step of a size in s meets.
     #[inline(always)]
-    pub(super) fn kink(&self, h: f64, end_time: f64, trial: &Trial<N>) -> Option<Kink> {
+    pub(super) fn kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Option<Kink> {
         let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
-        let is_smooth = self.system.is_smooth([&self.x, &trial.end], [&u, &u_end], &self.memory, h);
-        if is_smooth { None } else { Some(self.first_kink(h, end_time, trial)) }
+        let is_smooth = self.system.is_smooth([&self.x, end], [&u, &u_end], &self.memory, h);
+        if is_smooth { None } else { Some(self.first_kink(h, end_time, end)) }
     }
 
     /// Where along the cubic between the ends of a step it ceases to be smooth.
     #[cold]
     #[inline(never)]
-    fn first_kink(&self, h: f64, end_time: f64, trial: &Trial<N>) -> Kink {
+    fn first_kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Kink {
         let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
         // Those of the linearisation, and of the stages, lack the states that have a closed form.
         let start_slope = self.system.derivatives(self.time, &self.x, &u, &self.memory);
-        let end_slope = self.system.derivatives(end_time, &trial.end, &u_end, &self.memory);
-        let path = Hermite { start: &self.x, start_slope: &start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let end_slope = self.system.derivatives(end_time, end, &u_end, &self.memory);
+        let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let narrowed = |[smooth, place]: [f64; 2], at: f64| {
             let u_at = self.inputs.at(self.time + at * h);
             let is_smooth = self.system.is_smooth([&self.x, &path.at(at)], [&u, &u_at], &self.memory, at * h);
@@ -73,7 +73,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let place = bracket[1];
         let u_place = self.inputs.at(self.time + place * h);
         let rest = (1.0 - place) * h;
-        let is_last = self.system.is_smooth([&path.at(place), &trial.end], [&u_place, &u_end], &self.memory, rest);
+        let is_last = self.system.is_smooth([&path.at(place), end], [&u_place, &u_end], &self.memory, rest);
         Kink { place, is_last }
     }
 

@@ -93,6 +93,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     is_linearised: bool,
     /// What is known of the sizes of explicit steps.
     strides: Strides,
+    /// Error of the step tried last.
+    error: [f64; N],
     /// Derivatives at the end of the explicit step tried last.
     end_slope: [f64; N],
     /// Error of the explicit step tried last if it crosses a kink.
@@ -144,6 +146,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
             strides: Strides::UNKNOWN,
+            error: [0.0; N],
             end_slope: [0.0; N],
             bend: [0.0; N],
             beyond: 0.0,

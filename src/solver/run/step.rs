@@ -54,50 +54,50 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             self.step
         };
         let end_time = if h == remaining { limit } else { self.time + h };
-        let trial = match self.trial(h) {
-            Ok(trial) => trial,
+        let end = match self.trial(h) {
+            Ok(end) => end,
             Err(nonsense) => return self.reject_nonsense(h, nonsense),
         };
-        let error = self.error_norm(&trial.end, &trial.error);
+        let error = self.error_norm(&end, &self.error);
         if error > 1.0 {
-            let kink = self.kink(h, end_time, &trial).filter(Kink::is_well_within);
+            let kink = self.kink(h, end_time, &end).filter(Kink::is_well_within);
             let factor = match kink {
                 Some(kink) => self.go_for(kink, h),
                 None if self.is_midpoint => return self.give_up_midpoint(h, error),
                 None => (SAFETY / fourth_root(error)).max(MAX_SHRINKAGE),
             };
-            return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&trial.end, &trial.error)));
+            return self.reject(h, factor, |run| Rejection::Inaccurate(run.least_accurate(&end, &run.error)));
         }
         if self.is_explicit
-            && let Some(kink) = self.kink(h, end_time, &trial)
+            && let Some(kink) = self.kink(h, end_time, &end)
         {
-            let share = self.error_norm(&trial.end, &self.bend) * kink.weight() / KINK_SHARE;
+            let share = self.error_norm(&end, &self.bend) * kink.weight() / KINK_SHARE;
             if share > 1.0 {
                 if self.is_midpoint && !kink.is_well_within() {
                     return self.give_up_midpoint(h, share);
                 }
                 let factor = self.go_for(kink, h);
-                let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&trial.end, &run.bend));
+                let reason = |run: &Self| Rejection::Inaccurate(run.least_accurate(&end, &run.bend));
                 return self.reject(h, factor, reason);
             }
         }
         if self.system.has_events() {
-            let after = self.indicators_at(end_time, &trial.end);
+            let after = self.indicators_at(end_time, &end);
             if after.as_ref().iter().any(|value| *value < 0.0) {
-                return self.step_to_event(h, &trial, &after);
+                return self.step_to_event(h, &end, &after);
             }
             // Within the resolution of the clock the dip would be one of rounding.
-            if h > 4.0 * smallest_step(self.time) && self.dips_between(h, &trial) {
+            if h > 4.0 * smallest_step(self.time) && self.dips_between(h, &end) {
                 return self.reject(h, 0.5, |_| Rejection::Passed);
             }
             if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event] == 0.0) {
                 // The indicator has not left zero, and is negative a little later: but for rounding the event is now.
-                self.accept(h, end_time, &trial, error);
+                self.accept(h, end_time, &end, error);
                 return self.reach(event);
             }
             self.indicators = after;
         }
-        self.accept(h, end_time, &trial, error);
+        self.accept(h, end_time, &end, error);
         if end_time == limit {
             self.choice.arrive();
         }
@@ -162,10 +162,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The step of size `h` from here, if it leads to states that have a meaning.
-    pub(super) fn trial(&mut self, h: f64) -> Result<Trial<N>, Nonsense> {
+    pub(super) fn trial(&mut self, h: f64) -> Result<[f64; N], Nonsense> {
         let (system, time, x, inputs, memory) = (&self.system, self.time, &self.x, &self.inputs, &self.memory);
         let here = &self.linearisation;
-        let trial = match self.settings.scheme {
+        let Trial { end, error } = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
                 let relaxing = H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &u, memory), h));
@@ -199,13 +199,14 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::RK3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::RK4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let is_bounded: [bool; N] = std::array::from_fn(|i| trial.end[i].abs() <= FAR_OUT * self.scales[i]);
+        let is_bounded: [bool; N] = std::array::from_fn(|i| end[i].abs() <= FAR_OUT * self.scales[i]);
         // All at once, since as a rule nothing is out of bounds.
         if !is_bounded.iter().fold(true, |all, state| all & state) {
             return Err(Nonsense::Unbounded(is_bounded.iter().position(|state| !state).unwrap_or_default()));
         }
-        self.system.admit(&trial.end).map_err(Nonsense::Meaningless)?;
-        Ok(trial)
+        self.system.admit(&end).map_err(Nonsense::Meaningless)?;
+        self.error = error;
+        Ok(end)
     }
 
     /// The largest error of a state at the end of a step relative to what is allowed.
@@ -277,9 +278,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         Ok(())
     }
 
-    fn accept(&mut self, h: f64, end_time: f64, trial: &Trial<N>, error: f64) {
+    fn accept(&mut self, h: f64, end_time: f64, end: &[f64; N], error: f64) {
         let beyond = self.beyond;
-        self.move_to(end_time, trial, self.is_explicit && !self.inputs.vary());
+        self.move_to(end_time, end, self.is_explicit && !self.inputs.vary());
         self.step = if self.is_midpoint {
             // That of the classical method is another.
             self.step.max(beyond)
@@ -293,12 +294,12 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes to the end of a step, whose slope there may be known.
-    pub(super) fn move_to(&mut self, time: f64, trial: &Trial<N>, knows_slope: bool) {
+    pub(super) fn move_to(&mut self, time: f64, end: &[f64; N], knows_slope: bool) {
         if self.settings.keeps_balance {
-            self.keep_balance(time, trial);
+            self.keep_balance(time, end);
         }
         self.time = time;
-        self.x = trial.end;
+        self.x = *end;
         self.counters.steps += 1;
         if knows_slope {
             self.linearisation.derivatives = self.end_slope;
@@ -310,11 +311,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     // Few runs keep one.
     #[inline(never)]
-    fn keep_balance(&mut self, end_time: f64, trial: &Trial<N>) {
-        let end_slope = self.system.derivatives(end_time, &trial.end, &self.inputs.at(end_time), &self.memory);
+    fn keep_balance(&mut self, end_time: f64, end: &[f64; N]) {
+        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
         let h = end_time - self.time;
-        let path = Hermite { start: &self.x, start_slope, end: &trial.end, end_slope: &end_slope, h };
+        let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };
         self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);
     }
 }
