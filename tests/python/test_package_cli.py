@@ -90,7 +90,7 @@ def test_interrupt_leaves_the_rows_until_then(folder: Path) -> None:
     (folder / "my.csv").write_text("time,valveVoltage\n0,5\n100000,6\n", encoding="utf-8")
     process = subprocess.Popen(
         [*COMMAND, "simulate", "my.csv", "--step", "1e-4", "--outputs", "position",
-         "--every", "1000", "--out", "a.csv"],
+         "--every", "10000", "--out", "a.csv"],
         cwd=folder, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     # Long enough for Python to start, and a fraction of what the 1e9 steps take, some minutes.
@@ -99,7 +99,7 @@ def test_interrupt_leaves_the_rows_until_then(folder: Path) -> None:
     _, told = process.communicate(timeout=20)
     assert process.returncode == 130 and told.endswith("error: interrupted\n")
     rows = (folder / "a.csv").read_text(encoding="utf-8").splitlines()
-    assert 1 < len(rows) < 1_000_001 and rows[0] == "time,position"
+    assert 1 < len(rows) < 100_001 and rows[0] == "time,position"
     assert sorted(file.name for file in folder.iterdir()) == ["a.csv", "my.csv"]
 
 
