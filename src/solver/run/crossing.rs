@@ -127,9 +127,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         resolution: f64,
     ) -> Option<(f64, [f64; N])> {
         let end_time = self.time + h;
-        // That of the linearisation may lack states that have a closed form.
-        let start_slope = self.system.derivatives(self.time, &self.x, &self.inputs.at(self.time), &self.memory);
-        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
+        let [start_slope, end_slope] = self.slopes(end_time, end);
         let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let value_at = |at: f64| self.indicators_at(self.time + at, &path.at(at / h)).as_ref()[event];
         let other = if value > 0.0 { h * (1.0 + NEAR) } else { h * (1.0 - NEAR) };

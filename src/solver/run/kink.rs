@@ -49,9 +49,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     #[inline(never)]
     fn first_kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Kink {
         let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
-        // Those of the linearisation, and of the stages, lack the states that have a closed form.
-        let start_slope = self.system.derivatives(self.time, &self.x, &u, &self.memory);
-        let end_slope = self.system.derivatives(end_time, end, &u_end, &self.memory);
+        let [start_slope, end_slope] = self.slopes(end_time, end);
         let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let narrowed = |[smooth, place]: [f64; 2], at: f64| {
             let u_at = self.inputs.at(self.time + at * h);
