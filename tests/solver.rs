@@ -67,7 +67,7 @@ impl HybridSystem<3, 1> for Follower {
     fn is_gentle(&self) -> bool {
         true
     }
-    fn relaxation(&self, _: f64, _: &[f64; 3], _: &[f64; 1], (): &()) -> f64 {
+    fn relaxation(&self, _: f64, _: &[f64; 3], _: &[f64; 3], _: &[f64; 1], (): &()) -> f64 {
         FOLLOWING
     }
     fn fits(&self, (): &()) -> bool {

@@ -83,10 +83,14 @@ impl FrictionContact {
         self.count == 1
     }
 
-    /// Rate in 1/s at which the state of a law that has one relaxes; only for such a law the contact is worked out.
+    /// Rate in 1/s at which the state of a law that has one relaxes, given all states and their rates; only for such a law the
+    /// contact is worked out.
     #[inline(always)]
-    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &Memory) -> f64 {
-        if self.relaxes() { self.law.relaxation(&contact(), &x[self.states()], memory) } else { 0.0 }
+    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, [x, rates]: [&[f64]; 2], memory: &Memory) -> f64 {
+        if !self.relaxes() {
+            return 0.0;
+        }
+        self.law.relaxation(&contact(), [x[self.first], rates[self.first]], memory)
     }
 
     /// Stiffness in N/m and damping in N.s/m of the contact at rest, before anything slides, at load level 1.

@@ -106,8 +106,9 @@ pub trait FrictionLaw: ParameterSet {
     }
 
     /// Rate in 1/s at which the state of a law that has one relaxes towards where the motion leads it: minus the derivative
-    /// of its own rate by itself. It makes steps longer; none is less accurate for it.
-    fn relaxation(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &Self::Memory) -> f64 {
+    /// of its own rate by itself, given the state and its rate. It makes steps longer; none is less accurate for it, nor if it
+    /// is not exact.
+    fn relaxation(&self, _contact: &Contact<f64>, _state: [f64; 2], _memory: &Self::Memory) -> f64 {
         0.0
     }
 

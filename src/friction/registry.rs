@@ -197,9 +197,9 @@ impl Friction {
         dispatch!(self, memory, |law, memory| force(law, contact, z, memory, rates))
     }
 
-    /// Rate in 1/s at which the state of a law that has one relaxes.
-    pub fn relaxation(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> f64 {
-        dispatch!(self, memory, |law, memory| law.relaxation(contact, z, memory))
+    /// Rate in 1/s at which the state of a law that has one relaxes, given the state and its rate.
+    pub fn relaxation(&self, contact: &Contact<f64>, state: [f64; 2], memory: &Memory) -> f64 {
+        dispatch!(self, memory, |law, memory| law.relaxation(contact, state, memory))
     }
 
     /// The event indicators in the present mode.

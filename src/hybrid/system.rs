@@ -165,8 +165,9 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     }
 
     /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
-    /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of gentle steps only.
-    fn relaxation(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &Self::Memory) -> f64 {
+    /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of gentle steps only, with the
+    /// derivatives at hand.
+    fn relaxation(&self, _time: f64, _x: &[f64; N], _rates: &[f64; N], _u: &[f64; U], _memory: &Self::Memory) -> f64 {
         0.0
     }
 

@@ -48,6 +48,8 @@ parameters! {
 impl BristleLaw for ElastoPlastic {
     type Memory = ();
 
+    const RELAXES_BY_SECANT: bool = true;
+
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()
     }

@@ -44,17 +44,14 @@ parameters! {
 impl BristleLaw for LuGre {
     type Memory = ();
 
+    const RELAXES_BY_SECANT: bool = true;
+
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()
     }
 
     fn is_gentle(&self) -> bool {
         self.curve.is_gentle()
-    }
-
-    fn relaxation(&self, contact: &Contact<f64>, _z: f64, _memory: &()) -> f64 {
-        let speed = contact.velocity.abs();
-        self.stiffness.value * speed / divisor(self.curve.at(speed, contact.level))
     }
 
     fn scale(&self) -> f64 {

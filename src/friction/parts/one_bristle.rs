@@ -20,6 +20,10 @@ pub trait BristleLaw: ParameterSet {
     /// The drives under which the memory [follows](Self::follow) the motion.
     const FOLLOWS: &'static [Drive] = &[];
 
+    /// Whether the secant `(v - dz/dt)/z` tells the rate of relaxation: the deflection follows the velocity `v` but for a
+    /// share that grows with it, about in proportion. It saves an evaluation.
+    const RELAXES_BY_SECANT: bool = false;
+
     /// Checks that parameters which are legal one by one fit together.
     ///
     /// # Errors
@@ -33,15 +37,9 @@ pub trait BristleLaw: ParameterSet {
         Self::EVENTS
     }
 
-    /// Whether force and deflection change gently within a mode, but for a [relaxation](Self::relaxation) of the deflection.
+    /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
     fn is_gentle(&self) -> bool {
         true
-    }
-
-    /// Rate in 1/s at which the deflection relaxes towards where the motion leads it.
-    fn relaxation(&self, contact: &Contact<f64>, z: f64, memory: &Self::Memory) -> f64 {
-        let (_, rate) = self.force(&contact.held(), Dual::<1>::variable(z, 0), memory);
-        -rate.slope[0]
     }
 
     /// Magnitude of the deflection in m, for error control.
@@ -62,6 +60,9 @@ pub trait BristleLaw: ParameterSet {
         false
     }
 }
+
+/// Share of the scale of a deflection below which the secant would be one of rounding.
+const SMALL: f64 = 1e-6;
 
 wrapper! {
     /// A bristle as a friction law.
@@ -90,8 +91,12 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.is_gentle()
     }
 
-    fn relaxation(&self, contact: &Contact<f64>, z: &[f64], memory: &L::Memory) -> f64 {
-        self.0.relaxation(contact, z[0], memory)
+    fn relaxation(&self, contact: &Contact<f64>, [z, rate]: [f64; 2], memory: &L::Memory) -> f64 {
+        if L::RELAXES_BY_SECANT && z.abs() > SMALL * self.0.scale() {
+            return (contact.velocity - rate) / z;
+        }
+        let (_, rate) = self.0.force(&contact.held(), Dual::<1>::variable(z, 0), memory);
+        -rate.slope[0]
     }
 
     fn state_scale(&self) -> f64 {

@@ -395,9 +395,9 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
     }
 
-    fn relaxation(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
+    fn relaxation(&self, time: f64, x: &[f64; N], rates: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
         let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
-        self.friction.relaxation(contact, x, &memory.friction)
+        self.friction.relaxation(contact, [x, rates], &memory.friction)
     }
 
     fn longest_gentle_steps(&self, x: &[f64; N]) -> LongestSteps {

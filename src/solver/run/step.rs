@@ -168,7 +168,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let Trial { end, error } = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
-                let relaxing = H::RELAXING.and_then(|_| Relaxing::new(system.relaxation(time, x, &u, memory), h));
+                let relaxing = H::RELAXING
+                    .and_then(|_| Relaxing::new(system.relaxation(time, x, &here.derivatives, &u, memory), h));
                 let relaxing = H::RELAXING.zip(relaxing.as_ref());
                 let take = |stages: Stages<H, N, U>| match self.is_midpoint {
                     true => stages.midpoint(),
