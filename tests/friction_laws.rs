@@ -14,7 +14,7 @@ fn laws() -> impl Iterator<Item = &'static str> {
     LAWS.items.iter().map(|(_, name, _)| *name)
 }
 
-/// A small generator (Numerical Recipes' LCG, upper bits) so that failures repeat.
+/// A small generator (Knuth's LCG, upper bits) so that failures repeat.
 struct Random(u64);
 
 impl Random {

@@ -359,15 +359,6 @@ fn stiffness_where_none_was_said_to_be_costs_some_steps_and_no_accuracy() {
 }
 
 /// Dropped from 1/2 m, the ball lands at 1 s and bounces for 2 e, 2 e^2, ... seconds.
-/// An account is kept of what a system says that it holds and receives, which is nothing unless it says so.
-#[test]
-fn systems_without_conserved_quantities_have_no_residuals() {
-    let settings = Settings { keeps_balance: true, ..ADAPTIVE };
-    let mut run = Run::new(Oscillator::new(true), settings, 0.0, [1.0, 0.0], (), [0.0]);
-    run.advance(1.0).unwrap();
-    assert_eq!(run.residuals(), [0.0; 2]);
-}
-
 #[test]
 fn impacts_are_located_to_rounding() {
     let mut run = Run::new(Ball { restitution: 0.8 }, ADAPTIVE, 0.0, [0.5, 0.0], Vec::new(), [0.0]);

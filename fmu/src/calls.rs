@@ -128,10 +128,12 @@ calls! {
     SetTime               Event ContinuousTime;
     /// Set the continuous states.
     SetStates             ContinuousTime;
-    /// Read continuous states, their derivatives or magnitudes, or event indicators.
-    GetStates             Event ContinuousTime Terminated;
-    /// The same, during initialization too.
-    GetInitialStates      Initialization Event ContinuousTime Terminated;
+    /// Read derivatives of continuous states.
+    GetRates              Event ContinuousTime Terminated;
+    /// Read continuous states or event indicators; in FMI 3.0 derivatives and magnitudes, too.
+    GetStates             Initialization Event ContinuousTime Terminated;
+    /// Read magnitudes of continuous states.
+    GetMagnitudes         Instantiated Event ContinuousTime Terminated;
     /// Use what is not offered, which is refused with a reason.
     UseWhatIsNotOffered   Instantiated Initialization StepComplete StepFailed StepEvent Event ContinuousTime Terminated;
 }

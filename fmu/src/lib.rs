@@ -9,9 +9,10 @@
 //! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
 //!
 //! # Rules a host can rely on
-//! - A call that returns an error has changed nothing and has logged why; the instance can go on.
-//! - A step that cannot reach its end is discarded; the instance tells how far it came and that it wants to terminate.
-//!   It can be read, reset, restored or freed.
+//! - A call that returns an error has changed nothing and has logged why; the instance can go on. Without an instance to ask,
+//!   or from within its own logger, a call is refused without a word.
+//! - A step that cannot reach its end is discarded in FMI 2.0 and an error in FMI 3.0, where only what leaves no trace is
+//!   discarded; the instance tells how far it came and that it wants to terminate. It can be read, reset, restored or freed.
 //! - After an internal error an instance can only be freed; other instances go on.
 //! - Computed values are consistent with the inputs set last, also before the next step.
 //! - Slopes given to inputs hold for the next step, after which the inputs keep the values they have reached.

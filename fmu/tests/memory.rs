@@ -182,9 +182,8 @@ fn sampling_allocates_nothing() {
     }
 }
 
-/// Miri, which looks for undefined behaviour, is slow.
-const LIVES: u64 = if cfg!(miri) { 2 } else { 10_000 };
-const STEPS: i32 = if cfg!(miri) { 2 } else { 300 };
+const LIVES: u64 = 10_000;
+const STEPS: i32 = 300;
 
 /// One life: initialization, steps, saved states (one of them left behind), errors, reset, end.
 fn live(guid: &CString) {

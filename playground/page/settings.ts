@@ -1,7 +1,7 @@
 // Everything that a link restores.
 
 import { isSettable, model, type Model, type Tables, type Variable } from "./tables";
-import { KINDS, POINTS, type Kind, type Signal } from "./signal";
+import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
 
 export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"] as const;
 export type View = (typeof VIEWS)[number];
@@ -136,8 +136,5 @@ function usual(of: Model, input: string): Omit<Signal, "points"> {
 
 /** A large loop with a small one on each of its branches, from -1 to 1 over a fraction of the time. */
 export function nestedLoops(fraction: number): number {
-  const turns = [0, 0.9, -0.9, 0.4, -0.2, 1, -0.4, 0.2, -1, 0.5, -0.5];
-  const place = fraction * (turns.length - 1);
-  const index = Math.min(Math.floor(place), turns.length - 2);
-  return turns[index] + (turns[index + 1] - turns[index]) * (place - index);
+  return along([0, 0.9, -0.9, 0.4, -0.2, 1, -0.4, 0.2, -1, 0.5, -0.5], fraction);
 }

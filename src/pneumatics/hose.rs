@@ -73,11 +73,6 @@ impl Hose {
         self.volume / 6.0
     }
 
-    /// Volume in m3 between both ends and what is at them: without the last sixth.
-    pub fn volume_before_end(&self) -> f64 {
-        self.volume - self.end_volume()
-    }
-
     /// Mass in kg of the air in the volumes at pressures in Pa; the last one counts for a hose that ends in itself.
     pub fn mass(&self, pressures: [f64; 4], ends_in_itself: bool) -> f64 {
         let shares = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, if ends_in_itself { 1.0 / 6.0 } else { 0.0 }];

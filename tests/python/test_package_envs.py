@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import warnings
 
+import gymnasium
 import numpy as np
 import pneumatic_servo.envs as envs
 import pytest
-
-gymnasium = pytest.importorskip("gymnasium")
 
 NAME = "pneumatic_servo/Positioning-v0"
 
@@ -76,14 +75,16 @@ def test_laws_and_parameters_vary_within_their_ranges() -> None:
     assert 1.0 <= min(masses) < max(masses) <= 2.0
 
 
-def test_baseline_solves_the_task() -> None:
-    fleet = gymnasium.make_vec(NAME, num_envs=16, laws=["Stribeck", "LuGre", "GMS"], ranges=envs.RANDOM)
-    baseline = envs.PositionControllers(16)
+@pytest.mark.parametrize("stroke", [None, 0.8])
+def test_baseline_solves_the_task(stroke: float | None) -> None:
+    task = {} if stroke is None else {"parameters": {"cylinder.stroke": stroke}}
+    fleet = gymnasium.make_vec(NAME, num_envs=16, laws=["Stribeck", "LuGre", "GMS"], ranges=envs.RANDOM, **task)
+    baseline = envs.PositionControllers(16, stroke=stroke)
     observations, _ = fleet.reset(seed=3)
     before = np.abs(observations[:, 0]).mean()
     for _ in range(1500):
         observations, *_ = fleet.step(baseline(observations))
-    # In units of the stroke of 0.5 m: from 80 mm on average to a few millimetres.
+    # In units of the stroke, 0.5 m by default: from 80 mm on average to a few millimetres.
     assert before > 0.1 and np.abs(observations[:, 0]).mean() < 0.01
 
 
@@ -94,6 +95,7 @@ def test_baseline_solves_the_task() -> None:
         ({"targets": (0.4, 0.1)}, "targets"),
         ({"duration": -1.0}, "duration"),
         ({"ranges": {"mass.moving": (2.0, 1.0)}}, "mass.moving"),
+        ({"ranges": {"cylinder.stroke": (0.5, 0.8)}}, "cylinder.stroke"),
         ({"parameters": {"valve.c": 1.0}}, "valve.c"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import control
 import numpy as np
 import pneumatic_servo as ps
 import pytest
@@ -59,7 +60,6 @@ def test_scaling_keeps_the_poles(plant: ps.Model) -> None:
 
 
 def test_state_space_of_python_control_has_names(plant: ps.Model) -> None:
-    control = pytest.importorskip("control")
     system = plant.linearise(at=SLIDING).to_control()
     assert isinstance(system, control.StateSpace)
     assert system.state_labels[2] == "chamberA_pressure" and system.input_labels == ["valveVoltage"]

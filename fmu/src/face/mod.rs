@@ -143,7 +143,7 @@ pub unsafe fn serialize(
     Ok(())
 }
 
-/// Takes a saved state from bytes.
+/// Takes a new saved state from bytes, whatever the host's variable for it holds.
 ///
 /// # Safety
 /// Of the module.
@@ -154,13 +154,11 @@ pub unsafe fn deserialize(
     state: *mut *mut c_void,
 ) -> Result<(), Failure> {
     // SAFETY: of the module.
-    let (bytes, state, old) = unsafe {
+    let (bytes, state) = unsafe {
         let bytes: Vec<u8> = Input::new(bytes, size, "serializedState")?.iter().collect();
-        let state = Output::new(state, 1, "FMU state")?;
-        let old = state.read();
-        (bytes, state, old)
+        (bytes, Output::new(state, 1, "FMU state")?)
     };
-    let handle = instance.deserialize(&bytes, old.addr())?;
+    let handle = instance.deserialize(&bytes)?;
     state.write([ptr::without_provenance_mut(handle)].into_iter());
     Ok(())
 }

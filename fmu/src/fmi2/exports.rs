@@ -267,7 +267,7 @@ exports! {
     };
 
     /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
-    fn fmi2GetDerivatives(values: *mut Real, number: usize) => GetStates, |instance| {
+    fn fmi2GetDerivatives(values: *mut Real, number: usize) => GetRates, |instance| {
         vector(instance, Vector::Derivatives, values, number)
     };
 
@@ -282,7 +282,7 @@ exports! {
     };
 
     /// Reads the magnitudes of the continuous states.
-    fn fmi2GetNominalsOfContinuousStates(values: *mut Real, number: usize) => GetStates, |instance| {
+    fn fmi2GetNominalsOfContinuousStates(values: *mut Real, number: usize) => GetMagnitudes, |instance| {
         vector(instance, Vector::Nominals, values, number)
     };
 

@@ -347,22 +347,22 @@ exports_with_numbers! {
     };
 
     /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
-    fn fmi3GetContinuousStateDerivatives(values: *mut f64, number: usize) => GetInitialStates, |instance| {
+    fn fmi3GetContinuousStateDerivatives(values: *mut f64, number: usize) => GetStates, |instance| {
         vector(instance, Vector::Derivatives, values, number)
     };
 
     /// Reads the event indicators.
-    fn fmi3GetEventIndicators(values: *mut f64, number: usize) => GetInitialStates, |instance| {
+    fn fmi3GetEventIndicators(values: *mut f64, number: usize) => GetStates, |instance| {
         vector(instance, Vector::Indicators, values, number)
     };
 
     /// Reads the continuous states.
-    fn fmi3GetContinuousStates(values: *mut f64, number: usize) => GetInitialStates, |instance| {
+    fn fmi3GetContinuousStates(values: *mut f64, number: usize) => GetStates, |instance| {
         vector(instance, Vector::States, values, number)
     };
 
     /// Reads the magnitudes of the continuous states.
-    fn fmi3GetNominalsOfContinuousStates(values: *mut f64, number: usize) => GetInitialStates, |instance| {
+    fn fmi3GetNominalsOfContinuousStates(values: *mut f64, number: usize) => GetStates, |instance| {
         vector(instance, Vector::Nominals, values, number)
     };
 
@@ -391,7 +391,8 @@ exports_with_numbers! {
         Ok(())
     };
 
-    /// Integrates to exactly the communication point plus the step size, or to an event on the way.
+    /// Integrates to exactly the communication point plus the step size, or to an event on the way. An error, after which the
+    /// host may restore, reset or free the instance, where that cannot be reached; the arguments then tell how far it came.
     fn fmi3DoStep(
         current_communication_point: f64, communication_step_size: f64,
         _no_set_fmu_state_prior_to_current_point: Boolean,
@@ -410,7 +411,8 @@ exports_with_numbers! {
             early.write([step.as_ref().is_ok_and(|step| step.is_early).into()].into_iter());
             time.write([last.successful_until].into_iter());
         }
-        step.map(|_| ())
+        // What is discarded would be as before, and could be tried again with a shorter step.
+        step.map(|_| ()).map_err(|failure| Failure::error(failure.message))
     };
 
     /// Always refused: there are no model partitions.

@@ -105,12 +105,11 @@ impl Instance {
         codec::encode(self.saved.get(handle)?, &self.layout.guid)
     }
 
-    /// Keeps the state that bytes stand for: like `get_state`, except that a handle that is not known counts as none, since the
-    /// standard lets hosts pass anything.
-    pub fn deserialize(&mut self, bytes: &[u8], handle: usize) -> Result<usize, Failure> {
+    /// Keeps the state that bytes stand for, under a new handle.
+    pub fn deserialize(&mut self, bytes: &[u8]) -> Result<usize, Failure> {
         let state = codec::decode(bytes, &self.layout.guid)?;
         state.check(self.layout)?;
-        self.saved.keep(state, handle)
+        self.saved.keep(state, NULL)
     }
 
     /// The model's own states. During initialization they follow from the record.
@@ -213,7 +212,7 @@ mod tests {
         let saved = one.get_state(0).expect("a state");
         let bytes = one.serialized(saved).expect("bytes");
         let mut other = testing::instance();
-        let restored = other.deserialize(&bytes, 0).expect("a state");
+        let restored = other.deserialize(&bytes).expect("a state");
         other.set_state(restored).expect("restored");
         assert_eq!(continuation(&mut other), continuation(&mut one));
     }
@@ -232,7 +231,7 @@ mod tests {
             instance.set_state(saved).expect("restored");
             assert_eq!(instance.mode(), mode);
             let bytes = instance.serialized(saved).expect("bytes");
-            assert!(instance.deserialize(&bytes, 0).is_ok());
+            assert!(instance.deserialize(&bytes).is_ok());
         }
         instance.set_state(during).expect("restored");
         instance.exit_initialization_mode().expect("initialized");
@@ -287,7 +286,7 @@ mod tests {
             let mut state = state.clone();
             change(&mut state);
             let bytes = codec::encode(&state, &testing::layout().guid).expect("bytes");
-            let failure = instance.deserialize(&bytes, 0).expect_err("an impossible state");
+            let failure = instance.deserialize(&bytes).expect_err("an impossible state");
             assert!(!failure.message.contains("corrupt"), "{failure:?}");
         };
         refuse(|it| it.record.mode = Mode::Fatal);

@@ -135,10 +135,10 @@ fn every_function_is_allowed_exactly_in_its_modes() {
             let mut states = [0.0; STATES];
             if it.states(&mut states) == OK { it.set_states(&states) } else { it.set_states(&[1.0; STATES]) }
         }),
-        ("fmi2GetContinuousStates", "ECT", |it| it.states(&mut [0.0; STATES])),
+        ("fmi2GetContinuousStates", "MECT", |it| it.states(&mut [0.0; STATES])),
         ("fmi2GetDerivatives", "ECT", |it| it.derivatives(&mut [0.0; STATES])),
-        ("fmi2GetNominalsOfContinuousStates", "ECT", |it| it.nominals(&mut [0.0; STATES])),
-        ("fmi2GetEventIndicators", "ECT", |it| it.indicators(&mut [0.0; INDICATORS])),
+        ("fmi2GetNominalsOfContinuousStates", "IECT", |it| it.nominals(&mut [0.0; STATES])),
+        ("fmi2GetEventIndicators", "MECT", |it| it.indicators(&mut [0.0; INDICATORS])),
         ("fmi2SetupExperiment", "I", |it| it.setup(0.0, None)),
         ("fmi2EnterInitializationMode", "I", Instance::enter),
         ("fmi2ExitInitializationMode", "M", Instance::exit),

@@ -257,6 +257,26 @@ fn state_of_any_phase_is_serialized() {
     }
 }
 
+/// What the variable of the host holds is written only: it may be anything, and a state in it stays.
+#[test]
+fn state_is_deserialized_beside_the_one_that_the_variable_held() {
+    let instance = Instance::initialized();
+    let first = instance.save();
+    let before = instance.fingerprint();
+    assert_eq!(instance.step(0.0, 0.1), OK);
+    let after = instance.fingerprint();
+    let mut variable = first;
+    // SAFETY: of the component, and there are as many bytes.
+    let status =
+        unsafe { (LIBRARY.fmi2DeSerializeFMUstate)(instance.component, after.as_ptr(), after.len(), &mut variable) };
+    assert_eq!(status, OK);
+    assert_ne!(variable, first);
+    for (state, expected) in [(first, before), (variable, after)] {
+        assert_eq!(instance.restore(state), OK);
+        assert_eq!(instance.fingerprint(), expected);
+    }
+}
+
 #[test]
 fn size_must_be_the_one_that_was_told() {
     let instance = Instance::initialized();

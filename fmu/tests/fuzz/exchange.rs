@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ffi::c_int;
 
+use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::model_exchange::Exchange;
 use pneumatic_servo::models;
@@ -63,7 +64,7 @@ impl Triplets {
     fn new(model: &'static Model, seed: u64) -> Self {
         let mut random = Random(seed);
         let law = (model.variables)().find("friction.law").expect("every model rubs").variable.reference;
-        let id = 1 + random.below(24) as i32;
+        let id = 1 + random.below(LAWS.items.len()) as i32;
         let (two, three) = (Instance::for_exchange(model), Instance3::of(model, Way::Exchange));
         assert_eq!((two.set_integer(&[law], &[id]), three.set_int64(&[law], &[id.into()])), (OK, OK));
         two.initialize();

@@ -22,11 +22,21 @@ class PositionControllers:
         Time between actions in s; it should be the controllers' sample time.
     parameters : mapping, optional
         Parameters of the controllers.
+    stroke : float, optional
+        The ``cylinder.stroke`` among the task's parameters in m, the unit of observations; its default if not given.
     """
 
-    def __init__(self, number: int, period: float = 1e-3, parameters: Mapping[str, Value] | None = None) -> None:
+    def __init__(
+        self,
+        number: int,
+        period: float = 1e-3,
+        parameters: Mapping[str, Value] | None = None,
+        *,
+        stroke: float | None = None,
+    ) -> None:
         model = Model("PositionController")
-        self._stroke = float(Model("PneumaticServoCylinder").parameters["cylinder.stroke"].default or 1.0)
+        default = Model("PneumaticServoCylinder").parameters["cylinder.stroke"].default
+        self._stroke = float(default or 1.0) if stroke is None else stroke
         self._period = period
         self._controllers = [model.start(parameters) for _ in range(number)]
 
