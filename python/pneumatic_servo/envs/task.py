@@ -70,9 +70,7 @@ class Task:
             if not value > 0:
                 raise ValueError(f"{name} = {value} is refused: it must be positive")
         if "cylinder.stroke" in self.ranges:
-            raise ValueError(
-                "ranges: cylinder.stroke is refused: observations are in units of the one stroke"
-            )
+            raise ValueError("ranges: cylinder.stroke is refused: observations are in units of the one stroke")
         for name, (smallest, largest) in self.ranges.items():
             if not smallest <= largest:
                 raise ValueError(f"ranges: {name} is refused: {smallest} is larger than {largest}")
