@@ -322,6 +322,34 @@ fn slope_of_an_input_lasts_for_a_step() {
     }
 }
 
+/// What a run was set up with belongs to its saved states, the friction law first of all.
+#[test]
+fn saved_states_of_another_law_or_geometry_are_refused() {
+    for model in models::ALL {
+        let table = (model.variables)();
+        let plant = |law: &str| Setup::of(model).set("friction.law", law).expect("a law").start(0.0).expect("defaults");
+        if table.find("friction.law").is_none() {
+            continue;
+        }
+        for (_, law, _) in LAWS.items {
+            let mut run = plant(law);
+            let own = run.save();
+            for (_, other, _) in LAWS.items.iter().filter(|(_, other, _)| other != law) {
+                assert!(run.restore(&plant(other).save()).is_err(), "{}: {other} under {law}", model.name);
+            }
+            assert_eq!(run.save(), own, "{}: {law}", model.name);
+        }
+    }
+    let plant = |bore: f64| {
+        Setup::of(&models::pneumatic_servo_cylinder::MODEL)
+            .set("cylinder.bore", bore)
+            .expect("legal")
+            .start(0.0)
+            .expect("legal")
+    };
+    assert!(plant(0.04).restore(&plant(0.05).save()).is_err());
+}
+
 /// A saved state with another number of parameters, inputs or slopes than the model has, such as one of another model,
 /// is refused, and changes nothing.
 #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt::Display;
 
-use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
+use pyo3::{PyErr, PyResult};
 
 pyo3::import_exception!(pneumatic_servo.errors, SimulationError);
 
@@ -15,4 +15,20 @@ pub fn refused(error: impl Display) -> PyErr {
 /// A run that cannot go on: `pneumatic_servo.SimulationError`.
 pub fn stopped(error: impl Display) -> PyErr {
     SimulationError::new_err(error.to_string())
+}
+
+/// Room for values that are not known yet, or `MemoryError`.
+pub fn room(outputs: usize, rows: usize, runs: usize) -> PyResult<Vec<f64>> {
+    let number = outputs.checked_mul(rows).and_then(|values| values.checked_mul(runs));
+    let mut values = Vec::new();
+    match number.map(|number| (number, values.try_reserve_exact(number))) {
+        Some((number, Ok(()))) => values.resize(number, f64::NAN),
+        _ => {
+            return Err(PyMemoryError::new_err(format!(
+                "{outputs} outputs in {rows} rows of {runs} runs do not fit into memory: record fewer outputs, or with a larger \
+                 `every` fewer rows"
+            )));
+        }
+    }
+    Ok(values)
 }

@@ -12,7 +12,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::failure::refused;
+use crate::failure::{refused, room};
 use crate::model::Model;
 use crate::recording::{Driven, Grid, Reached, places, record};
 use crate::signal::Signal;
@@ -125,7 +125,7 @@ pub fn simulate_many<'py>(
     let number = runs.len();
     let plan =
         Plan { setup, runs, inputs, grid, outputs, halted: AtomicBool::new(false), finished: AtomicUsize::new(0) };
-    let mut slots = vec![f64::NAN; number * plan.outputs.len() * grid.rows()];
+    let mut slots = room(plan.outputs.len(), grid.rows(), number)?;
     let pool = pool(workers)?;
     let watch = Watch::new(progress);
     let (reached, ended) = py.detach(|| watched(&plan, &pool, &mut slots, watch));

@@ -4,6 +4,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 
+use crate::failure::room;
 use crate::model::Model;
 use crate::recording::{Driven, Grid, Reached, places, record};
 use crate::signal::Signal;
@@ -51,7 +52,7 @@ pub fn simulate<'py>(
     let driven: PyResult<Vec<_>> =
         inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
     let (driven, places) = (driven?, places(setup.table(), &outputs)?);
-    let mut slots = vec![f64::NAN; places.len() * grid.rows()];
+    let mut slots = room(places.len(), grid.rows(), 1)?;
     let mut reached = Reached { rows: 0, failure: None };
     let mut watch = Watch::new(progress);
     let ended = py.detach(|| {

@@ -186,7 +186,7 @@ impl Plant {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
         let lengths = |it: [&Vec<f64>; 3]| it.map(Vec::len);
         let expected = lengths([&self.parameters, &self.inputs, &self.slopes]);
-        if lengths([&saved.parameters, &saved.inputs, &saved.slopes]) != expected {
+        if lengths([&saved.parameters, &saved.inputs, &saved.slopes]) != expected || self.is_set_up_unlike(saved) {
             return Err(SnapshotError);
         }
         let retuned = saved.parameters != self.parameters;
@@ -204,6 +204,16 @@ impl Plant {
         self.slopes.clone_from(&saved.slopes);
         self.inputs_changed();
         Ok(())
+    }
+
+    /// Whether a fixed parameter has another value in a saved state of as many parameters.
+    fn is_set_up_unlike(&self, saved: &Saved) -> bool {
+        self.table().entries().any(|entry| match (entry.place, entry.variable.role) {
+            (Place::Parameter(place), Role::Fixed) => {
+                saved.parameters[place].to_bits() != self.parameters[place].to_bits()
+            }
+            _ => false,
+        })
     }
 
     /// The continuous states that are integrated under the present parameters, in the order of their derivatives.

@@ -166,6 +166,13 @@ def test_saved_state_of_another_law_is_refused(plant: ps.Model) -> None:
     assert simulation.time == 0.0
 
 
+def test_run_that_does_not_fit_into_memory_is_refused(plant: ps.Model) -> None:
+    with pytest.raises(MemoryError, match="every"):
+        plant.simulate(stop=3.6e6, step=1e-6)
+    with pytest.raises(MemoryError, match="1000 runs"):
+        plant.simulate_many({}, number=1000, stop=3.6e6, step=1e-5)
+
+
 def test_variables_are_those_of_the_description(plant: ps.Model, fmu: Path) -> None:
     described = {variable.name: variable for variable in read_model_description(str(fmu)).modelVariables}
     # Who chooses by name needs no Integers that choose by number.

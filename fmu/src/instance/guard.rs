@@ -9,7 +9,7 @@ use super::layout::Layout;
 use super::log::{Log, Sink};
 use super::registry;
 use super::{Instance, Kind};
-use crate::calls::Call;
+use crate::calls::{Call, Mode};
 
 /// An instance as the host holds it.
 pub struct Handle(Mutex<Instance>);
@@ -37,8 +37,12 @@ impl Handle {
         // The instance may be half changed after a panic; it is never used again.
         let outcome = catch_unwind(AssertUnwindSafe(|| {
             let result = call.check(instance.mode()).and_then(|()| body(&mut instance));
-            if let Err(failure) = &result {
-                instance.log.failure(failure);
+            match &result {
+                Err(failure) if failure.status == Status::Discard && instance.mode() != Mode::StepFailed => {
+                    instance.log.discarded(failure);
+                }
+                Err(failure) => instance.log.failure(failure),
+                Ok(()) => (),
             }
             result
         }));

@@ -24,7 +24,10 @@ const ALL: usize = 5;
 pub const LOG_CATEGORIES: [LogCategory; 6] = [
     LogCategory { name: "logEvents", description: "Life of the instance: initialization, reset, restored states" },
     LogCategory { name: "logStatusWarning", description: "What is unusual but does no harm" },
-    LogCategory { name: "logStatusDiscard", description: "Steps that could not be completed; always logged" },
+    LogCategory {
+        name: "logStatusDiscard",
+        description: "Steps that could not be completed, always logged, and states without meaning that a solver tries",
+    },
     LogCategory { name: "logStatusError", description: "Calls that were refused; always logged" },
     LogCategory { name: "logStatusFatal", description: "Internal errors; always logged" },
     LogCategory { name: "logAll", description: "All of the above" },
@@ -84,6 +87,11 @@ impl Log {
             _ => ERROR,
         };
         self.write(category, failure.status, &failure.message);
+    }
+
+    /// Logs what was not carried out, but may be tried otherwise, such as a trial step of a host's solver.
+    pub fn discarded(&self, failure: &Failure) {
+        self.if_enabled(DISCARD, failure.status, &failure.message);
     }
 
     fn if_enabled(&self, category: usize, status: Status, text: &str) {
