@@ -73,8 +73,8 @@ fn wrapped(text: &str) -> String {
 fn laws(variables: &[Variable]) -> String {
     let rows = LAWS.items.iter().map(|(id, law, summary)| {
         let group = group_of(variables, *id);
-        let members = variables.iter().filter(|variable| in_group(variable, &group));
-        let list: Vec<_> = members.filter_map(|variable| parameter(variable, &group)).collect();
+        let members: Vec<_> = variables.iter().filter(|variable| in_group(variable, &group)).collect();
+        let list: Vec<_> = members.iter().filter_map(|variable| parameter(variable, &members, &group)).collect();
         format!("| {id} | `{law}` | {summary} | {} |\n", list.join(", "))
     });
     format!(
@@ -96,15 +96,28 @@ fn in_group(variable: &Variable, group: &str) -> bool {
     !group.is_empty() && variable.name.rsplit_once('.').is_some_and(|(own, _)| own == group)
 }
 
-/// A parameter and its default; of an array the first element stands for all.
-fn parameter(variable: &Variable, group: &str) -> Option<String> {
+/// A parameter and its default; an array stands where its first element is.
+fn parameter(variable: &Variable, members: &[&Variable], group: &str) -> Option<String> {
     let name = &variable.name[group.len() + 1..];
-    let name = match name.split_once('[') {
-        None => name.to_owned(),
-        Some((array, "1]")) => format!("{array}[...]"),
-        Some(_) => return None,
-    };
-    Some(format!("`{name}` {}", shown(variable)))
+    match name.split_once('[') {
+        None => Some(format!("`{name}` {}", shown(variable))),
+        Some((array, "1]")) => Some(format!("`{array}[...]` {}", elements(variable, members))),
+        Some(_) => None,
+    }
+}
+
+/// The elements of an array from its first on; those at the end that are all the same are shown once.
+fn elements(first: &Variable, members: &[&Variable]) -> String {
+    let array = first.name.trim_end_matches("1]");
+    let mut all: Vec<_> = members.iter().filter(|member| member.name.starts_with(array)).collect();
+    while let [.., before, last] = all[..]
+        && before.start == last.start
+    {
+        all.pop();
+    }
+    let (last, others) = all.split_last().map_or((first, &[][..]), |(last, others)| (**last, others));
+    let others = others.iter().map(|member| number(member.start.unwrap_or_default()) + "; ");
+    others.collect::<String>() + &shown(last)
 }
 
 /// Inputs or outputs with their units; inputs with their defaults.
