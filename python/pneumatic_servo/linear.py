@@ -129,14 +129,19 @@ def linearise(
     trim: bool,
 ) -> Linearisation:
     """Linearise a model; see `Model.linearise`."""
+    unknown = next((name for name in inputs if name not in model.inputs), None)
+    if unknown is not None:
+        raise ValueError(
+            f"inputs: {unknown!r} is not an input of {model.name}; the inputs are {', '.join(model.inputs) or 'none'}"
+        )
     point = _Point(model, at, inputs)
     if trim:
         point.trim()
     simulation = point.simulation
     chosen = tuple(states if states is not None else simulation.states)
-    unknown = [name for name in chosen if name not in simulation.states]
-    if unknown:
-        raise ValueError(f"{unknown[0]} is no state of this run; the states are {', '.join(simulation.states)}")
+    unknown = next((name for name in chosen if name not in simulation.states), None)
+    if unknown is not None:
+        raise ValueError(f"{unknown} is no state of this run; the states are {', '.join(simulation.states)}")
     rates = [point.rates[name] for name in chosen]
     return Linearisation(
         simulation.jacobian(rates, chosen),
@@ -165,6 +170,7 @@ class _Point:
         # A state whose rate is given moves on, from where it starts: at a given velocity the position does.
         carried = {name for name in states if self.rates[name] in given}
         self.held = {name: self.simulation[name] for name in states if name in given | carried}
+        self.wanted = {name: float(at[key]) for name in self.held for key in (name, f"{name}0") if key in at}
         self.moving = [self.rates[name] for name in states if name not in carried]
         self.free_inputs = [name for name in inputs if name not in at]
         self.free = [*(name for name in states if name not in self.held), *self.free_inputs]
@@ -184,15 +190,20 @@ class _Point:
         start = self.simulation.save()
         inputs = self.simulation.get(self.free_inputs)
         best = np.full(len(self.moving), np.inf)
+        lost = ""
         for offset in OFFSETS if self.free_inputs else OFFSETS[:1]:
             self.simulation.restore(start)
             self.simulation.set(self._named(self.free_inputs, inputs + offset * self._nominal(self.free_inputs)))
             self._settle()
             residual = self._newton()
             if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
-                return
-            if np.linalg.norm(residual) < np.linalg.norm(best):
+                lost = self._lost()
+                if not lost:
+                    return
+            elif np.linalg.norm(residual) < np.linalg.norm(best):
                 best = residual
+        if lost:
+            raise TrimError(f"no operating point was found: {lost}")
         if not np.isfinite(best).all():
             raise TrimError("no operating point was found: pressures or temperatures would have to be negative")
         worst = int(np.argmax(np.abs(best)))
@@ -202,6 +213,15 @@ class _Point:
             f"{self.variables[rate].unit}. Within the play of valve.hysteresis and within a dead zone without leakage "
             "the valve does not react; a mass that sticks does not either"
         )
+
+    def _lost(self) -> str:
+        """Tell which given state has not stayed as it was given; nothing if all have."""
+        for name, wanted in self.wanted.items():
+            found = self.simulation[name]
+            if abs(found - wanted) > TOLERANCE * abs(wanted):
+                unit = self.variables[name].unit
+                return f"{name} = {wanted:g} {unit} was given, but the plant comes to {name} = {found:g} {unit}"
+        return ""
 
     def _settle(self) -> None:
         """Let everything follow the inputs while the given states are held."""
@@ -257,7 +277,7 @@ NEWTON_STEPS = 100
 OFFSETS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8)
 """Inputs that are tried, as distances from their values in nominal units."""
 SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000
-"""In s, so short that no mass comes to rest within one; and enough of them for the chambers to fill."""
+"""In s, so short that only a slow mass comes to rest within one; and enough of them for the chambers to fill."""
 TOLERANCE = 1e-9
 """Largest rate at rest, in nominal units: far below what a run at the default tolerance resolves."""
 

@@ -84,12 +84,27 @@ def test_point_that_does_not_exist_is_refused(plant: ps.Model, at: dict[str, flo
         plant.linearise(at=at)
 
 
+def test_given_velocity_that_is_lost_is_refused(plant: ps.Model) -> None:
+    """So slow a mass comes to rest before the valve has followed."""
+    with pytest.raises(
+        ps.TrimError, match=r"velocity = -0\.001 m/s was given, but the plant comes to velocity = 0 m/s"
+    ):
+        plant.linearise(at={"velocity": -0.001, "valve.hysteresis": 0.0})
+
+
+def test_model_without_the_default_input_needs_inputs() -> None:
+    with pytest.raises(ValueError, match="'valveVoltage' is not an input of FrictionBench; the inputs are "):
+        ps.Model("FrictionBench").linearise()
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
         ({"states": ["positon"]}, "positon"),
         ({"outputs": ["positon"]}, "positon"),
         ({"inputs": ["valve.C"]}, "valve.C"),
+        ({"inputs": ["valveVoltag"]}, "'valveVoltag' is not an input of PneumaticServoCylinder"),
+        ({"inputs": [""]}, "'' is not an input"),
         ({"at": {"position": 0.1, "position0": 0.2}}, "position0"),
         ({"at": {"velocty": 0.1}}, "velocty"),
     ],
