@@ -93,9 +93,15 @@ class DataSheet:
         for name, value in numbers:
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value}: it must be positive")
+        for name in ("rod", "rod_a", "clearance"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} = {value}: it must not be negative")
         for name in ("rod", "rod_a"):
-            if not 0.0 <= getattr(self, name) < self.bore:
+            if not getattr(self, name) < self.bore:
                 raise ValueError(f"{name} = {getattr(self, name)}: it must be smaller than the bore, {self.bore}")
+        if not 0.0 <= self.critical_ratio < 1.0:
+            raise ValueError(f"critical_ratio = {self.critical_ratio}: it must be at least 0 and below 1")
 
     def entries(self) -> Iterator[Entry]:
         """Yield the parameters, and the supply pressure if it is given."""

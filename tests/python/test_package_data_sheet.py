@@ -64,6 +64,10 @@ def test_flows_are_stated_in_different_ways() -> None:
         ({"qn": 1.0, "kv": 1.0}, "exactly one of"),
         ({"qn": -1.0}, "qn = -1.0: it must be positive"),
         ({"qn": 1.0, "rod": 32.0}, "rod = 32.0: it must be smaller than the bore"),
+        ({"qn": 1.0, "rod": -1.0}, "rod = -1.0: it must not be negative"),
+        ({"qn": 1.0, "rod_a": float("nan")}, "rod_a = nan: it must not be negative"),
+        ({"qn": 1.0, "critical_ratio": 1.0}, "critical_ratio = 1.0: it must be at least 0 and below 1"),
+        ({"qn": 1.0, "critical_ratio": -0.1}, "critical_ratio = -0.1: it must be at least 0 and below 1"),
         ({"qn": 1.0, "min_pressure": 0.0}, "min_pressure = 0.0: it must be positive"),
     ],
 )
@@ -93,6 +97,8 @@ def test_command_prints_formulas_and_writes_what_a_run_starts_with(tmp_path: Pat
     [
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --hose 4", "4: it must be two positive numbers"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --kv 1", "not allowed with argument"),
+        ("--bore 32 --stroke 200 --mass 5 --qn 700 --b 0.4", "unrecognized arguments: --b 0.4"),
+        ("--bore 32 --stroke 200 --mass 5 --qn 700 -b 1", "critical_ratio = 1.0: it must be at least 0"),
         ("--bore 32 --stroke 20000 --mass 5 --qn 700", "cylinder.stroke = 20 is refused"),
     ],
 )

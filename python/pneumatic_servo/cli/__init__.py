@@ -41,6 +41,7 @@ def parser() -> argparse.ArgumentParser:
         description="Simulates a friction-loaded pneumatic servo cylinder, compares friction laws, linearises.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     commands = parser.add_subparsers(metavar="command", required=True)
     for command in COMMANDS:
@@ -50,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
             help=text.partition("\n")[0],
             description=text,
             formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
         )
         command.add(own)
         own.set_defaults(run=command.run)
