@@ -110,6 +110,7 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
         ([HEADER, *ROWS], {"--seed": "-3"}, ["--seed -3"]),
         ([HEADER, *ROWS], {"--window": "0"}, ["--window 0.0"]),
+        ([HEADER, *ROWS], {"--window": "0.02"}, ["--window 0.02 s", "10 samples", "0.01 s apart"]),
         ([HEADER, *ROWS], {"--play": "-1"}, ["--play -1.0"]),
         ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fc=-2"}, ["the start -2 is not within 0 to"]),
     ],

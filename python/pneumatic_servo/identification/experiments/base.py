@@ -19,6 +19,8 @@ from pneumatic_servo.variables import Value
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 """Values of the free parameters, in SI units."""
+SHORTEST = 10
+"""Fewest samples of a part that is simulated in one go."""
 
 
 @dataclass(frozen=True)
@@ -215,7 +217,10 @@ class Experiment(ABC):
         number = max(1, round(end / length))
         inner = [self._cut(record, end * part / number, 0.5 * length) for part in range(1, number)]
         cuts = [0, *inner, len(record.time)]
-        return [record.part(first, last) for first, last in pairwise(cuts) if last - first >= 10]
+        parts = [record.part(first, last) for first, last in pairwise(cuts) if last - first >= SHORTEST]
+        if not parts:
+            raise ValueError(f"--window {length} s: no part has {SHORTEST} samples, which are {record.step:g} s apart")
+        return parts
 
     def _cut(self, record: Record, time: float, within: float) -> int:
         resting = self.resting(record)
