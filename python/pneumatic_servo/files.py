@@ -8,6 +8,18 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[TextIO]:
+    """Open a table to read; what is not UTF-8 is refused with the name of the file."""
+    with file.open(newline="", encoding="utf-8-sig") as stream:
+        try:
+            yield stream
+        except UnicodeDecodeError as error:
+            byte = error.object[error.start]
+            raise ValueError(f"{file}: byte 0x{byte:02x} is no UTF-8; the table must be UTF-8") from None
 
 
 @contextmanager

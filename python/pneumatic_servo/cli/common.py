@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumatic_servo.files import opened
 from pneumatic_servo.inputs import Inputs
 from pneumatic_servo.model import Model
 from pneumatic_servo.numerals import finite
@@ -80,7 +81,7 @@ def read_inputs(model: Model, file: Path) -> tuple[Inputs, float]:
 
     Errors name file, line, column, variable and value.
     """
-    with file.open(newline="", encoding="utf-8-sig") as stream:
+    with opened(file) as stream:
         reader = csv.reader(stream)
         header = [name.strip() for name in next(reader, [])]
         _check_header(model.inputs, header, file)

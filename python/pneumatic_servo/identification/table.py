@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.files import opened
 from pneumatic_servo.identification.units import factor
 from pneumatic_servo.numerals import finite
 
@@ -75,7 +76,7 @@ def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
 
 def read(file: Path, columns: Mapping[str, Column]) -> dict[str, Array]:
     """Return the signals of a table in SI units; errors name file, line, column and value."""
-    with file.open(newline="", encoding="utf-8-sig") as stream:
+    with opened(file) as stream:
         reader = csv.reader(stream)
         header = [name.strip() for name in next(reader, [])]
         places = {signal: _place(file, header, signal, column) for signal, column in columns.items()}
