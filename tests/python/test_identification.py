@@ -105,6 +105,8 @@ ROWS = [f"{0.01 * k:.2f},{k * k % 97},1.0" for k in range(100)]
         ([HEADER, *ROWS], {"--fit": "friction.coulomb.Fc:3:1"}, ["lower bound 3"]),
         ([HEADER, *ROWS], {"--fit": "offset.position"}, ["position is not compared"]),
         ([HEADER, *ROWS], {"--law": "Magic"}, ["Magic", "Coulomb"]),
+        ([HEADER, *ROWS], {"--law": "Coulomb,Stribeck,Coulomb"}, ["Coulomb is given twice"]),
+        ([HEADER, *ROWS], {"--law": "Coulomb,"}, ["--laws Coulomb,", "empty"]),
         ([HEADER, *ROWS], {"--hold-out": "1.5"}, ["1.5"]),
         ([HEADER, *ROWS], {"--inputs": "curves"}, ["--inputs curves", "held or lines"]),
         ([HEADER, *ROWS], {"--starts": "-3"}, ["--starts -3"]),
@@ -229,3 +231,26 @@ def test_rounded_rest_does_not_pass_into_the_parameters() -> None:
     for name, value in {"friction.stribeck.Fs": 12.4, "valve.deadZone": 0.065, "valve.C": 4.4e-9}.items():
         estimate = found.parameters[name]
         assert abs(estimate.value - value) < estimate.high - estimate.low < 0.01 * value, (name, estimate)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--set", "supplyPressure=-1"], ["no excitation", "supplyPressure", "-1"]),
+        (["--experiment", "motion", "--stroke", "0"], ["--stroke 0.0 m", "positive"]),
+        (["--experiment", "motion", "--stroke", "-1"], ["--stroke -1.0 m", "positive"]),
+    ],
+)
+def test_plan_that_cannot_be_made_says_why(
+    capsys: pytest.CaptureFixture[str], options: list[str], words: list[str]
+) -> None:
+    assert main(["plan", "--law", "Stribeck", "--fit", "friction.stribeck.Fs", *options]) == 2
+    told = capsys.readouterr().err
+    assert all(word in told for word in words), told
+
+
+def test_parameter_that_is_named_for_all_laws_may_be_one_of_a_law() -> None:
+    ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0,
+                              fit="friction.coulomb.Fc=5:1:20",
+                              fit_of={"Stribeck": "friction.stribeck.Fs"})  # fmt: skip
+    assert list(ranking["Coulomb"].parameters).count("friction.coulomb.Fc") == 1

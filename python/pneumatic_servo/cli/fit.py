@@ -32,7 +32,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.add_argument("csv", nargs="+", type=Path, help="measured tables")
     parser.add_argument("--experiment", required=True, choices=EXPERIMENTS, help="what was given, what is compared")
-    parser.add_argument("--law", required=True, help="friction law; several, with commas, are compared")
+    parser.add_argument(
+        "--law",
+        required=True,
+        help="friction law; several, with commas, are compared, each with its own parameters free besides --fit",
+    )
     parser.add_argument(
         "--fit", default="", metavar="NAME[=start][:low:high],...",
         help="free parameters, offset.SIGNAL, delay.SIGNAL, area (default: the parameters of the law)",

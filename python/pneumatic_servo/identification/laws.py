@@ -81,6 +81,11 @@ def compare_fits(
     """
     if not laws:
         raise ValueError("--laws: name at least one law")
+    if not all(laws):
+        raise ValueError(f"--laws {','.join(laws)}: a law between the commas is empty")
+    twice = next((law for law in laws if list(laws).count(law) > 1), None)
+    if twice is not None:
+        raise ValueError(f"--laws: {twice} is given twice")
     common = options.pop("fit", ())
     shared = dict(options.pop("settings", None) or {})
     fits = []
@@ -97,13 +102,17 @@ def compare_fits(
 def _free(
     law: str, settings: Mapping[str, Any], own: str | Sequence[str], common: str | Sequence[str], experiment: str
 ) -> list[str]:
-    """Return what is free under a law: its own parameters and those that all laws share."""
+    """Return what is free under a law: its own parameters and those that all laws share.
+
+    What is named for all laws, say with bounds, counts instead of the same by default.
+    """
     from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
     from pneumatic_servo.identification.parameters import split, usual
 
     table = EXPERIMENTS[experiment](law, settings, Options()).table
     words = [split(given) if isinstance(given, str) else list(given) for given in (own, common)]
-    chosen = words[0] or usual(law, table, settings)
+    named = {word.partition("=")[0].partition(":")[0].strip() for word in words[1]}
+    chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
     return [word for word in [*chosen, *words[1]] if word.partition("=")[0] not in settings]
 
 

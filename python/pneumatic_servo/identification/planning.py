@@ -122,6 +122,8 @@ def plan(
         raise ValueError(f"--experiment {experiment}: a plan can be made for rig or motion")
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
+    if not (stroke > 0.0 and np.isfinite(stroke)):
+        raise ValueError(f"--stroke {stroke} m: it must be positive")
     kind = make_experiment(experiment, law, settings or {}, Options(play=0.0))
     signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
     kind.use(["time", *(signals if experiment == "rig" else ("position", "frictionForce"))])
@@ -131,18 +133,20 @@ def plan(
     noises = {**NOISE, **(noise or {})}
     courses = voltages(time) if experiment == "rig" else positions(time, stroke)
     candidates = []
+    refusals: list[str] = []
     for name, course in courses.items():
         if progress is not None:
             progress(name)
         record = _imagined(kind, time, course, values)
-        if record is None:
+        if isinstance(record, str):
+            refusals.append(f"{name}: {record}")
             continue
         problem = Problem.of(kind, [record], free, 0.0).seen_by({name: Sensor(noises[name]) for name in kind.compared})
         half, information = _judge(problem)
         driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
         candidates.append(Candidate(name, driven, time, course, half, information))
     if not candidates:
-        raise ValueError("no excitation could be simulated with these values")
+        raise ValueError(f"no excitation could be simulated with these values; {refusals[0]}")
     candidates.sort(key=lambda candidate: -candidate.information)
     return Plan(tuple(candidates), values, {parameter.name: parameter.unit for parameter in free})
 
@@ -176,8 +180,8 @@ def positions(time: Array, stroke: float) -> dict[str, Array]:
     return courses
 
 
-def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, float]) -> Record | None:
-    """Return what would be measured; nothing where the simulation cannot go on."""
+def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, float]) -> Record | str:
+    """Return what would be measured, or why the simulation cannot go on."""
     step = float(time[1])
     if kind.name == "motion":
         return Record("plan", time, 0.0, {"position": course, "frictionForce": np.zeros_like(course)})
@@ -187,7 +191,7 @@ def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str,
         outputs=["position", "chamberA.pressure", "chamberB.pressure"], keep_failures=True, progress=False,
     )  # fmt: skip
     if runs.failures:
-        return None
+        return next(iter(runs.failures.values()))
     signals = {name: runs[name][0] for name in runs.variables}
     return Record("plan", time, 0.0, {"valveVoltage": course, **signals})
 
