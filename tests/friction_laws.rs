@@ -1,5 +1,6 @@
 //! What every friction law of the registry must do, whatever law it is.
 
+mod random;
 mod rig;
 
 use std::f64::consts::TAU;
@@ -8,27 +9,11 @@ use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, MAX_
 use pneumatic_servo::hybrid::UNUSED;
 use pneumatic_servo::numbers::{Dual, Scalar};
 use pneumatic_servo::variables::Tunable;
+use random::Random;
 use rig::Rig;
 
 fn laws() -> impl Iterator<Item = &'static str> {
     LAWS.items.iter().map(|(_, name, _)| *name)
-}
-
-/// A small generator (Knuth's LCG, upper bits) so that failures repeat.
-struct Random(u64);
-
-impl Random {
-    /// Uniform in [-1, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    /// A magnitude between bounds, uniform in its logarithm, with a random sign.
-    fn spread(&mut self, least: f64, most: f64) -> f64 {
-        let exponent = 0.5 * (self.next() + 1.0);
-        least * (most / least).powf(exponent) * if self.next() < 0.0 { -1.0 } else { 1.0 }
-    }
 }
 
 /// The law's steady curve for `v > 0` with its default parameters, as the catalogue of laws defines it.

@@ -1,22 +1,13 @@
 //! Every friction law survives inputs that no machine would see, and what is hardly meant is noticed.
 
+mod random;
 mod rig;
 
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use random::Random;
 use rig::Rig;
-
-/// A small generator (Knuth's LCG, upper bits) so that failures repeat.
-struct Random(u64);
-
-impl Random {
-    /// Uniform between bounds.
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
 
 const FINITE: [&str; 7] =
     ["position", "velocity", "acceleration", "frictionForce", "chamberA.massFlow", "chamberB.massFlow", "valve.spool"];

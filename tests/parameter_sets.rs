@@ -5,7 +5,7 @@ mod rig;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use rig::Rig;
+use rig::{Rig, Value};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -14,24 +14,13 @@ struct Set {
     values: BTreeMap<String, Value>,
 }
 
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Value {
-    Number(f64),
-    Item(String),
-}
-
 /// A rig with those values of a set whose names start with a prefix.
 fn with(rig: Rig, set: &str, prefix: &str) -> Rig {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("modelDescription/parameter_sets.json");
     let text = std::fs::read_to_string(file).expect("the sets");
     let sets: Vec<Set> = serde_json::from_str(&text).expect("well-formed sets");
     let set = sets.into_iter().find(|candidate| candidate.name == set).expect("a set of that name");
-    let chosen = set.values.into_iter().filter(|(name, _)| name.starts_with(prefix));
-    chosen.fold(rig, |rig, (name, value)| match value {
-        Value::Number(value) => rig.set(&name, value),
-        Value::Item(item) => rig.choose(&name, &item),
-    })
+    rig.with(set.values.iter().filter(|(name, _)| name.starts_with(prefix)))
 }
 
 /// The virgin curve of the thesis, `y(1 um)` = 3.892 N and `y(2 um)` = 6.747 N, under a force held in between its steps.

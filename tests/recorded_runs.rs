@@ -5,6 +5,7 @@
 //! which numbers it changes.
 
 mod cases;
+mod random;
 
 use pneumatic_servo::co_simulation::{Direction, Simulation};
 use pneumatic_servo::friction::Law;
@@ -14,6 +15,7 @@ use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, Table, Variable};
 
 use cases::{Changes, cases, start};
+use random::Random;
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recorded/runs.csv");
 const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";
@@ -258,15 +260,5 @@ impl Digest {
         for byte in numbers.iter().flat_map(|number| number.to_bits().to_le_bytes()) {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
-    }
-}
-
-/// Numbers between -1 and 1 (Knuth's linear congruential generator, upper bits).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }

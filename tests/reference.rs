@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
-use rig::Rig;
+use rig::{Rig, Value};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -20,13 +20,6 @@ struct Case {
     communication_step: f64,
     output_step: f64,
     file: String,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Value {
-    Number(f64),
-    Item(String),
 }
 
 /// A constant, or `offset + amplitude*sin(2*pi*frequency*t)`.
@@ -64,13 +57,7 @@ struct Deviation {
 }
 
 fn deviation(case: &Case, tolerance: f64) -> Deviation {
-    let mut rig = Rig::new(&case.model).set("solver.relativeTolerance", tolerance);
-    for (name, value) in &case.parameters {
-        rig = match value {
-            Value::Number(value) => rig.set(name, *value),
-            Value::Item(item) => rig.choose(name, item),
-        };
-    }
+    let mut rig = Rig::new(&case.model).set("solver.relativeTolerance", tolerance).with(&case.parameters);
     for (name, signal) in &case.inputs {
         rig = rig.set(name, signal.at(0.0));
     }

@@ -5,7 +5,7 @@ mod rig;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use rig::Rig;
+use rig::{Rig, Value};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -21,13 +21,6 @@ struct Case {
     columns: Vec<String>,
 }
 
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Value {
-    Number(f64),
-    Item(String),
-}
-
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/reference")
 }
@@ -39,13 +32,7 @@ fn cases() -> Vec<Case> {
 
 /// Largest deviation of each column.
 fn deviations(case: &Case, tolerance: f64) -> BTreeMap<&str, f64> {
-    let mut rig = Rig::new(&case.model).set("solver.relativeTolerance", tolerance);
-    for (name, value) in &case.parameters {
-        rig = match value {
-            Value::Number(value) => rig.set(name, *value),
-            Value::Item(item) => rig.choose(name, item),
-        };
-    }
+    let mut rig = Rig::new(&case.model).set("solver.relativeTolerance", tolerance).with(&case.parameters);
     for (name, steps) in &case.inputs {
         rig = rig.set(name, steps[0].1);
     }

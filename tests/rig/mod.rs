@@ -9,6 +9,15 @@ use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, ParameterError, Role, Variable};
+use serde::Deserialize;
+
+/// What a file says of a variable: its value, or an item of its enumeration.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    Number(f64),
+    Item(String),
+}
 
 /// A model with its parameters and inputs, ready to start.
 #[derive(Clone)]
@@ -73,6 +82,14 @@ impl Rig {
         let Kind::Enumeration(of) = variable.kind else { panic!("{name} is no enumeration") };
         let (id, ..) = of.items.iter().find(|(_, candidate, _)| *candidate == item).expect("an item");
         self.set(name, f64::from(*id))
+    }
+
+    /// With what a file says of variables.
+    pub fn with<'a>(self, values: impl IntoIterator<Item = (&'a String, &'a Value)>) -> Self {
+        values.into_iter().fold(self, |rig, (name, value)| match value {
+            Value::Number(value) => rig.set(name, *value),
+            Value::Item(item) => rig.choose(name, item),
+        })
     }
 
     /// Starts at time 0.

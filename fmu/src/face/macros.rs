@@ -29,12 +29,12 @@ macro_rules! exports {
             $(pub $name: unsafe extern "C" fn(Component, $($type),*) -> Status),*
         }
 
+        // What is stated of functions that are written out is checked by the compiler.
+        const _: Functions = Functions { $($other,)* $($name),* };
+
         impl Functions {
             /// Their names.
             pub const NAMES: &[&str] = &[$(stringify!($other),)* $(stringify!($name)),*];
-
-            /// The functions of this very program.
-            pub const LINKED: Self = Self { $($other,)* $($name),* };
 
             /// The functions as symbols of a library, which `symbol` finds by name.
             ///

@@ -156,11 +156,12 @@ impl Triplets {
     fn enter_event_mode(&mut self) -> (&'static str, c_int, c_int, c_int) {
         let (expected, three) = (self.legal("X"), self.three.enter_event_mode());
         // SAFETY: of the component, as everywhere below.
-        let two = if self.mode == 'E' { ERROR } else { unsafe { (LIBRARY.fmi2EnterEventMode)(self.two.component) } };
+        let two = unsafe { (LIBRARY.fmi2EnterEventMode)(self.two.component) };
+        assert_eq!(two, self.legal("EX"), "{:#?}", self.two.messages());
         if expected == OK {
             self.mode = 'E';
         }
-        ("event", expected, two, three)
+        ("event", expected, expected, three)
     }
 
     fn update(&mut self) -> (&'static str, c_int, c_int, c_int) {

@@ -177,8 +177,7 @@ impl Pair {
         let end = point + size;
         let is_here = point == start || point == start.next_up();
         let is_size = size > 0.0 && size.is_finite();
-        let rounding = |stop: f64| (1e-9 * stop.abs().max(size)).min(0.5 * size).max(4.0 * f64::EPSILON * stop.abs());
-        let stops = self.expected.stop.is_some_and(|stop| end > stop + rounding(stop));
+        let stops = self.expected.stop.is_some_and(|stop| end > stop);
         if self.expected.state != 'C' || !is_here || !is_size || !end.is_finite() || end <= start || stops {
             return ERROR;
         }
