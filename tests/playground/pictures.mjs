@@ -2,6 +2,8 @@
 import { launch, open, VIEWS } from "./browser.mjs";
 
 const folder = process.argv[2];
+/** In s: where friction holds the carriage. */
+const INSTANT = 3.54;
 const browser = await launch();
 const LOOKS = [
   ["", { viewport: { width: 1440, height: 1180 } }],
@@ -12,7 +14,7 @@ for (const view of VIEWS) {
   for (const [suffix, options] of LOOKS) {
     const { page, close } = await open(browser, `#view=${view}`, options);
     const reached = (end) => Number(document.querySelector("[data-status]")?.dataset.time ?? end) >= end;
-    await page.waitForFunction(reached, 4.3, { timeout: 120_000 });
+    await page.waitForFunction(reached, INSTANT, { timeout: 120_000 });
     await page.keyboard.press("Space");
     await page.waitForTimeout(400);
     await page.screenshot({ path: `${folder}/${view}${suffix}.png` });
