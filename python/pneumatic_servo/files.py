@@ -22,10 +22,23 @@ def opened(file: Path) -> Iterator[TextIO]:
             raise ValueError(f"{file}: byte 0x{byte:02x} is no UTF-8; the table must be UTF-8") from None
 
 
+def check_place(file: Path) -> None:
+    """Refuse a file that cannot be written because of its place, by the name that was given."""
+    if not file.parent.is_dir():
+        raise FileNotFoundError(f"{file}: there is no folder {file.parent}")
+    if file.is_dir():
+        raise IsADirectoryError(f"{file}: it is a folder; name a file")
+
+
 @contextmanager
 def whole(file: Path) -> Iterator[Path]:
     """Yield a name in the same folder; what is written there takes the file's name once all of it is."""
-    handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=file.parent)
+    check_place(file)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=file.parent)
+    except OSError as error:
+        # It would name the temporary file, which nobody knows.
+        raise type(error)(error.errno, error.strerror, str(file)) from None
     os.close(handle)
     part = Path(name)
     try:

@@ -268,6 +268,23 @@ def test_interrupt_stops_within_a_fifth_of_a_second(plant: ps.Model, many: bool)
     assert isinstance(caught.value, KeyboardInterrupt)
 
 
+def test_file_that_cannot_be_written_is_named_as_it_was_given(
+    plant: ps.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = plant.simulate(stop=0.01, step=STEP, outputs=["position"])
+    with pytest.raises(FileNotFoundError, match=r"missing/run\.csv: there is no folder .*missing$"):
+        run.to_csv(tmp_path / "missing" / "run.csv")
+    with pytest.raises(IsADirectoryError, match=r": it is a folder"):
+        run.to_csv(tmp_path)
+
+    def full(**_: object) -> None:
+        raise OSError(28, "No space left on device", str(tmp_path / ".run-temporary.csv"))
+
+    monkeypatch.setattr("tempfile.mkstemp", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*/run\.csv'"):
+        run.to_csv(tmp_path / "run.csv")
+
+
 def test_progress_is_told(plant: ps.Model) -> None:
     told: list[tuple[int, int]] = []
     plant.simulate(stop=1.0, step=STEP, outputs=["position"], progress=lambda done, total: told.append((done, total)))
