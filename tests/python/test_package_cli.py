@@ -76,6 +76,26 @@ def test_bad_input_is_named_and_leaves_nothing(folder: Path, table: str, options
     assert sorted(file.name for file in folder.iterdir()) == ["my.csv"]
 
 
+@pytest.mark.parametrize("command", ["simulate", "compare", "fit"])
+@pytest.mark.parametrize("name", ["my.csv", "./my.csv", "link.csv"])
+def test_table_that_is_read_is_not_overwritten(folder: Path, command: str, name: str) -> None:
+    (folder / "link.csv").symlink_to("my.csv")
+    own = {"simulate": [], "compare": ["--laws", "Coulomb,LuGre"],
+           "fit": ["--experiment", "motion", "--law", "Coulomb", "--columns", "time=time"]}  # fmt: skip
+    done = run(folder, command, "my.csv", *own[command], "--out", name)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr == (
+        f"error: {Path(name)}: it is read from, and would be overwritten; name another file to write\n"
+    )
+    assert (folder / "my.csv").read_text(encoding="utf-8") == TABLE
+
+
+def test_file_to_write_is_named_once(folder: Path) -> None:
+    done = run(folder, "simulate", "my.csv", "--out", "a.png", "--plot", "./a.png")
+    assert done.returncode == 2 and done.stderr == "error: a.png: it is named twice among the files to write\n"
+    assert sorted(file.name for file in folder.iterdir()) == ["my.csv"]
+
+
 def test_run_that_cannot_go_on_leaves_its_rows(folder: Path) -> None:
     scheme = ["--set", "solver.scheme=ExplicitEuler", "--set", "solver.step=1e-3"]
     done = run(folder, "simulate", "my.csv", "--law", "LuGre", *scheme, "--out", "a.csv")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from pneumatic_servo.files import opened
+from pneumatic_servo.files import check_place, opened
 from pneumatic_servo.inputs import Inputs
 from pneumatic_servo.model import Model
 from pneumatic_servo.numerals import finite
@@ -141,8 +141,19 @@ def last_point(last: float, step: float) -> float:
     return math.floor(last / step + 1e-6) * step
 
 
-def check_folders(*files: Path | None) -> None:
-    """Refuse files that could not be written, before the work."""
-    for file in files:
-        if file is not None and not file.resolve().parent.is_dir():
-            raise ValueError(f"{file}: there is no folder {file.parent}")
+def check_outputs(*outputs: Path | None, inputs: Sequence[Path] = ()) -> None:
+    """Refuse files that could not be written, or that the work is read from, before the work."""
+    given = [file for file in outputs if file is not None]
+    for number, file in enumerate(given):
+        check_place(file)
+        if any(_is_same(file, source) for source in inputs):
+            raise ValueError(f"{file}: it is read from, and would be overwritten; name another file to write")
+        if any(_is_same(file, other) for other in given[:number]):
+            raise ValueError(f"{file}: it is named twice among the files to write")
+
+
+def _is_same(file: Path, other: Path) -> bool:
+    """Tell whether two names mean one file, also through links."""
+    if file.exists() and other.exists():
+        return file.samefile(other)
+    return file.resolve() == other.resolve()

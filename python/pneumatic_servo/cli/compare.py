@@ -9,7 +9,7 @@ import argparse
 
 from pneumatic_servo.cli.common import (
     add_experiment,
-    check_folders,
+    check_outputs,
     last_point,
     model_of,
     read_inputs,
@@ -30,7 +30,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Compare."""
-    check_folders(options.out, options.plot)
+    check_outputs(options.out, options.plot, inputs=[options.csv])
     model = model_of(options)
     settings = settings_of(model, options.set)
     inputs, last = read_inputs(model, options.csv)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pneumatic_servo.cli.common import check_folders
+from pneumatic_servo.cli.common import check_outputs
 from pneumatic_servo.data_sheet import DataSheet, table
 from pneumatic_servo.files import write
 from pneumatic_servo.model import Model
@@ -45,7 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the parameters, and write them."""
-    check_folders(options.out)
+    check_outputs(options.out)
     known = DataSheet.__dataclass_fields__
     sheet = DataSheet(**{name: value for name, value in vars(options).items() if name in known})
     entries = list(sheet.entries())

@@ -19,7 +19,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from pneumatic_servo.cli.common import check_folders, settings_of
+from pneumatic_servo.cli.common import check_outputs, settings_of
 from pneumatic_servo.errors import MissingPackage, NotConverged
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
@@ -63,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Fit."""
     fitting = identification()
-    check_folders(options.out, options.json, options.report)
+    check_outputs(options.out, options.json, options.report, inputs=options.csv)
     line = _Line()
     common = {
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,

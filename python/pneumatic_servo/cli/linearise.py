@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pneumatic_servo.cli.common import add_model, check_folders, model_of, settings_of
+from pneumatic_servo.cli.common import add_model, check_outputs, model_of, settings_of
 from pneumatic_servo.files import write
 from pneumatic_servo.linear import Linearisation
 
@@ -31,7 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Linearise."""
-    check_folders(options.out)
+    check_outputs(options.out)
     model = model_of(options)
     at = settings_of(model, options.set) | settings_of(model, list(filter(None, options.at.split(","))), "--at")
     if options.law is not None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pneumatic_servo.cli.common import check_folders
+from pneumatic_servo.cli.common import check_outputs
 from pneumatic_servo.cli.fit import identification, known
 
 NAME = "plan"
@@ -33,7 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Plan."""
-    check_folders(options.out)
+    check_outputs(options.out)
     found = identification().plan(
         law=options.law, fit=options.fit, experiment=options.experiment,
         settings=known(options.experiment, options.set), noise=noises(options.noise),

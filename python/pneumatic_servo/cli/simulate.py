@@ -10,7 +10,7 @@ import argparse
 
 from pneumatic_servo.cli.common import (
     add_experiment,
-    check_folders,
+    check_outputs,
     last_point,
     model_of,
     read_inputs,
@@ -33,7 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Simulate."""
-    check_folders(options.out, options.plot)
+    check_outputs(options.out, options.plot, inputs=[options.csv])
     model = model_of(options)
     settings = settings_of(model, options.set)
     if options.law is not None:
