@@ -63,6 +63,8 @@ def test_simulation_writes_the_bits_of_the_package(folder: Path) -> None:
         (TABLE, ["--set", "valve.C"], ["valve.C", "NAME=VALUE"]),
         (TABLE, ["--law", "Lugre"], ["friction.law", "Lugre"]),
         (TABLE, ["--out", "missing/a.csv"], ["missing"]),
+        (TABLE, ["--plot", "p.xyz"], ["--plot p.xyz", "'.xyz'", "png", "svg"]),
+        (TABLE, ["--plot", "p"], ["--plot p", "ending", "png"]),
         (TABLE, ["--outputs", "positon"], ["positon"]),
         (TABLE, ["--step", "0"], ["--step 0"]),
     ],

@@ -152,6 +152,21 @@ def check_outputs(*outputs: Path | None, inputs: Sequence[Path] = ()) -> None:
             raise ValueError(f"{file}: it is named twice among the files to write")
 
 
+def check_figure(file: Path | None) -> None:
+    """Refuse a figure whose ending names no format, before the work."""
+    if file is None:
+        return
+    # Here, since it takes longer to load than everything else that the command line needs.
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    formats = sorted(FigureCanvasBase.get_supported_filetypes())
+    if file.suffix.lower().removeprefix(".") not in formats:
+        raise ValueError(
+            f"--plot {file}: the ending {file.suffix!r} names no format of figures; "
+            f"it must be one of {', '.join(formats)}"
+        )
+
+
 def _is_same(file: Path, other: Path) -> bool:
     """Tell whether two names mean one file, also through links."""
     if file.exists() and other.exists():

@@ -9,6 +9,7 @@ import argparse
 
 from pneumatic_servo.cli.common import (
     add_experiment,
+    check_figure,
     check_outputs,
     last_point,
     model_of,
@@ -31,6 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Compare."""
     check_outputs(options.out, options.plot, inputs=[options.csv])
+    check_figure(options.plot)
     model = model_of(options)
     settings = settings_of(model, options.set)
     inputs, last = read_inputs(model, options.csv)

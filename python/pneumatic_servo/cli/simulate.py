@@ -10,6 +10,7 @@ import argparse
 
 from pneumatic_servo.cli.common import (
     add_experiment,
+    check_figure,
     check_outputs,
     last_point,
     model_of,
@@ -34,6 +35,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Simulate."""
     check_outputs(options.out, options.plot, inputs=[options.csv])
+    check_figure(options.plot)
     model = model_of(options)
     settings = settings_of(model, options.set)
     if options.law is not None:
