@@ -62,6 +62,7 @@ def test_simulation_writes_the_bits_of_the_package(folder: Path) -> None:
         (TABLE, ["--set", "valve.C=much"], ["valve.C", "much"]),
         (TABLE, ["--set", "valve.C"], ["valve.C", "NAME=VALUE"]),
         (TABLE, ["--law", "Lugre"], ["friction.law", "Lugre"]),
+        (TABLE, ["--set", "friction.law=Dahl", "--law", "LuGre"], ["--law", "friction.law", "twice", "Dahl", "LuGre"]),
         (TABLE, ["--out", "missing/a.csv"], ["missing"]),
         (TABLE, ["--plot", "p.xyz"], ["--plot p.xyz", "'.xyz'", "png", "svg"]),
         (TABLE, ["--plot", "p"], ["--plot p", "ending", "png"]),
@@ -96,6 +97,26 @@ def test_file_to_write_is_named_once(folder: Path) -> None:
     done = run(folder, "simulate", "my.csv", "--out", "a.png", "--plot", "./a.png")
     assert done.returncode == 2 and done.stderr == "error: a.png: it is named twice among the files to write\n"
     assert sorted(file.name for file in folder.iterdir()) == ["my.csv"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["linearise", "--at", "velocity=0.05", "--set", "velocity=0.06"], ["--at", "velocity", "0.06", "0.05"]),
+        (["linearise", "--at", "friction.law=Dahl", "--law", "LuGre"], ["--law", "friction.law", "Dahl", "LuGre"]),
+        (["plan", "--law", "LuGre", "--set", "friction.law=Dahl"], ["--law LuGre", "twice", "Dahl"]),
+        (["fit", "my.csv", "--experiment", "motion", "--law", "Coulomb,LuGre", "--columns", "time=time",
+          "--set", "friction.law=LuGre"], ["--law Coulomb", "twice", "LuGre"]),
+    ],
+)  # fmt: skip
+def test_what_is_given_twice_is_refused(folder: Path, options: list[str], words: list[str]) -> None:
+    done = run(folder, *options)
+    assert done.returncode == 2 and all(word in done.stderr for word in words), done.stderr
+
+
+def test_law_may_be_given_twice_alike(folder: Path) -> None:
+    done = run(folder, "simulate", "my.csv", "--set", "friction.law=LuGre", "--law", "LuGre", "--stop", "0.01")
+    assert done.returncode == 0, done.stderr
 
 
 def test_run_that_cannot_go_on_leaves_its_rows(folder: Path) -> None:

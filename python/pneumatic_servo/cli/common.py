@@ -63,6 +63,19 @@ def settings_of(model: Model, given: list[str], option: str = "--set") -> dict[s
     return settings
 
 
+def merged(settings: Mapping[str, Value], more: Mapping[str, Value], option: str) -> dict[str, Value]:
+    """Return settings of two options together; what both give must be the same."""
+    for name, value in more.items():
+        if settings.get(name, value) != value:
+            raise ValueError(f"{option}: {name} is given twice, as {settings[name]} and as {value}")
+    return {**settings, **more}
+
+
+def of_law(law: str | None) -> dict[str, Value]:
+    """Return what `--law` sets."""
+    return {} if law is None else {"friction.law": law}
+
+
 def _value(variable: Variable, text: str, place: str) -> Value:
     if variable.kind == "enumeration":
         return text

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pneumatic_servo.cli.common import add_model, check_outputs, model_of, settings_of
+from pneumatic_servo.cli.common import add_model, check_outputs, merged, model_of, of_law, settings_of
 from pneumatic_servo.files import write
 from pneumatic_servo.linear import Linearisation
 
@@ -33,9 +33,8 @@ def run(options: argparse.Namespace) -> None:
     """Linearise."""
     check_outputs(options.out)
     model = model_of(options)
-    at = settings_of(model, options.set) | settings_of(model, list(filter(None, options.at.split(","))), "--at")
-    if options.law is not None:
-        at["friction.law"] = options.law
+    point = settings_of(model, list(filter(None, options.at.split(","))), "--at")
+    at = merged(merged(settings_of(model, options.set), point, "--at"), of_law(options.law), "--law")
     found = model.linearise(
         at, inputs=options.inputs.split(","), outputs=options.outputs.split(","), trim=not options.no_trim
     )

@@ -13,7 +13,9 @@ from pneumatic_servo.cli.common import (
     check_figure,
     check_outputs,
     last_point,
+    merged,
     model_of,
+    of_law,
     read_inputs,
     settings_of,
 )
@@ -37,9 +39,7 @@ def run(options: argparse.Namespace) -> None:
     check_outputs(options.out, options.plot, inputs=[options.csv])
     check_figure(options.plot)
     model = model_of(options)
-    settings = settings_of(model, options.set)
-    if options.law is not None:
-        settings["friction.law"] = options.law
+    settings = merged(settings_of(model, options.set), of_law(options.law), "--law")
     inputs, last = read_inputs(model, options.csv)
     stop = last_point(last, options.step) if options.stop is None else options.stop
     outputs = options.outputs.split(",") if options.outputs else None

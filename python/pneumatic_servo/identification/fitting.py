@@ -146,6 +146,8 @@ def make_experiment(name: str, law: str, settings: Mapping[str, Value], options:
     laws = experiment.table.parameters["friction.law"].items
     if law not in laws:
         raise ValueError(f"--law {law}: there is no such law; there are {', '.join(laws)}")
+    if settings.get("friction.law", law) != law:
+        raise ValueError(f"--law {law}: the law is given twice, by --set as {settings['friction.law']}")
     special = {"area", "friction.kappaA"} if name == "motion" else set()
     for setting in settings:
         if setting not in special and setting not in experiment.table.variables:
