@@ -158,6 +158,22 @@ def test_comparison_linearisation_and_variables(folder: Path) -> None:
     assert done.returncode == 0 and "valve.deadZone = 0.08 (0 to 0.9)" in done.stdout
 
 
+@pytest.mark.skipif(os.name == "nt", reason="pipes are closed differently there")
+def test_reader_may_have_seen_enough(folder: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as unread:
+        done = subprocess.run(
+            [*COMMAND, "variables"], cwd=folder, stdout=unread, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_run_that_does_not_fit_into_memory_is_refused(folder: Path) -> None:
+    done = run(folder, "simulate", "my.csv", "--stop", "3.6e6", "--step", "1e-6")
+    assert done.returncode == 2 and done.stderr.startswith("error: ") and "every" in done.stderr, done.stderr
+
+
 def test_help_teaches(folder: Path) -> None:
     done = run(folder, "--help")
     assert done.returncode == 0

@@ -1,11 +1,13 @@
 """The command line `pneumatic-servo`.
 
-Exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted.
+Exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted,
+141 what it printed was not read to its end.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 
@@ -31,7 +33,8 @@ my.csv has a column `time` in s and one per input, named as the input and in its
   0,5
   0.5,6.5
 
-exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted"""
+exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted,
+141 what it printed was not read to its end"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -63,13 +66,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     try:
         options.run(options)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return _unread()
     except (SimulationError, NotConverged) as error:
         return _fail(error, 1)
     except (ValueError, OSError, MissingPackage) as error:
         return _fail(error, 2)
+    except MemoryError as error:
+        return _fail(str(error) or "this does not fit into memory", 2)
     except KeyboardInterrupt as error:
         return _fail(str(error) or "interrupted", 130)
     return 0
+
+
+def _unread() -> int:
+    """End quietly, as programs in a pipe do whose reader has seen enough, for example `head`."""
+    # What is still to be printed goes nowhere; Python would complain of it at its end.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 141
 
 
 def _fail(error: object, code: int) -> int:
