@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumatic_servo import checks
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.run import Run, Runs
 
@@ -85,10 +86,11 @@ class Comparison:
 
 
 def check_laws(laws: Sequence[str]) -> tuple[str, ...]:
-    """Refuse an empty list and repetitions."""
+    """Refuse a text, an empty list and repetitions."""
+    laws = checks.names("laws", laws)
     if not laws:
         raise ValueError("laws is empty: name at least one friction law")
-    twice = next((law for law in laws if list(laws).count(law) > 1), None)
+    twice = next((law for law in laws if laws.count(law) > 1), None)
     if twice is not None:
         raise ValueError(f"laws has {twice} twice")
     return tuple(laws)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pneumatic_servo.checks import seconds, whole_number
+
+MOST = 2.0**53
+"""Steps up to which each has a number of its own."""
 
 
 @dataclass(frozen=True)
@@ -24,16 +28,15 @@ class Grid:
     @staticmethod
     def of(start: float, stop: float, step: float, every: int) -> Grid:
         """Check a duration in s, a step size in s and the number of steps per row."""
-        for name, value in [("start", start), ("stop", stop), ("step", step)]:
-            if not math.isfinite(value):
-                raise ValueError(f"{name} = {value} is refused: it must be a finite number of seconds")
+        start, stop, step = seconds("start", start), seconds("stop", stop), seconds("step", step)
         if step <= 0.0:
             raise ValueError(f"step = {step} is refused: it must be positive")
         if stop < start:
             raise ValueError(f"stop = {stop} is refused: the run starts at {start} s")
-        if every < 1:
-            raise ValueError(f"every = {every} is refused: it must be at least 1")
+        every = whole_number("every", every, least=1)
         steps = (stop - start) / step
+        if steps > MOST:
+            raise ValueError(f"stop = {stop} is refused: from {start} s these are {steps:g} steps of {step} s")
         count = round(steps)
         # A quotient of decimal fractions is off by rounding only.
         if abs(steps - count) > 1e-6:

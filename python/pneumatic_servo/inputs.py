@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from reprlib import repr as shortened
+from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneumatic_servo.checks import mapping
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -35,7 +38,7 @@ def course(inputs: Variables, name: str, given: Input) -> float | tuple[Array, A
                 f"{name}: values have the shape {values.shape}, but one run takes as many as there are times"
             )
         return times, values
-    return float(given)
+    return _constant(variable, given)
 
 
 def courses(
@@ -45,16 +48,16 @@ def courses(
     variable = _find(inputs, name)
     if callable(given):
         times = grid.points()
-        return times, np.array([[float(given(time)) for time in times]])
+        return times, np.array([[_at(variable, given, time) for time in times.tolist()]])
     if isinstance(given, tuple):
         times, values = points(variable, given)
         rows = values.reshape(1, -1) if values.ndim == 1 else values
         if rows.shape[0] not in (1, number):
             raise ValueError(f"{name}: values have the shape {values.shape}, but there are {number} runs")
         return times, np.ascontiguousarray(rows)
-    values = np.ascontiguousarray(given, dtype=float)
-    if values.ndim == 0:
-        return float(values)
+    if len(shape(name, given)) == 0:
+        return _constant(variable, given)
+    values = _numbers(variable, given)
     if values.shape != (number,):
         raise ValueError(f"{name}: there are {number} runs, but the values have the shape {values.shape}")
     return values
@@ -64,7 +67,7 @@ def points(variable: Variable, given: tuple[ArrayLike, ArrayLike]) -> tuple[Arra
     """Check times and values; the last axis of the values is that of the times."""
     if len(given) != 2:
         raise ValueError(f"{variable.name}: points are a pair of times and values, not {len(given)} arrays")
-    times, values = (np.ascontiguousarray(array, dtype=float) for array in given)
+    times, values = (_numbers(variable, array) for array in given)
     if times.ndim != 1 or not len(times) or values.ndim not in (1, 2) or values.shape[-1] != len(times):
         raise ValueError(f"{variable.name}: times of shape {times.shape} do not fit values of shape {values.shape}")
     wrong = np.flatnonzero(~np.isfinite(times))
@@ -90,15 +93,51 @@ def points(variable: Variable, given: tuple[ArrayLike, ArrayLike]) -> tuple[Arra
     return times, values
 
 
+FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
+
+
+def _constant(variable: Variable, given: object) -> float:
+    """Return the value of an input that stays the same."""
+    if isinstance(given, str) or not isinstance(given, SupportsFloat) or getattr(given, "ndim", 0) != 0:
+        raise ValueError(f"{variable.name} = {shortened(given)} is refused: it must be {FORMS}")
+    return float(given)
+
+
+def shape(name: str, given: ArrayLike) -> tuple[int, ...]:
+    """Return the shape of what an input is given as."""
+    try:
+        return np.shape(given)
+    except ValueError as error:
+        raise ValueError(f"{name} = {shortened(given)} is refused: {error}") from None
+
+
+def _at(variable: Variable, given: Callable[[float], float], time: float) -> float:
+    """Return what a function of time gives."""
+    value = given(time)
+    if isinstance(value, str) or not isinstance(value, SupportsFloat):
+        raise ValueError(f"at t = {time} s {variable.name} = {shortened(value)} is refused: it must be a number")
+    return float(value)
+
+
+def _numbers(variable: Variable, given: ArrayLike) -> Array:
+    """Return an array of numbers."""
+    try:
+        return np.ascontiguousarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{variable.name} = {shortened(given)} is refused: {error}") from None
+
+
 def settings_of_runs(
     parameters: Sequence[Mapping[str, Value]] | Mapping[str, Values], number: int | None
 ) -> list[dict[str, Value]]:
     """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run."""
-    if not isinstance(parameters, Mapping):
-        return [dict(settings) for settings in parameters]
+    if isinstance(parameters, str) or not isinstance(parameters, Mapping | Sequence):
+        raise TypeError(f"parameters must be mappings of names to values, not {shortened(parameters)}")
+    if not isinstance(parameters, Mapping) and len(parameters):
+        return [mapping(f"parameters[{run}]", settings) for run, settings in enumerate(parameters)]
     several: dict[str, list[Value]] = {}
     shared: dict[str, Value] = {}
-    for name, value in parameters.items():
+    for name, value in parameters.items() if isinstance(parameters, Mapping) else ():
         if isinstance(value, bool | int | float | str) or np.ndim(value) == 0:
             shared[name] = value  # type: ignore[assignment]
         else:

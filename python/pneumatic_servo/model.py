@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pneumatic_servo import _native, progress
+from pneumatic_servo.checks import mapping, names, seconds, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Interrupted, SimulationError
 from pneumatic_servo.grid import Grid
-from pneumatic_servo.inputs import Input, Inputs, Values, course, courses, settings_of_runs
+from pneumatic_servo.inputs import Input, Inputs, Values, course, courses, settings_of_runs, shape
 from pneumatic_servo.linear import Linearisation, linearise
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.simulation import Simulation
@@ -68,7 +69,7 @@ class Model:
         time : float
             Start time in s.
         """
-        return Simulation(self._native.start(list((parameters or {}).items()), time))
+        return Simulation(self._native.start(list(mapping("parameters", parameters).items()), seconds("time", time)))
 
     def simulate(
         self,
@@ -116,7 +117,7 @@ class Model:
             On Ctrl-C; its ``finished`` is the run until then.
         """
         grid = self._grid(start, stop, step, every)
-        settings, inputs = dict(parameters or {}), dict(inputs or {})
+        settings, inputs = mapping("parameters", parameters), mapping("inputs", inputs)
         self._refuse_twice(settings, inputs)
         recorded = self._recorded(outputs, inputs)
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
@@ -185,11 +186,9 @@ class Model:
             As `simulate`; ``finished`` are all runs, those that were not finished with fewer rows.
         """
         grid = self._grid(start, stop, step, every)
-        inputs, shared = dict(inputs or {}), dict(common or {})
-        if number is None:
-            number = _number_of_inputs(inputs)
-        if not isinstance(parameters, Mapping) and not len(parameters):
-            parameters = {}
+        inputs, shared = mapping("inputs", inputs), mapping("common", common)
+        threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
+        number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
         runs = settings_of_runs(parameters, number)
         if number is not None and number != len(runs):
             raise ValueError(f"the inputs are for {number} runs, the parameters for {len(runs)}")
@@ -205,7 +204,7 @@ class Model:
                 driven,
                 grid.numbers,
                 list(recorded),
-                workers or available_cores(),
+                threads,
                 tell,
             )
         rows = np.array([count for count, _ in reached], dtype=np.int64)
@@ -250,7 +249,7 @@ class Model:
             With one table and one figure.
         """
         laws = check_laws(laws)
-        given = parameters or {}
+        given, inputs = mapping("parameters", parameters), mapping("inputs", inputs)
         for name in ("friction.law", "friction.lawNumber"):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
@@ -260,7 +259,7 @@ class Model:
             inputs=inputs,
             stop=stop,
             step=step,
-            outputs=list(dict.fromkeys([*(inputs or {}), *RECORDED, *outputs])),
+            outputs=list(dict.fromkeys([*inputs, *RECORDED, *names("outputs", outputs)])),
             progress=progress,
         )
         return Comparison(laws, runs)
@@ -299,25 +298,27 @@ class Model:
             When no such point is found. While a set-valued law sticks, position and velocity do not react, and within
             the play of ``valve.hysteresis`` the valve does not: give a velocity, and the hysteresis as 0.
         """
-        return linearise(self, at or {}, states, inputs, outputs, trim)
+        kept = None if states is None else names("states", states)
+        driven, seen = names("inputs", inputs), names("outputs", outputs)
+        return linearise(self, mapping("at", at), kept, driven, seen, trim)
 
     def _grid(self, start: float, stop: float | None, step: float | None, every: int) -> Grid:
         return Grid.of(start, self.stop if stop is None else stop, self.step if step is None else step, every)
 
     def _recorded(self, outputs: Sequence[str] | None, inputs: Mapping[str, object]) -> Variables:
-        names = [*inputs, *self.outputs] if outputs is None else list(outputs)
-        if not names:
+        chosen = [*inputs, *self.outputs] if outputs is None else names("outputs", outputs)
+        if not chosen:
             raise ValueError("outputs is empty: name at least one variable to record")
-        unknown = next((name for name in names if name not in self.variables), None)
+        unknown = next((name for name in chosen if name not in self.variables), None)
         if unknown is not None:
             try:
                 self.variables[unknown]
             except KeyError as error:
                 raise ValueError(error.args[0]) from None
-        twice = next((name for name in names if names.count(name) > 1), None)
+        twice = next((name for name in chosen if chosen.count(name) > 1), None)
         if twice is not None:
             raise ValueError(f"outputs has {twice} twice")
-        return Variables(self.variables[name] for name in names)
+        return Variables(self.variables[name] for name in chosen)
 
     def _refuse_twice(self, settings: Mapping[str, object], inputs: Mapping[str, object]) -> None:
         twice = next((name for name in settings if name in inputs), None)
@@ -340,13 +341,13 @@ def available_cores() -> int:
 
 def _number_of_inputs(inputs: Mapping[str, Input | ArrayLike]) -> int | None:
     """Return how many runs the arrays among the inputs are for, if there are any."""
-    for given in inputs.values():
+    for name, given in inputs.items():
         if isinstance(given, tuple):
-            shape = np.shape(given[1]) if len(given) == 2 else ()
-            if len(shape) == 2:
-                return int(shape[0])
-        elif not callable(given) and np.ndim(given) == 1:
-            return len(given)  # type: ignore[arg-type]
+            ends = shape(name, given[1]) if len(given) == 2 else ()
+            if len(ends) == 2:
+                return ends[0]
+        elif not callable(given) and len(ends := shape(name, given)) == 1:
+            return ends[0]
     return None
 
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native
+from pneumatic_servo import _native, checks
+from pneumatic_servo.checks import mapping
 from pneumatic_servo.variables import Value
 
 
@@ -66,11 +67,11 @@ class Simulation:
 
     def set(self, values: Mapping[str, Value] | None = None, /, **more: Value) -> None:
         """Set inputs and tunable parameters, by a mapping or, where the name allows, by keywords."""
-        self._native.set([*(values or {}).items(), *more.items()])
+        self._native.set([*mapping("values", values).items(), *more.items()])
 
     def get(self, names: Sequence[str]) -> NDArray[np.float64]:
         """Return the values of variables, of shape (names,), in SI units."""
-        return np.array([self._native.get(name) for name in names])
+        return np.array([self._native.get(name) for name in checks.names("names", names)])
 
     def __getitem__(self, name: str) -> float:
         """Return the value of a variable in its SI unit."""
@@ -95,7 +96,7 @@ class Simulation:
 
     def move_states(self, states: Mapping[str, float]) -> None:
         """Move continuous states to other values at the present time, with the present modes of valve and law."""
-        self._native.move_states(list(states.items()))
+        self._native.move_states(list(mapping("states", states).items()))
 
     def jacobian(self, of: Sequence[str], to: Sequence[str]) -> NDArray[np.float64]:
         """Return exact partial derivatives in SI units.
@@ -111,4 +112,4 @@ class Simulation:
         -------
         ndarray of shape (of, to)
         """
-        return self._native.jacobian(list(of), list(to))
+        return self._native.jacobian(checks.names("of", of), checks.names("to", to))

@@ -46,7 +46,7 @@ impl<'a> Driven<'a> {
         let refuse = || refused(format!("{name} is not an input{}", resembling(table, name)));
         let entry = table.find(name).ok_or_else(refuse)?;
         let Place::Input(place) = entry.place else { return Err(refuse()) };
-        Ok(Self { place, variable: entry.variable, reader: Reader::new(signal) })
+        Ok(Self { place, variable: entry.variable, reader: Reader::new(&entry.variable.name, signal) })
     }
 
     /// The value at a time in s, which the variable may have.

@@ -3,6 +3,8 @@
 
 use pyo3::prelude::*;
 
+use crate::failure::refused;
+
 /// An input over time.
 #[derive(Clone, Copy)]
 pub enum Signal<'a> {
@@ -21,15 +23,17 @@ pub enum Signal<'a> {
 
 /// Reads a signal at times that do not fall.
 pub struct Reader<'a> {
+    /// Of the input.
+    name: &'a str,
     signal: Signal<'a>,
     /// Index of the first point of the table that is later than the last time asked for.
     next: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// Reads from the beginning.
-    pub fn new(signal: Signal<'a>) -> Self {
-        Self { signal, next: 0 }
+    /// Reads the signal of an input from the beginning.
+    pub fn new(name: &'a str, signal: Signal<'a>) -> Self {
+        Self { name, signal, next: 0 }
     }
 
     /// The value at a time in s.
@@ -37,7 +41,12 @@ impl<'a> Reader<'a> {
         match self.signal {
             Signal::Constant(value) => Ok(value),
             Signal::Table { times, values } => Ok(self.between(time, times, values)),
-            Signal::Function(function) => Python::attach(|py| function.call1(py, (time,))?.extract(py)),
+            Signal::Function(function) => Python::attach(|py| {
+                let value = function.call1(py, (time,))?;
+                value.extract(py).map_err(|_| {
+                    refused(format!("at t = {time} s {} = {value} is refused: it must be a number", self.name))
+                })
+            }),
         }
     }
 

@@ -66,12 +66,12 @@ impl Simulation {
     /// Sets inputs and tunable parameters; on an error those before it are set.
     fn set(&self, py: Python<'_>, settings: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
-        settings.iter().try_for_each(|(name, given)| plant.set(name, given.value())).map_err(refused)
+        settings.iter().try_for_each(|setting| plant.set(&setting.name, setting.given.value())).map_err(refused)
     }
 
     /// Sets one input or tunable parameter.
-    fn set_one(&self, py: Python<'_>, name: &str, value: Given) -> PyResult<()> {
-        self.plant(py).set(name, value.value()).map_err(refused)
+    fn set_one(&self, py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.plant(py).set(name, Given::of(name, value)?.value()).map_err(refused)
     }
 
     /// The value of one variable.
@@ -106,9 +106,9 @@ impl Simulation {
     }
 
     /// Moves continuous states.
-    fn move_states(&self, py: Python<'_>, states: Vec<(String, f64)>) -> PyResult<()> {
+    fn move_states(&self, py: Python<'_>, states: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
-        states.iter().try_for_each(|(name, value)| plant.move_state(name, *value)).map_err(refused)
+        states.iter().try_for_each(|state| plant.move_state(&state.name, state.number()?).map_err(refused))
     }
 
     /// Partial derivatives of computed variables (rows) with respect to states and inputs (columns).

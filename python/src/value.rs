@@ -1,7 +1,6 @@
 //! Values as Python programs write them.
 
 use pneumatic_servo::model::{SettingError, Setup, Value};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyString};
 
@@ -19,12 +18,40 @@ pub enum Given {
 }
 
 /// A variable's name with its value.
-pub type Setting = (String, Given);
+pub struct Setting {
+    /// The name.
+    pub name: String,
+    /// The value.
+    pub given: Given,
+}
 
-impl<'a, 'py> FromPyObject<'a, 'py> for Given {
+impl<'a, 'py> FromPyObject<'a, 'py> for Setting {
     type Error = PyErr;
 
-    fn extract(value: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+    /// Takes a pair of name and value.
+    fn extract(pair: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let (name, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = pair.extract()?;
+        let Ok(name) = name.extract::<String>() else {
+            return Err(refused(format!("{} is no name of a variable", name.repr()?)));
+        };
+        let given = Given::of(&name, &value)?;
+        Ok(Self { name, given })
+    }
+}
+
+impl Setting {
+    /// The value of a variable that is set by numbers only.
+    pub fn number(&self) -> PyResult<f64> {
+        match &self.given {
+            Given::Number(value) if value.is_finite() => Ok(*value),
+            other => Err(refused(format!("{} = {} is refused: it must be a finite number", self.name, other.value()))),
+        }
+    }
+}
+
+impl Given {
+    /// The value of a variable, whose name stands in the message if it is none.
+    pub fn of(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if value.is_instance_of::<PyString>() {
             return Ok(Self::Item(value.extract()?));
         }
@@ -32,12 +59,11 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Given {
         if value.is_instance_of::<PyBool>() || value.get_type().name()?.to_str()?.starts_with("bool") {
             return Ok(Self::Flag(value.is_truthy()?));
         }
-        let refuse = |_| PyTypeError::new_err(format!("{} is no number, text, true or false", value.as_any()));
-        value.extract().map(Self::Number).map_err(refuse)
+        value.extract().map(Self::Number).map_err(|_| {
+            refused(format!("{name} = {value} is refused: it must be a single number, a text, true or false"))
+        })
     }
-}
 
-impl Given {
     /// The value as the plant takes it.
     pub fn value(&self) -> Value<'_> {
         match self {
@@ -50,7 +76,7 @@ impl Given {
 
 /// Applies settings to a setup.
 pub fn apply(setup: &mut Setup, settings: &[Setting]) -> Result<(), SettingError> {
-    settings.iter().try_for_each(|(name, given)| setup.change(name, given.value()))
+    settings.iter().try_for_each(|setting| setup.change(&setting.name, setting.given.value()))
 }
 
 /// A model with settings applied.

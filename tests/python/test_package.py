@@ -227,6 +227,82 @@ def test_bad_input_is_named(plant: ps.Model, call: Callable[[ps.Model], object],
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+POINTS = ([0.0, 1.0], [5.0, 6.0])
+FORMS = "a constant, a pair (t, u)"
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda plant: plant.start({"supplyPressure": None}), ["supplyPressure = None", "number"]),
+        (lambda plant: plant.simulate({"supplyPressure": [6e5]}), ["supplyPressure = [600000.0]", "single number"]),
+        (lambda plant: plant.simulate_many([{"valve.b": None}]), ["valve.b = None", "number"]),
+        (lambda plant: plant.simulate_many({"valve.b": np.zeros((2, 2))}), ["valve.b = [0. 0.]", "single number"]),
+        (lambda plant: plant.start({5: 1.0}), ["5 is no name"]),
+        (lambda plant: plant.start().set({"supplyPressure": None}), ["supplyPressure = None", "number"]),
+        (lambda plant: plant.start().set_one("supplyPressure", None), ["supplyPressure = None", "number"]),
+        (lambda plant: plant.start().move_states({"position": None}), ["position = None", "number"]),
+        (lambda plant: plant.start().move_states({"position": np.nan}), ["position = NaN", "finite"]),
+        (lambda plant: plant.start(time=np.nan), ["time = nan", "finite number of seconds"]),
+        (lambda plant: plant.start(time="0"), ["time = '0'", "finite number of seconds"]),
+        (lambda plant: plant.simulate(stop="1"), ["stop = '1'", "finite number of seconds"]),
+        (lambda plant: plant.simulate(stop=1e300), ["stop = 1e+300", "1e+303 steps"]),
+        (lambda plant: plant.simulate(every=2.5), ["every = 2.5", "whole number"]),
+        (lambda plant: plant.simulate(every=0), ["every = 0", "at least 1"]),
+        (lambda plant: plant.simulate_many([{}], workers=-1), ["workers = -1", "at least 1"]),
+        (lambda plant: plant.simulate_many([{}], workers=2.5), ["workers = 2.5", "whole number"]),
+        (lambda plant: plant.simulate_many(number=-1), ["number = -1", "at least 1"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": None}), ["valveVoltage = None", FORMS]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": "5"}), ["valveVoltage = '5'", FORMS]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": list(POINTS)}), ["valveVoltage = [[0.0, 1.0]", FORMS]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": ([0, 1], [5, "x"])}), ["valveVoltage = [5, 'x']"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": ([0, 1], [5, [1]])}), ["valveVoltage = [5, [1]]"]),
+        (lambda plant: plant.simulate(inputs={"valveVoltage": lambda t: None}), ["t = 0 s valveVoltage = None"]),
+        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": None}), ["valveVoltage = None", FORMS]),
+        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": "5"}), ["valveVoltage = '5'", FORMS]),
+        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": [5, [6]]}), ["valveVoltage = [5, [6]]"]),
+        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": lambda t: ""}), ["0.0 s valveVoltage = ''"]),
+    ],
+)  # fmt: skip
+def test_value_of_another_kind_is_named(plant: ps.Model, call: Callable[[ps.Model], object], words: list[str]) -> None:
+    with pytest.raises(ValueError, match=re.escape(words[0])) as caught:
+        call(plant)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda plant: plant.simulate(outputs="carriage.x"), "outputs must be a list of names, not the text 'carriage"),
+        (lambda plant: plant.simulate(outputs=5), "outputs must be a list of names, not 5"),
+        (lambda plant: plant.simulate(outputs=[1]), "outputs must be a list of names, but has 1"),
+        (lambda plant: plant.simulate_many([{}], outputs="position"), "outputs must be a list of names, not the text"),
+        (lambda plant: plant.compare("LuGre"), "laws must be a list of names, not the text 'LuGre'"),
+        (lambda plant: plant.compare(["LuGre"], outputs="position"), "outputs must be a list of names, not the text"),
+        (lambda plant: plant.linearise(states="position"), "states must be a list of names, not the text 'position'"),
+        (lambda plant: plant.linearise(inputs="valveVoltage"), "inputs must be a list of names, not the text 'valve"),
+        (lambda plant: plant.linearise(outputs="position"), "outputs must be a list of names, not the text 'position'"),
+        (lambda plant: plant.start().get("position"), "names must be a list of names, not the text 'position'"),
+        (lambda plant: plant.start().jacobian("velocity", ["position"]), "of must be a list of names, not the text"),
+        (lambda plant: plant.start().jacobian(["velocity"], "position"), "to must be a list of names, not the text"),
+        (lambda plant: plant.start("LuGre"), "parameters must be a mapping of names to values, not 'LuGre'"),
+        (lambda plant: plant.simulate(inputs=[5.0]), "inputs must be a mapping of names to values, not [5.0]"),
+        (lambda plant: plant.simulate_many(["x"]), "parameters[0] must be a mapping of names to values, not 'x'"),
+        (lambda plant: plant.simulate_many("LuGre"), "parameters must be mappings of names to values, not 'LuGre'"),
+        (lambda plant: plant.start().set("x"), "values must be a mapping of names to values, not 'x'"),
+    ],
+)  # fmt: skip
+def test_text_is_no_list_of_names(plant: ps.Model, call: Callable[[ps.Model], object], words: str) -> None:
+    with pytest.raises(TypeError, match=re.escape(words)):
+        call(plant)
+
+
+def test_one_constant_is_for_all_runs(plant: ps.Model) -> None:
+    runs = plant.simulate_many([{}, {"friction.law": "None"}], inputs={"valveVoltage": 7}, stop=0.01, step=STEP,
+                               progress=False)  # fmt: skip
+    assert (runs["valveVoltage"] == 7.0).all()
+
+
 def test_run_that_cannot_go_on_leaves_what_was_finished(plant: ps.Model) -> None:
     settings = {"friction.law": "LuGre", "solver.scheme": "ExplicitEuler", "solver.step": 1e-3}
     with pytest.raises(ps.SimulationError, match=r"at t = .* diverges") as caught:

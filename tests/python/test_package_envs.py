@@ -34,6 +34,20 @@ def test_seed_reproduces_bits() -> None:
         assert one.tobytes() == other.tobytes()
 
 
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"laws": "LuGre"}, TypeError, "laws must be a list of names, not the text 'LuGre'"),
+        ({"workers": -1}, ValueError, "workers = -1 is refused: it must be at least 1"),
+        ({"num_envs": 2.5}, ValueError, "num_envs = 2.5 is refused: it must be a whole number"),
+        ({"substeps": 0.5}, ValueError, "substeps = 0.5 is refused: it must be a whole number"),
+    ],
+)
+def test_wrong_argument_is_named(arguments: dict[str, object], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        envs.VectorPositioning(**arguments)
+
+
 def test_observations_are_in_units_of_the_stroke_that_is_set() -> None:
     plant = gymnasium.make(NAME, parameters={"cylinder.stroke": 0.8}, targets=(0.1, 0.7))
     (error, position, *_), info = plant.reset(seed=3)

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
+from pneumatic_servo.checks import whole_number
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model, available_cores
 
@@ -83,15 +84,14 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
     def __init__(
         self, num_envs: int = 1, render_mode: str | None = None, workers: int | None = None, **task: Any
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs} is refused: it must be at least 1")
-        self.num_envs = num_envs
+        self.num_envs = whole_number("num_envs", num_envs, least=1)
+        threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         self.render_mode = render_mode
         self.single_action_space = ACTION
         self.single_observation_space = OBSERVATION
         self.action_space = gymnasium.vector.utils.batch_space(ACTION, num_envs)
         self.observation_space = gymnasium.vector.utils.batch_space(OBSERVATION, num_envs)
-        self._fleet = _Fleet(Task(**task), num_envs, workers or available_cores())
+        self._fleet = _Fleet(Task(**task), num_envs, threads)
         self._randoms: list[np.random.Generator] = []
 
     def reset(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -63,10 +64,12 @@ class Task:
 
     def check(self) -> None:
         """Refuse what cannot be meant."""
+        names("laws", self.laws)
+        whole_number("substeps", self.substeps, least=1)
         low, high = self.targets
         if not 0.0 <= low < high:
             raise ValueError(f"targets = {self.targets} is refused: it must be an increasing pair of positions in m")
-        for name, value in [("period", self.period), ("duration", self.duration), ("substeps", self.substeps)]:
+        for name, value in [("period", self.period), ("duration", self.duration)]:
             if not value > 0:
                 raise ValueError(f"{name} = {value} is refused: it must be positive")
         if "cylinder.stroke" in self.ranges:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneumatic_servo import checks
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty
@@ -40,7 +41,7 @@ def fit(
     columns: str | Mapping[str, str] | None = None,
     settings: Mapping[str, Value] | None = None,
     hold_out: float = 0.0,
-    hold_out_data: Sequence[Data] = (),
+    hold_out_data: Data | Sequence[Data] = (),
     seed: int = 0,
     starts: int = 32,
     rated: float = 1.0,
@@ -75,7 +76,7 @@ def fit(
         Parameters that are known.
     hold_out : float
         Share of each record, at its end, that is not fitted but predicted.
-    hold_out_data : sequence
+    hold_out_data : path, mapping of arrays, or a sequence of them
         Data that are predicted as a whole.
     seed, starts : int
         Seed of the random starts, and their number; a start from the data is always among them.
@@ -110,6 +111,9 @@ def fit(
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
+        checks.whole_number(name, number, least=0)
+    if workers is not None:
+        checks.whole_number("workers", workers, least=1)
     if not 0.0 <= hold_out < 1.0:
         raise ValueError(f"--hold-out {hold_out}: it must be at least 0 and below 1")
     if inputs not in INPUTS:
@@ -121,7 +125,7 @@ def fit(
     kind = make_experiment(experiment, law, settings or {}, options)
     read = columns_of(columns) if columns is not None else {}
     records, notes = _load(kind, _listed(data), read)
-    extra = _load(kind, list(hold_out_data), read)[0] if hold_out_data else []
+    extra = _load(kind, _listed(hold_out_data), read)[0] if hold_out_data else []
     free = free_parameters(kind, fit)
     problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
     _check_size(problem)
@@ -157,7 +161,7 @@ def make_experiment(name: str, law: str, settings: Mapping[str, Value], options:
 
 def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
     """Return what is free."""
-    words = split(given) if isinstance(given, str) else list(given)
+    words = split(given) if isinstance(given, str) else checks.names("fit", given)
     if not words:
         every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
