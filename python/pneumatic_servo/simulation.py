@@ -66,7 +66,11 @@ class Simulation:
         return self._native.time
 
     def set(self, values: Mapping[str, Value] | None = None, /, **more: Value) -> None:
-        """Set inputs and tunable parameters, by a mapping or, where the name allows, by keywords."""
+        """Set inputs and tunable parameters, by a mapping or, where the name allows, by keywords.
+
+        They are set one after the other; each must be legal together with what is set by then. If one is refused, none
+        of them is set.
+        """
         self._native.set([*mapping("values", values).items(), *more.items()])
 
     def get(self, names: Sequence[str]) -> NDArray[np.float64]:
@@ -95,7 +99,10 @@ class Simulation:
         return self._native.states()
 
     def move_states(self, states: Mapping[str, float]) -> None:
-        """Move continuous states to other values at the present time, with the present modes of valve and law."""
+        """Move continuous states to other values at the present time, with the present modes of valve and law.
+
+        If one is refused, none of them is moved.
+        """
         self._native.move_states(list(mapping("states", states).items()))
 
     def jacobian(self, of: Sequence[str], to: Sequence[str]) -> NDArray[np.float64]:

@@ -63,10 +63,12 @@ impl Simulation {
         self.plant(py).time()
     }
 
-    /// Sets inputs and tunable parameters; on an error those before it are set.
+    /// Sets inputs and tunable parameters one after the other; on an error none of them is.
     fn set(&self, py: Python<'_>, settings: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
-        settings.iter().try_for_each(|setting| plant.set(&setting.name, setting.given.value())).map_err(refused)
+        all_or_none(&mut plant, &settings, |plant, setting| {
+            plant.set(&setting.name, setting.given.value()).map_err(refused)
+        })
     }
 
     /// Sets one input or tunable parameter.
@@ -105,10 +107,10 @@ impl Simulation {
         self.plant(py).states().map(|variable| variable.name.clone()).collect()
     }
 
-    /// Moves continuous states.
+    /// Moves continuous states; on an error none of them is moved.
     fn move_states(&self, py: Python<'_>, states: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
-        states.iter().try_for_each(|state| plant.move_state(&state.name, state.number()?).map_err(refused))
+        all_or_none(&mut plant, &states, |plant, state| plant.move_state(&state.name, state.number()?).map_err(refused))
     }
 
     /// Partial derivatives of computed variables (rows) with respect to states and inputs (columns).
@@ -141,4 +143,19 @@ impl Simulation {
         }
         Ok(matrix.into_pyarray(py))
     }
+}
+
+/// Applies settings one after the other; on an error the plant is as it was.
+fn all_or_none(
+    plant: &mut Plant,
+    settings: &[Setting],
+    apply: impl Fn(&mut Plant, &Setting) -> PyResult<()>,
+) -> PyResult<()> {
+    // What is refused alone has changed nothing.
+    let saved = (settings.len() > 1).then(|| plant.save());
+    let outcome = settings.iter().try_for_each(|setting| apply(plant, setting));
+    if let (Err(_), Some(saved)) = (&outcome, saved) {
+        plant.restore(&saved).expect("the state is the plant's own");
+    }
+    outcome
 }

@@ -303,6 +303,21 @@ def test_one_constant_is_for_all_runs(plant: ps.Model) -> None:
     assert (runs["valveVoltage"] == 7.0).all()
 
 
+@pytest.mark.parametrize("wrong", [{"valveVoltage": None}, {"valveVoltage": np.nan}, {"voltage": 5.0}])
+def test_values_are_set_all_or_none(plant: ps.Model, wrong: dict[str, float]) -> None:
+    simulation, other = plant.start({"friction.law": "LuGre"}), plant.start({"friction.law": "LuGre"})
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        simulation.set({"supplyPressure": 7e5, "friction.lugre.Fs": 12.0, **wrong})
+    assert simulation["supplyPressure"] == plant.inputs["supplyPressure"].default
+    assert simulation["friction.lugre.Fs"] == plant.parameters["friction.lugre.Fs"].default
+    with pytest.raises(ValueError, match="positon"):
+        simulation.move_states({"velocity": 0.1, "positon": 0.2})
+    for plants in (simulation, other):
+        plants.set(valveVoltage=7.0)
+        plants.step(0.1)
+    assert simulation["position"] == other["position"]
+
+
 def test_run_that_cannot_go_on_leaves_what_was_finished(plant: ps.Model) -> None:
     settings = {"friction.law": "LuGre", "solver.scheme": "ExplicitEuler", "solver.step": 1e-3}
     with pytest.raises(ps.SimulationError, match=r"at t = .* diverges") as caught:
