@@ -65,6 +65,34 @@ def test_start_far_from_the_default_has_its_bounds_about_it() -> None:
     assert (free.start, free.low, free.high) == (83000.0, 83.0, 1e6)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"laws": "LuGre"}, TypeError, "laws must be a list of names, not the text 'LuGre'"),
+        ({"experiment": "rigg"}, ValueError, "--experiment rigg: it must be one of motion, "),
+        ({"fit": [1.0]}, TypeError, "fit must be a list of names, but has 1.0"),
+        ({"workers": 0}, ValueError, "workers = 0 is refused: it must be at least 1"),
+        ({"starts": 2.5}, ValueError, "starts = 2.5 is refused: it must be a whole number"),
+    ],
+)
+def test_wrong_argument_is_named(arguments: dict[str, object], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        ps.compare_fits(bench(), **{"laws": ["Coulomb"], "experiment": "motion"} | arguments)
+
+
+def test_law_that_was_not_fitted_is_named() -> None:
+    ranking = ps.compare_fits(bench(), ["Coulomb"], experiment="motion", play=0.0, starts=0)
+    with pytest.raises(KeyError, match="Dahl was not fitted; there are Coulomb"):
+        ranking["Dahl"]
+
+
+def test_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("t,x,x,f\n0,0,0,0\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.csv:1: there are 2 columns x; which is position\?"):
+        ps.fit(file, experiment="motion", law="Coulomb", columns="time=t,position=x,frictionForce=f")
+
+
 def table(file: Path) -> Path:
     """A seal of 7 N and 500 mm2 under 2 bar."""
     data = coulomb()

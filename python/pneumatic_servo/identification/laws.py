@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pneumatic_servo.checks import names
 from pneumatic_servo.files import write_csv
-from pneumatic_servo.identification.fitting import Data, fit
+from pneumatic_servo.identification.experiments import Options
+from pneumatic_servo.identification.fitting import Data, fit, make_experiment
+from pneumatic_servo.identification.parameters import split, usual
 from pneumatic_servo.identification.result import Fit
 
 COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
@@ -29,6 +32,8 @@ class Ranking:
 
     def __getitem__(self, law: str) -> Fit:
         """Return the fit of a law."""
+        if all(found.law != law for found in self.fits):
+            raise KeyError(f"{law} was not fitted; there are {', '.join(found.law for found in self.fits)}")
         return next(found for found in self.fits if found.law == law)
 
     @property
@@ -64,6 +69,7 @@ def compare_fits(
     data: Data | Sequence[Data],
     laws: Sequence[str],
     *,
+    experiment: str,
     fit_of: Mapping[str, str | Sequence[str]] | None = None,
     settings_of: Mapping[str, Mapping[str, Any]] | None = None,
     **options: Any,
@@ -72,18 +78,19 @@ def compare_fits(
 
     Parameters
     ----------
-    data, **options
+    data, experiment, **options
         As for `fit`; what is given as ``fit`` is free besides the parameters of each law.
     laws : sequence of str
         Friction laws.
     fit_of, settings_of : mapping, optional
         What is free and what is known of single laws, by law; by default the usual parameters of each are free.
     """
+    laws = names("laws", laws)
     if not laws:
         raise ValueError("--laws: name at least one law")
     if not all(laws):
         raise ValueError(f"--laws {','.join(laws)}: a law between the commas is empty")
-    twice = next((law for law in laws if list(laws).count(law) > 1), None)
+    twice = next((law for law in laws if laws.count(law) > 1), None)
     if twice is not None:
         raise ValueError(f"--laws: {twice} is given twice")
     common = options.pop("fit", ())
@@ -91,8 +98,8 @@ def compare_fits(
     fits = []
     for law in laws:
         own = {**shared, **(settings_of or {}).get(law, {})}
-        free = _free(law, own, (fit_of or {}).get(law, ()), common, options["experiment"])
-        fits.append(fit(data, law=law, fit=free, settings=own, **options))
+        free = _free(law, own, (fit_of or {}).get(law, ()), common, experiment)
+        fits.append(fit(data, experiment=experiment, law=law, fit=free, settings=own, **options))
     first = next((found for found in fits if not math.isnan(_total(found, found, held=False))), fits[0])
     by_error = bool(first.hold_out_rms)
     fits.sort(key=lambda found: _last_if_nan(_total(found, first, held=True) if by_error else found.aic))
@@ -106,11 +113,8 @@ def _free(
 
     What is named for all laws, say with bounds, counts instead of the same by default.
     """
-    from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
-    from pneumatic_servo.identification.parameters import split, usual
-
-    table = EXPERIMENTS[experiment](law, settings, Options()).table
-    words = [split(given) if isinstance(given, str) else list(given) for given in (own, common)]
+    table = make_experiment(experiment, law, settings, Options()).table
+    words = [split(given) if isinstance(given, str) else names("fit", given) for given in (own, common)]
     named = {word.partition("=")[0].partition(":")[0].strip() for word in words[1]}
     chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
     return [word for word in [*chosen, *words[1]] if word.partition("=")[0] not in settings]

@@ -100,6 +100,8 @@ def _place(file: Path, header: Sequence[str], signal: str, column: Column) -> in
     if column.name not in header:
         there = ", ".join(header) or "an empty line"
         raise ValueError(f"{file}:1: there is no column {column.name} for {signal}, only {there}")
+    if header.count(column.name) > 1:
+        raise ValueError(f"{file}:1: there are {header.count(column.name)} columns {column.name}; which is {signal}?")
     return header.index(column.name)
 
 
