@@ -28,6 +28,24 @@ static void fail(const char *what) {
 }
 #define CALL(call) do { if ((call) != fmi2OK) fail(#call); } while (0)
 
+static void usage(const char *problem) {
+    fprintf(stderr, "host: %s\nusage: host FOLDER [SECONDS]\n", problem);
+    exit(2);
+}
+
+/* How many steps a text of seconds is long. */
+static uint64_t steps_of(const char *seconds) {
+    char *end;
+    double duration = strtod(seconds, &end);
+    double steps = 1e9 * duration / PERIOD;
+    if (end == seconds || *end || !(steps >= 1.0 && steps < 1e12)) {
+        char problem[256];
+        snprintf(problem, sizeof problem, "SECONDS is %.100s; it must be a number from 0.001 to 1e9", seconds);
+        usage(problem);
+    }
+    return (uint64_t)(steps + 0.5);
+}
+
 static int64_t now(void) {
     struct timespec time;
     clock_gettime(CLOCK_MONOTONIC, &time);
@@ -65,8 +83,8 @@ static fmi2ValueReference reference(const char *xml, const char *name) {
 }
 
 int main(int arguments, char **argument) {
-    if (arguments < 2) fail("host FOLDER [SECONDS]");
-    uint64_t steps = (uint64_t)(1e9 * (arguments > 2 ? atof(argument[2]) : 10.0) / PERIOD);
+    if (arguments < 2 || arguments > 3) usage("it takes a folder and, if not 10 s are meant, a number of seconds");
+    uint64_t steps = steps_of(arguments > 2 ? argument[2] : "10");
     static char path[4096], xml[1 << 20];
     snprintf(path, sizeof path, "%s/modelDescription.xml", argument[1]);
     FILE *file = fopen(path, "r");

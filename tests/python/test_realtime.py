@@ -17,11 +17,31 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 STEPS = 500
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the host is for Linux")
-def test_host_runs_at_a_kilohertz_and_moves_the_carriage_as_fmpy_does(fmu: Path, tmp_path: Path) -> None:
-    program = tmp_path / "host"
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the host is for Linux")
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    program = tmp_path_factory.mktemp("host") / "host"
     compiler = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-I", HEADERS]
     subprocess.run([*compiler, "-o", program, SOURCE, "-ldl"], check=True)
+    return program
+
+
+@pytest.mark.parametrize("seconds", ["-1", "0", "abc", "1s", "", "nan", "inf", "1e30"])
+def test_host_refuses_what_is_no_duration(program: Path, seconds: str) -> None:
+    done = subprocess.run([program, "plant", seconds], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"host: SECONDS is {seconds}; it must be a number from 0.001 to 1e9\n"), done.stderr
+
+
+@pytest.mark.parametrize("arguments", [[], ["plant", "1", "2"]])
+def test_host_tells_how_it_is_used(program: Path, arguments: list[str]) -> None:
+    done = subprocess.run([program, *arguments], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2 and done.stderr.endswith("\nusage: host FOLDER [SECONDS]\n"), done.stderr
+
+
+def test_host_runs_at_a_kilohertz_and_moves_the_carriage_as_fmpy_does(program: Path, fmu: Path, tmp_path: Path) -> None:
     folder = extract(str(fmu), tmp_path / "plant")
     done = subprocess.run([program, folder, str(1e-3 * STEPS)], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
