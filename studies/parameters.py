@@ -4,8 +4,8 @@ Every friction law is run with every combination of dead zone and sonic conducta
 experiment (5 +- 2 V, 1 Hz, 3 s). What an engineer compares is left as a CSV file and a figure: rest at
 the reversals, stroke, peak velocity, energy lost to friction, solver steps.
 
-The workers need this package and Dask. A task gives the same bits wherever it runs, and the rows are in the order of
-the grid.
+The workers need this package and Dask: pip install 'dask[distributed]'. A task gives the same bits wherever it runs,
+and the rows are in the order of the grid.
 
 Usage: python studies/parameters.py [--scheduler tcp://host:8786] [--workers 8] [--laws Stribeck LuGre ...]
 """
@@ -26,10 +26,14 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
-from dask.distributed import Client as Cluster
-from dask.distributed import LocalCluster, as_completed
 from pneumatic_servo.figures import BLUE, GREEN, STYLE, VERMILION
 from tqdm import tqdm
+
+try:
+    from dask.distributed import Client as Cluster
+    from dask.distributed import LocalCluster, as_completed
+except ImportError as error:
+    sys.exit(f"this study needs Dask, here and on the workers: pip install 'dask[distributed]' ({error})")
 
 DEAD_ZONES = [0.04, 0.08, 0.12]
 CONDUCTANCES = [2e-9, 3.93e-9, 6e-9]

@@ -16,6 +16,17 @@ def run(study: str, *arguments: str | Path) -> str:
     return done.stdout
 
 
+def test_study_tells_how_to_get_dask(tmp_path: Path) -> None:
+    without = (
+        "import runpy, sys; sys.modules['dask.distributed'] = None; runpy.run_path(sys.argv[1], run_name='__main__')"
+    )
+    command = [sys.executable, "-c", without, STUDIES / "parameters.py"]
+    done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=tmp_path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert "needs Dask" in done.stderr and "pip install 'dask[distributed]'" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def rows_of(file: Path) -> list[dict[str, str]]:
     with file.open(encoding="utf-8", newline="") as stream:
         return list(csv.DictReader(stream))
