@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,6 +92,22 @@ def test_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:
     file.write_text("t,x,x,f\n0,0,0,0\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"a\.csv:1: there are 2 columns x; which is position\?"):
         ps.fit(file, experiment="motion", law="Coulomb", columns="time=t,position=x,frictionForce=f")
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("friction.lugre.sigma0=2e6:1e5:1e6", "the start 2000000 is not within 100000 to 1000000 N/m"),
+        ("friction.lugre.Fc=2e9", "the start 2000000000 is not within 0 to 1000000 N"),
+        ("friction.lugre.Fc=2:1e6:1e5", "the lower bound 1000000 is not below the upper bound 100000"),
+        ("friction.lugre.Fc=2:0:1e7", "the bounds leave what is legal, 0 to 1000000 N"),
+        ("valve.deadZone=2", "the start 2 is not within 0 to 0.9"),
+        ("delay.position=0.7", "the start 0.7 is not within -0.5 to 0.5 s"),
+    ],
+)
+def test_start_and_bounds_that_are_refused_are_told_with_their_range(word: str, message: str) -> None:
+    with pytest.raises(ValueError, match="^" + re.escape(f"--fit {word}: {message}") + "$"):
+        ps.plan(law="LuGre", fit=word)
 
 
 def table(file: Path) -> Path:

@@ -95,7 +95,7 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
     if bounds:
         low, high = (finite(bound, where) for bound in bounds)
         if not low < high:
-            raise ValueError(f"{where}: the lower bound {low:g} is not below the upper bound {high:g}")
+            raise ValueError(f"{where}: the lower bound {_shown(low)} is not below the upper bound {_shown(high)}")
         _check_range(free, low, high, where)
         start_value = free.start if equals else min(max(free.start, low), high)
         free = replace(free, low=low, high=high, start=start_value, is_bounded=True)
@@ -108,8 +108,9 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
         free = replace(free, low=max(least, free.start / SPAN), high=min(most, free.start * SPAN))
     if free.is_logarithmic and free.start <= 0.0:
         free = replace(free, scale=max(abs(free.high), 1e-300), low=min(free.low, 0.0))
-    if free.start < free.low or free.start > free.high:
-        raise ValueError(f"{where}: the start {free.start:g} is not within {free.low:g} to {free.high:g} {free.unit}")
+    for low, high in (free.legal, (free.low, free.high)):
+        if free.start < low or free.start > high:
+            raise ValueError(f"{where}: the start {_shown(free.start)} is not within {_range(low, high, free.unit)}")
     return free
 
 
@@ -159,7 +160,17 @@ def _of(variable: Variable, where: str) -> Free:
 def _check_range(free: Free, low: float, high: float, where: str) -> None:
     least, most = free.legal
     if low < least or high > most:
-        raise ValueError(f"{where}: the bounds leave what is legal, {least:g} to {most:g} {free.unit}")
+        raise ValueError(f"{where}: the bounds leave what is legal, {_range(least, most, free.unit)}")
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    """Return a range as people write it, with its unit."""
+    return f"{_shown(low)} to {_shown(high)}" + ("" if unit == "1" else f" {unit}")
+
+
+def _shown(value: float) -> str:
+    """Return a number as people write it: powers of ten are for those too large or too small to be read without."""
+    return f"{value:.10g}"
 
 
 def group_of(law: str, model: Model) -> str:
