@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import control
 
     from pneumatic_servo.model import Model
-    from pneumatic_servo.simulation import Simulation
+    from pneumatic_servo.simulation import SavedState, Simulation
 
 Array = NDArray[np.float64]
 
@@ -169,11 +170,15 @@ class _Point:
         states = self.simulation.states
         # A state whose rate is given moves on, from where it starts: at a given velocity the position does.
         carried = {name for name in states if self.rates[name] in given}
-        self.held = {name: self.simulation[name] for name in states if name in given | carried}
-        self.wanted = {name: float(at[key]) for name in self.held for key in (name, f"{name}0") if key in at}
+        self.wanted = {name: float(at[key]) for name in states for key in (name, f"{name}0") if key in at}
+        self.given = {name: self.simulation[name] for name in states if name in given | carried} | self.wanted
+        self.held = self.given
+        self.speeds = {self.rates[name] for name in carried} & set(self.given)
         self.moving = [self.rates[name] for name in states if name not in carried]
         self.free_inputs = [name for name in inputs if name not in at]
-        self.free = [*(name for name in states if name not in self.held), *self.free_inputs]
+        self.free = [*(name for name in states if name not in self.given), *self.free_inputs]
+        is_supplied = SUPPLY in variables
+        self.chambers = [name for name in self.free if variables[name].unit == "Pa" and name in states and is_supplied]
         self.absolute = [name for name in states if variables[name].unit in ("Pa", "K") and self.simulation[name] > 0.0]
         self.units = self._nominal(self.free)
         self.scale = self._nominal(self.moving)
@@ -184,40 +189,82 @@ class _Point:
     def trim(self) -> None:
         """Find free states and inputs for which all rates vanish.
 
-        Around a dead zone Newton's method finds the way only from a valve that is open to the right side, so that it
-        starts from several inputs.
+        The point of a slow motion lies in the gap just beyond the dead zone of the valve, which Newton's method misses
+        easily. That of a faster motion is found more easily, and leads there.
         """
         start = self.simulation.save()
-        inputs = self.simulation.get(self.free_inputs)
+        reason = self._search(start)
+        if reason and not any(self._follow(start, times) for times in self._faster()):
+            raise TrimError(f"no operating point was found: {reason}")
+
+    def _search(self, start: SavedState) -> str:
+        """Look for the point of what is held; return why it was not found, or nothing.
+
+        Around a dead zone Newton's method finds the way only from a valve that is open to the right side, so that it
+        starts from several inputs, with the chambers as they are, then half filled.
+        """
         best = np.full(len(self.moving), np.inf)
         lost = ""
-        for offset in OFFSETS if self.free_inputs else OFFSETS[:1]:
-            self.simulation.restore(start)
-            self.simulation.set(self._named(self.free_inputs, inputs + offset * self._nominal(self.free_inputs)))
-            self._settle()
+        for filled, offset in product(FILLED if self.chambers else [0.0], OFFSETS if self.free_inputs else [0.0]):
+            self._begin(start, offset, filled)
             residual = self._newton()
-            if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
+            if _is_rest(residual):
                 lost = self._lost()
                 if not lost:
-                    return
+                    return ""
             elif np.linalg.norm(residual) < np.linalg.norm(best):
                 best = residual
-        if lost:
-            raise TrimError(f"no operating point was found: {lost}")
-        if not np.isfinite(best).all():
-            raise TrimError("no operating point was found: pressures or temperatures would have to be negative")
-        worst = int(np.argmax(np.abs(best)))
+        return lost or self._left(best)
+
+    def _begin(self, start: SavedState, offset: float, filled: float) -> None:
+        """Go where Newton's method starts: to inputs, chambers filled by a share of the supply, and what follows."""
+        self.simulation.restore(start)
+        inputs = self.simulation.get(self.free_inputs) + offset * self._nominal(self.free_inputs)
+        self.simulation.set(self._named(self.free_inputs, inputs))
+        if filled:
+            pressures = self.simulation.get(self.chambers)
+            pressures += filled * (self.simulation[SUPPLY] - pressures)
+            self.simulation.move_states(self._named(self.chambers, pressures))
+        self._settle()
+
+    def _faster(self) -> list[float]:
+        """Return how many times faster motions may be whose point leads to that of the given motion."""
+        speeds = [abs(self.given[name]) / (self.variables[name].nominal or 1.0) for name in self.speeds]
+        largest = max(speeds, default=0.0)
+        return [times for times in FASTER if 0.0 < times * largest <= FASTEST]
+
+    def _follow(self, start: SavedState, times: float) -> bool:
+        """Find the point of a motion that is so many times faster, and follow it down to the given motion."""
+        self._hold(times)
+        found = not self._search(start)
+        while found and times > 1.0:
+            times = max(1.0, 0.5 * times)
+            self._hold(times)
+            self.simulation.move_states(self.held)
+            found = _is_rest(self._newton())
+        self._hold(1.0)
+        return found and not self._lost()
+
+    def _hold(self, times: float) -> None:
+        """Hold what is given, but a motion so many times faster."""
+        self.held = {name: times * value if name in self.speeds else value for name, value in self.given.items()}
+
+    def _left(self, residual: Array) -> str:
+        """Tell what does not come to rest."""
+        if not np.isfinite(residual).all():
+            return "pressures or temperatures would have to be negative"
+        worst = int(np.argmax(np.abs(residual)))
         rate = self.moving[worst]
-        raise TrimError(
-            f"no operating point was found: {rate} stays at {best[worst] * self.scale[worst]:.3g} "
-            f"{self.variables[rate].unit}. Within the play of valve.hysteresis and within a dead zone without leakage "
-            "the valve does not react; a mass that sticks does not either"
+        return (
+            f"{rate} stays at {residual[worst] * self.scale[worst]:.3g} {self.variables[rate].unit}. "
+            "Within the play of valve.hysteresis and within a dead zone without leakage the valve does not react; "
+            "a mass that sticks does not either"
         )
 
     def _lost(self) -> str:
         """Tell which given state has not stayed as it was given; nothing if all have."""
-        for name, wanted in self.wanted.items():
-            found = self.simulation[name]
+        for name in self.wanted:
+            wanted, found = self.held[name], self.simulation[name]
             if abs(found - wanted) > TOLERANCE * abs(wanted):
                 unit = self.variables[name].unit
                 return f"{name} = {wanted:g} {unit} was given, but the plant comes to {name} = {found:g} {unit}"
@@ -233,7 +280,7 @@ class _Point:
         """Take Newton's steps in nominal units; return the rates that are left."""
         residual = self._residual()
         for _ in range(NEWTON_STEPS):
-            if np.max(np.abs(residual), initial=0.0) < TOLERANCE:
+            if _is_rest(residual):
                 break
             jacobian = self.simulation.jacobian(self.moving, self.free) * self.units / self.scale[:, None]
             if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
@@ -276,10 +323,20 @@ class _Point:
 NEWTON_STEPS = 100
 OFFSETS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8)
 """Inputs that are tried, as distances from their values in nominal units."""
+FILLED = (0.0, 0.5)
+"""Shares of the supply pressure that chambers are filled by."""
+SUPPLY = "supplyPressure"
+FASTER = tuple(4.0**power for power in range(1, 10))
+FASTEST = 10.0
+"""Largest speed, in nominal units, of a motion that leads to a slower one."""
 SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000
 """In s, so short that only a slow mass comes to rest within one; and enough of them for the chambers to fill."""
 TOLERANCE = 1e-9
 """Largest rate at rest, in nominal units: far below what a run at the default tolerance resolves."""
+
+
+def _is_rest(residual: Array) -> bool:
+    return bool(np.max(np.abs(residual), initial=0.0) < TOLERANCE)
 
 
 def _start(model: Model, at: Mapping[str, Value], rates: Mapping[str, str]) -> tuple[Simulation, set[str]]:

@@ -15,20 +15,27 @@ def plant() -> ps.Model:
     return ps.Model("PneumaticServoCylinder")
 
 
-@pytest.mark.parametrize("law", ["Stribeck", "LuGre", "StribeckRegularised"])
-def test_trimmed_plant_stays_where_it_is(plant: ps.Model, law: str) -> None:
-    found = plant.linearise(at=SLIDING | {"friction.law": law})
+LAWS = ["Stribeck", "LuGre", "StribeckRegularised"]
+SLOW = [(law, velocity) for law in ("Stribeck", "Coulomb", "LuGre") for velocity in (1e-4, 1e-3, -1e-3, 0.01, -0.03)]
+
+
+@pytest.mark.parametrize(("law", "velocity"), [*((law, 0.05) for law in LAWS), *SLOW])
+def test_trimmed_plant_stays_where_it_is(plant: ps.Model, law: str, velocity: float) -> None:
+    found = plant.linearise(at=SLIDING | {"friction.law": law, "velocity": velocity})
     point = dict(zip(found.states, found.x, strict=True))
-    assert point["velocity"] == 0.05 and point["position"] == 0.25
+    assert point["velocity"] == velocity and point["position"] == 0.25
     # Both chambers are between ambient and supply pressure.
     assert 101325.0 < point["chamberA.pressure"] < 6e5 and 101325.0 < point["chamberB.pressure"] < 6e5
-    simulation = plant.start({"friction.law": law, "velocity0": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5})
+    start = {"friction.law": law, "velocity0": velocity, "valve.hysteresis": 0.0, "supplyPressure": 6e5}
+    simulation = plant.start(start)
     simulation.move_states({name: value for name, value in point.items() if name != "velocity"})
     simulation["valveVoltage"] = found.u[0]
     rates = ["acceleration", "der(chamberA.pressure)", "der(chamberB.temperature)", "der(valve.spoolVelocity)"]
     # In nominal units; the trim goes down to 1e-9 of them.
     scale = [plant.variables[name].nominal for name in rates]
     assert np.all(np.abs(simulation.get(rates)) < 1e-6 * np.array(scale))
+    # The slower, the closer to the dead zone of 0.4 V.
+    assert 0.4 < np.sign(velocity) * (found.u[0] - 5.0) < 0.405 + 3.0 * abs(velocity)
 
 
 def test_matrices_are_those_of_small_differences(plant: ps.Model) -> None:
@@ -85,11 +92,9 @@ def test_point_that_does_not_exist_is_refused(plant: ps.Model, at: dict[str, flo
 
 
 def test_given_velocity_that_is_lost_is_refused(plant: ps.Model) -> None:
-    """So slow a mass comes to rest before the valve has followed."""
-    with pytest.raises(
-        ps.TrimError, match=r"velocity = -0\.001 m/s was given, but the plant comes to velocity = 0 m/s"
-    ):
-        plant.linearise(at={"velocity": -0.001, "valve.hysteresis": 0.0})
+    """So slow a mass comes to rest before the valve has followed, and Karnopp's law has it stick."""
+    with pytest.raises(ps.TrimError, match=r"velocity = -1e-05 m/s was given, but the plant comes to velocity = 0 m/s"):
+        plant.linearise(at={"velocity": -1e-5, "valve.hysteresis": 0.0, "friction.law": "Karnopp"})
 
 
 def test_model_without_the_default_input_needs_inputs() -> None:
