@@ -81,6 +81,12 @@ def test_wrong_argument_is_named(arguments: dict[str, object], error: type[Excep
         ps.compare_fits(bench(), **{"laws": ["Coulomb"], "experiment": "motion"} | arguments)
 
 
+def test_single_table_to_predict_needs_no_list() -> None:
+    columns = "time=t,position=x,frictionForce=f"
+    with pytest.raises(FileNotFoundError, match=r"missing\.csv"):
+        ps.fit(bench(), experiment="motion", law="Coulomb", columns=columns, hold_out_data="missing.csv")
+
+
 def test_law_that_was_not_fitted_is_named() -> None:
     ranking = ps.compare_fits(bench(), ["Coulomb"], experiment="motion", play=0.0, starts=0)
     with pytest.raises(KeyError, match="Dahl was not fitted; there are Coulomb"):
