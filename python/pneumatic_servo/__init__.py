@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 from pneumatic_servo.bundled import fmus
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.errors import Interrupted, MissingPackage, NotConverged, SimulationError
-from pneumatic_servo.linear import Linearisation, TrimError
+from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.simulation import SavedState, Simulation
+from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 if TYPE_CHECKING:
