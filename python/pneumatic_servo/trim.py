@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.errors import SimulationError
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
@@ -29,6 +31,10 @@ FASTEST = 10.0
 """Largest speed, in nominal units, of a motion that leads to a slower one."""
 SETTLING_STEP, SETTLING_STEPS = 5e-5, 2000
 """In s, so short that only a slow mass comes to rest within one; and enough of them for the chambers to fill."""
+RUN_IN, RUN_IN_SPEED, RUN_IN_TIME = 1e-3, 0.02, 0.02
+"""In m, m/s and s: the way on which friction forgets a rest, the least speed there, the duration of the given speed."""
+VACUUM = 0.01
+"""Share of its start below which no pressure or temperature is that of a plant, though rates may vanish there."""
 TOLERANCE = 1e-9
 """Largest rate at rest, in nominal units: far below what a run at the default tolerance resolves."""
 
@@ -51,13 +57,15 @@ class OperatingPoint:
         self.wanted = {name: float(at[key]) for name in states for key in (name, f"{name}0") if key in at}
         self.given = {name: self.simulation[name] for name in states if name in given | carried} | self.wanted
         self.held = self.given
-        self.speeds = {self.rates[name] for name in carried} & set(self.given)
+        self.carriers = {name: self.rates[name] for name in carried if self.rates[name] in self.given}
+        self.speeds = set(self.carriers.values())
         self.moving = [self.rates[name] for name in states if name not in carried]
         self.free_inputs = [name for name in inputs if name not in at]
         self.free = [*(name for name in states if name not in self.given), *self.free_inputs]
         is_supplied = SUPPLY in variables
         self.chambers = [name for name in self.free if variables[name].unit == "Pa" and name in states and is_supplied]
         self.absolute = [name for name in states if variables[name].unit in ("Pa", "K") and self.simulation[name] > 0.0]
+        self.floor = VACUUM * self.simulation.get(self.absolute)
         self.units = self._nominal(self.free)
         self.scale = self._nominal(self.moving)
 
@@ -104,6 +112,7 @@ class OperatingPoint:
             pressures += filled * (self.simulation[SUPPLY] - pressures)
             self.simulation.move_states(self._named(self.chambers, pressures))
         self._settle()
+        self._run_in()
 
     def _faster(self) -> list[float]:
         """Return how many times faster motions may be whose point leads to that of the given motion."""
@@ -118,7 +127,7 @@ class OperatingPoint:
         while found and times > 1.0:
             times = max(1.0, 0.5 * times)
             self._hold(times)
-            self.simulation.move_states(self.held)
+            self._run_in()
             found = _is_rest(self._newton())
         self._hold(1.0)
         return found and not self._lost()
@@ -130,7 +139,7 @@ class OperatingPoint:
     def _left(self, residual: Array) -> str:
         """Tell what does not come to rest."""
         if not np.isfinite(residual).all():
-            return "pressures or temperatures would have to be negative"
+            return "pressures or temperatures would have to vanish"
         worst = int(np.argmax(np.abs(residual)))
         rate = self.moving[worst]
         return (
@@ -154,6 +163,41 @@ class OperatingPoint:
             self.simulation.step(SETTLING_STEP)
             self.simulation.move_states(self.held)
 
+    def _run_in(self) -> None:
+        """Come to the place from behind at the given speed: held in place, friction would remember a rest.
+
+        A slow motion begins faster, so that it comes far enough. What the gas does on the way does not count.
+        """
+        before = self.simulation.save()
+        gas = self._named(self.absolute, self.simulation.get(self.absolute))
+        try:
+            for place, rate in self.carriers.items():
+                if self.held[rate] != 0.0:
+                    self._come(place, rate, self.held[rate])
+        except SimulationError:
+            # There is no room behind, so close to a cover.
+            self.simulation.restore(before)
+        self.simulation.move_states(self.held | gas)
+
+    def _come(self, place: str, rate: str, speed: float) -> None:
+        """Come to the given place, at a speed in the end."""
+        end = self.held[place]
+        fast = math.copysign(max(abs(speed), RUN_IN_SPEED), speed)
+        slow = end - RUN_IN_TIME * speed
+        self.simulation.move_states({place: slow - math.copysign(RUN_IN, speed)})
+        self._travel(place, slow, rate, fast)
+        self._travel(place, end, rate, speed)
+
+    def _travel(self, place: str, end: float, rate: str, speed: float) -> None:
+        """Go to a place at a speed; whatever else is free follows."""
+        for _ in range(2 * SETTLING_STEPS):
+            self.simulation.move_states({rate: speed})
+            left = (end - self.simulation[place]) / speed
+            if left < 1e-9 * SETTLING_STEP:
+                break
+            self.simulation.step(min(left, SETTLING_STEP))
+        self.simulation.move_states({rate: speed})
+
     def _newton(self) -> Array:
         """Take Newton's steps in nominal units; return the rates that are left."""
         residual = self._residual()
@@ -169,8 +213,8 @@ class OperatingPoint:
         return residual
 
     def _residual(self) -> Array:
-        """Return the rates in nominal units; without end where a pressure or temperature is not positive."""
-        if np.any(self.simulation.get(self.absolute) <= 0.0):
+        """Return the rates in nominal units; without end where a pressure or temperature all but vanishes."""
+        if np.any(self.simulation.get(self.absolute) <= self.floor):
             return np.full(len(self.moving), np.inf)
         return self.simulation.get(self.moving) / self.scale
 

@@ -38,6 +38,28 @@ def test_trimmed_plant_stays_where_it_is(plant: ps.Model, law: str, velocity: fl
     assert 0.4 < np.sign(velocity) * (found.u[0] - 5.0) < 0.405 + 3.0 * abs(velocity)
 
 
+def sliding_friction(law: str, velocity: float) -> float:
+    """Return the friction force in N of steady sliding, of the laws whose curve falls and of the others."""
+    falling = 2.7 / (1.0 + (velocity / 0.01) ** 2) if law == "Armstrong" else 0.0
+    return 8.3 + falling + 30.0 * velocity
+
+
+@pytest.mark.parametrize("law", ["MaxwellSlip", "StickSlipSpring", "DNLRX", "Armstrong"])
+@pytest.mark.parametrize("velocity", [0.005, 0.05])
+def test_friction_remembers_the_motion_at_its_operating_point(plant: ps.Model, law: str, velocity: float) -> None:
+    """Laws whose memory is no state: held in place, their springs would be relaxed, and hold."""
+    found = plant.linearise(at=SLIDING | {"friction.law": law, "velocity": velocity}, outputs=["frictionForce"])
+    # What lags behind has all but followed.
+    assert found.y[0] == pytest.approx(sliding_friction(law, velocity), rel=2e-3)
+    assert found.A[found.states.index("velocity"), found.states.index("position")] == 0.0
+
+
+def test_motion_without_room_behind_has_an_operating_point(plant: ps.Model) -> None:
+    """At a cover, so fast that a run-up would begin beyond it."""
+    found = plant.linearise(at={"position": 0.0, "velocity": 2.0, "valve.hysteresis": 0.0, "friction.law": "Dahl"})
+    assert found.x[:2] == pytest.approx([0.0, 2.0], rel=1e-9)
+
+
 def test_matrices_are_those_of_small_differences(plant: ps.Model) -> None:
     found = plant.linearise(at=SLIDING, outputs=["frictionForce", "pressureForce"])
     simulation = plant.start({"velocity0": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5})
