@@ -1,4 +1,4 @@
-//! A friction-loaded pneumatic servo cylinder: 24 friction laws, valve, chambers, carriage, and the solver that runs
+//! A friction-loaded pneumatic servo cylinder: friction laws that stick, valve, chambers, carriage, and the solver that runs
 //! them.
 //!
 //! ```

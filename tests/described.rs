@@ -17,9 +17,9 @@ fn descriptions_say_of_each_variable_what_its_table_says() {
         let (table, described) = ((model.variables)(), described(model));
         let mut told = described.iter();
         for entry in table.entries() {
-            assert_eq!(told.next(), Some(&stated(table, entry.variable)), "{}", model.name);
+            assert_eq!(told.next(), Some(&stated(table, entry.variable)), "{}: cargo xtask describe", model.name);
         }
-        assert_eq!(told.next(), None, "{}", model.name);
+        assert_eq!(told.next(), None, "{}: cargo xtask describe", model.name);
     }
 }
 

@@ -104,7 +104,7 @@ fn declared_dependencies_are_those_that_derivatives_and_differences_show() {
         for case in cases(model) {
             let found = found(model, &case);
             let missing = names(table, found.difference(&declared).copied());
-            assert!(missing.is_empty(), "{} {case:?} does not declare: {missing:#?}", model.name);
+            assert!(missing.is_empty(), "{}: not declared by `depends_on`: {missing:#?}, in {case:?}", model.name);
             all.extend(found);
         }
         // What is true or false has no derivative: on what it depends beyond the inputs no host can try.
@@ -115,7 +115,7 @@ fn declared_dependencies_are_those_that_derivatives_and_differences_show() {
         let of_model = names(table, declared.difference(&all).filter(shown).copied());
         never.extend(of_model.into_iter().map(|pair| format!("{}: {pair}", model.name)));
     }
-    assert!(never.is_empty(), "declared without effect: {never:#?}");
+    assert!(never.is_empty(), "declared by `depends_on`, without effect: {never:#?}");
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn initial_values_follow_from_the_inputs_that_are_declared() {
                         let name = &variable.name;
                         assert!(
                             declared.contains(&input.reference),
-                            "{} {case:?}: {name} on {}",
+                            "{}: {name} follows from {} at first, which is not declared, in {case:?}",
                             model.name,
                             input.name
                         );

@@ -7,6 +7,8 @@
 mod cases;
 mod random;
 
+use std::collections::BTreeMap;
+
 use pneumatic_servo::co_simulation::{Direction, Simulation};
 use pneumatic_servo::friction::Law;
 use pneumatic_servo::model::{Model, Setup};
@@ -35,20 +37,34 @@ fn runs_repeat_those_of_the_record_bit_for_bit() {
         return;
     }
     let recorded = std::fs::read_to_string(RECORD).unwrap();
-    let mut before = recorded.strip_prefix(HEADER).unwrap().lines();
-    // Ten that differ tell what is wrong, and that soon.
-    let different: Vec<_> = runs()
-        .filter_map(|now| {
-            let before = before.next().unwrap_or("no run");
-            (before != now).then(|| format!("{before}\n{now}"))
-        })
-        .take(10)
-        .collect();
+    let lines = recorded.strip_prefix(HEADER).unwrap().lines();
+    let mut before: BTreeMap<_, _> = lines.clone().map(name_and_result).collect();
+    assert_eq!(before.len(), lines.count(), "a run stands twice in the record");
+    let (mut changed, mut new) = (Vec::new(), Vec::new());
+    for run in runs() {
+        let (name, now) = name_and_result(&run);
+        match before.remove(name) {
+            Some(before) if before == now => {}
+            Some(before) => changed.push(format!("{name}: {before}, now {now}")),
+            None => new.push(name.to_owned()),
+        }
+        // Ten tell what is wrong, and that soon.
+        if changed.len() == 10 {
+            break;
+        }
+    }
+    let gone: Vec<_> = if changed.len() < 10 { before.into_keys().collect() } else { Vec::new() };
     assert!(
-        different.is_empty() && before.next().is_none(),
-        "runs differ from the record; if that is meant: cargo xtask record. The first, before and now:\n{}",
-        different.join("\n")
+        changed.is_empty() && new.is_empty() && gone.is_empty(),
+        "runs differ from the record; if that is meant: cargo xtask record.\nThe first that changed: {changed:#?}\n\
+         new: {new:#?}\ngone: {gone:#?}"
     );
+}
+
+/// The model with its changes, and what came of the run.
+fn name_and_result(line: &str) -> (&str, &str) {
+    let (place, _) = line.match_indices(';').nth(1).expect("a line of the record");
+    (&line[..place], &line[place + 1..])
 }
 
 /// The other schemes, under a law without bristles, whose steps may be long, and other tolerances.

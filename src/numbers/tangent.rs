@@ -11,7 +11,7 @@ use super::{Dual, Number, Scalar};
 /// more than with plain parameters.
 ///
 /// A plain `f64` combined with a tangent is an `f64`, without slope: what equations derive from a parameter therefore
-/// has the parameter on the left, `-b + 1.0` and not `1.0 - b`.
+/// has the parameter on the left, `-b + 1.0` and not `1.0 - b`. A number of the equations has it on the right: `v * damping`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent {
     /// The value.

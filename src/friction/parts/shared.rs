@@ -156,7 +156,10 @@ mod tests {
                 contact.time += dt;
             }
             // Velocity-based friction and GMS come down to it slowly: 0.7 % remain.
-            assert!((force - 0.83).abs() < 0.01, "{law:?}: {force}");
+            assert!(
+                (force - 0.83).abs() < 0.01,
+                "{law:?} slides with {force} N, not with 0.83 N: are its forces named Fs and Fc, its viscous friction sigma2?"
+            );
             // The force is shared by up to four elements, and scales allow for 1 N at least.
             let share = z.iter().fold(0.0f64, |largest, z| largest.max(z.abs())) / friction.state_scale();
             assert!(states == 0 || (0.15..1.5).contains(&share), "{law:?}: {share} times the magnitude of its states");
