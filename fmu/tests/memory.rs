@@ -13,6 +13,7 @@ use pneumatic_servo::variables::Role;
 use pneumatic_servo_fmu::fmi2;
 use pneumatic_servo_fmu::fmi2::exports::*;
 use pneumatic_servo_fmu::fmi2::types::{ERROR, OK};
+use pneumatic_servo_fmu::fmi3::exports::*;
 
 /// Counts allocations of a thread while it is told to, and the bytes in use.
 struct Counting;
@@ -217,12 +218,82 @@ fn live(guid: &CString) {
     }
 }
 
+/// The same in FMI 3.0, in each of its ways.
+fn live3(token: &CString) {
+    let (voltage, position) = (reference("valveVoltage"), reference("position"));
+    for way in 0..3 {
+        // SAFETY: of the component, and all arrays have the length that is passed.
+        unsafe {
+            let component = instantiate3(token, way);
+            let (mut state, mut kept, mut size, mut value) = (ptr::null_mut(), ptr::null_mut(), 0, 0.0);
+            assert_eq!(fmi3EnterInitializationMode(component, 0, 0.0, 0.0, 0, 0.0), OK);
+            assert_eq!(fmi3SetFloat64(component, &voltage, 1, &7.0, 1), OK);
+            assert_eq!(fmi3ExitInitializationMode(component), OK);
+            assert_eq!(fmi3GetFMUState(component, &mut state), OK);
+            assert_eq!(fmi3GetFMUState(component, &mut kept), OK);
+            assert_eq!(fmi3SerializedFMUStateSize(component, state, &mut size), OK);
+            assert_eq!(fmi3SetFMUState(component, state), OK);
+            assert_eq!(fmi3FreeFMUState(component, &mut state), OK);
+            assert_eq!(fmi3GetFloat64(component, &position, 1, &mut value, 1), OK);
+            assert_eq!(fmi3Terminate(component), OK);
+            assert_eq!(fmi3Reset(component), OK);
+            fmi3FreeInstance(component);
+        }
+    }
+}
+
+/// For steps without and with event mode, and for model exchange.
+fn instantiate3(token: &CString, way: u8) -> *mut c_void {
+    let (name, none, nobody) = (c"a".as_ptr(), ptr::null(), ptr::null_mut());
+    // SAFETY: all strings end with zero bytes.
+    let component = unsafe {
+        if way == 2 {
+            fmi3InstantiateModelExchange(name, token.as_ptr(), none, 0, 0, nobody, None)
+        } else {
+            let more = ptr::null();
+            fmi3InstantiateCoSimulation(name, token.as_ptr(), none, 0, 0, way, way, more, 0, nobody, None, None)
+        }
+    };
+    assert!(!component.is_null());
+    component
+}
+
 #[test]
 fn ten_thousand_lives_leave_nothing_behind() {
     let guid = guid();
-    // What is made once per process does not count.
-    live(&guid);
-    let (allocations, growth) = counted(|| (0..LIVES).for_each(|_| live(&guid)));
-    assert_eq!(growth, 0);
-    assert!(allocations > LIVES, "{allocations}: the allocator counts");
+    for (live, lives) in [(live as fn(&CString), LIVES), (live3, LIVES / 3)] {
+        // What is made once per process does not count.
+        live(&guid);
+        let (allocations, growth) = counted(|| (0..lives).for_each(|_| live(&guid)));
+        assert_eq!(growth, 0);
+        assert!(allocations > lives, "{allocations}: the allocator counts");
+    }
 }
+
+#[test]
+fn instances_and_states_are_there_until_they_are_freed() {
+    let guid = guid();
+    instantiate(&guid);
+    for way in 0..4 {
+        let (mut component, mut state) = (ptr::null_mut(), ptr::null_mut());
+        let make = || if way == 3 { instantiate(&guid) } else { instantiate3(&guid, way) };
+        let (_, instance) = counted(|| component = make());
+        assert!(instance > 0, "{instance} bytes");
+        // SAFETY: of the component, each function for one of its version.
+        unsafe {
+            let (save, forget, free): (Save, Save, unsafe extern "C" fn(*mut c_void)) = match way {
+                3 => (fmi2GetFMUstate, fmi2FreeFMUstate, fmi2FreeInstance),
+                _ => (fmi3GetFMUState, fmi3FreeFMUState, fmi3FreeInstance),
+            };
+            // What is kept for the next state does not count.
+            assert_eq!((save(component, &mut state), forget(component, &mut state)), (OK, OK));
+            let (_, saved) = counted(|| assert_eq!(save(component, &mut state), OK));
+            let (_, freed) = counted(|| assert_eq!(forget(component, &mut state), OK));
+            assert!(saved > 0 && freed == -saved, "{saved} bytes, then {freed}");
+            let (_, freed) = counted(|| free(component));
+            assert!(freed <= -instance, "{instance} bytes, then {freed}");
+        }
+    }
+}
+
+type Save = unsafe extern "C" fn(*mut c_void, *mut *mut c_void) -> c_int;

@@ -15,7 +15,7 @@
 use std::ffi::c_void;
 use std::mem::transmute;
 
-use super::instantiation::{
+pub use super::instantiation::{
     fmi3InstantiateCoSimulation, fmi3InstantiateModelExchange, fmi3InstantiateScheduledExecution,
 };
 use super::types::{

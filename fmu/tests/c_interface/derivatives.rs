@@ -18,7 +18,7 @@ const COULOMB: i32 = 2;
 const LUGRE: i32 = 14;
 
 #[test]
-fn input_keeps_the_value_it_reached_and_then_stays() {
+pub fn input_keeps_the_value_it_reached_and_then_stays() {
     let instance = Instance::initialized();
     assert_eq!(instance.set_real(&[vr("valveVoltage")], &[5.0]), OK);
     assert_eq!(instance.set_slopes(&[vr("valveVoltage")], &[100.0]), OK);
@@ -76,7 +76,7 @@ fn slope_below_zero_supply_is_refused_before_the_step() {
 }
 
 #[test]
-fn every_real_output_has_a_derivative_that_matches_its_course() {
+pub fn every_real_output_has_a_derivative_that_matches_its_course() {
     let outputs = references(|variable| variable.role == Role::Output && is_real(variable));
     let instance = moving(LUGRE, 7.0);
     let state = instance.save();
@@ -299,7 +299,7 @@ fn arrays_may_overlap() {
 }
 
 #[test]
-fn force_accelerates_the_mass_and_nothing_else() {
+pub fn force_accelerates_the_mass_and_nothing_else() {
     let instance = moving(COULOMB, 7.0);
     assert!(instance.real("velocity") > 0.0);
     for (unknown, derivative) in unknowns().iter().zip(column(&instance, vr("externalForce"))) {

@@ -22,7 +22,7 @@ fn guid() -> CString {
 }
 
 #[test]
-fn every_model_is_served_under_its_own_guid() {
+pub fn every_model_is_served_under_its_own_guid() {
     for model in models::ALL {
         let instance = Instance::of(model);
         instance.initialize();

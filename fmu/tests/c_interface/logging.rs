@@ -27,7 +27,7 @@ fn heard(instance: &Instance) -> Vec<String> {
 }
 
 #[test]
-fn errors_are_always_logged_and_everything_else_only_with_logging_on() {
+pub fn errors_are_always_logged_and_everything_else_only_with_logging_on() {
     assert_eq!(heard(&Instance::new()), ["logStatusError"]);
     let talkative = Instance::with_logging(cylinder(), true);
     let all = ["logStatusWarning", "logEvents", "logStatusError"];

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;
+mod effects;
 mod fmi3;
 mod instantiation;
 mod logging;

@@ -7,6 +7,7 @@ use pneumatic_servo::models;
 use pneumatic_servo_fmu::fmi2;
 use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
+use crate::common::fmi3::{Instance3, Way};
 use crate::common::*;
 
 const STATES: usize = 41;
@@ -226,6 +227,44 @@ fn vectors_have_the_lengths_of_the_description_and_nothing_else_is_taken() {
 }
 
 #[test]
+pub fn nominals_are_those_of_the_states_or_1() {
+    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+        let table = (model.variables)();
+        let nominal = |state| table.by_reference(state).expect("a state").variable.nominal.unwrap_or(1.0);
+        let expected: Vec<f64> = table.states().map(nominal).collect();
+        let instance = Instance::for_exchange(model);
+        let mut nominals = vec![f64::NAN; expected.len()];
+        assert_eq!(instance.nominals(&mut nominals), OK, "{:?}", instance.messages());
+        assert_eq!(nominals, expected, "{}", model.name);
+    }
+}
+
+/// A crude step of the host's own solver: time, states and the modes that follow.
+#[test]
+pub fn accepted_steps_are_counted_and_lead_where_the_host_has_gone() {
+    let instance = integrating(STRIBECK, 7.0);
+    let mut states = [0.0; STATES];
+    assert_eq!(instance.states(&mut states), OK);
+    states[0] += 1e-3;
+    assert_eq!((instance.set_time(0.25), instance.set_states(&states), instance.accept_step()), (OK, OK, OK));
+    assert_eq!((instance.real("time"), instance.real("position").to_bits()), (0.25, states[0].to_bits()));
+    let mut steps = [-7];
+    assert_eq!((instance.get_integer(&[vr("solver.steps")], &mut steps), steps), (OK, [1]));
+}
+
+/// Indicators are variables of FMI 3.0 only, and the same numbers.
+#[test]
+pub fn indicators_are_those_that_fmi_3_shows_as_variables() {
+    const FIRST_INDICATOR: u32 = 6_000;
+    let other = Instance3::cylinder(Way::Steps, STRIBECK.into(), 5.6);
+    let references: Vec<u32> = (FIRST_INDICATOR..).take(INDICATORS).collect();
+    let (mut expected, mut indicators) = ([f64::NAN; INDICATORS], [f64::NAN; INDICATORS]);
+    assert_eq!(other.get(&references, &mut expected), OK);
+    assert_eq!(integrating(STRIBECK, 5.6).indicators(&mut indicators), OK);
+    assert_eq!(indicators, expected);
+}
+
+#[test]
 fn states_without_meaning_are_discarded_so_that_a_host_tries_a_shorter_step() {
     let instance = integrating(STRIBECK, 7.0);
     let mut states = [0.0; STATES];
@@ -240,7 +279,7 @@ fn states_without_meaning_are_discarded_so_that_a_host_tries_a_shorter_step() {
 }
 
 #[test]
-fn states_and_derivatives_are_those_of_the_variables() {
+pub fn states_and_derivatives_are_those_of_the_variables() {
     let instance = integrating(14, 8.0);
     euler(&instance, 3000);
     let (mut states, mut rates) = ([0.0; STATES], [0.0; STATES]);
@@ -313,7 +352,7 @@ fn model_without_continuous_states_is_there_for_co_simulation_only() {
 }
 
 #[test]
-fn sampled_law_announces_its_samples() {
+pub fn sampled_law_announces_its_samples() {
     const DNLRX: i32 = 18;
     let instance = integrating(DNLRX, 7.0);
     assert_eq!(instance.enter_event_mode(), OK);

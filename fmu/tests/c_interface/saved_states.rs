@@ -180,7 +180,7 @@ fn state_may_be_saved_over() {
 }
 
 #[test]
-fn null_foreign_and_freed_states_are_refused() {
+pub fn null_foreign_and_freed_states_are_refused() {
     let (instance, other) = (Instance::initialized(), Instance::initialized());
     let mut freed = instance.save();
     let stale = freed;
@@ -226,7 +226,7 @@ fn handle_of_a_freed_state_stays_refused_whatever_is_saved_later() {
 }
 
 #[test]
-fn serialized_state_continues_in_another_instance() {
+pub fn serialized_state_continues_in_another_instance() {
     for (law, name) in laws() {
         let one = Instance::with_law(law);
         one.swing(40);

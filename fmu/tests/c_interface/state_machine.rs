@@ -162,7 +162,7 @@ fn every_function_is_allowed_exactly_in_its_states() {
 }
 
 #[test]
-fn string_status_is_asked_for_between_initialization_and_the_end() {
+pub fn string_status_is_asked_for_between_initialization_and_the_end() {
     for state in STATES {
         let (instance, mut value) = (instance_in(state), ptr::null());
         // SAFETY: as above.
@@ -187,6 +187,16 @@ fn reset_leads_back_to_the_start_from_everywhere() {
 }
 
 #[test]
+pub fn terminated_run_takes_no_step_and_can_still_be_read() {
+    let instance = instance_in('C');
+    let values = instance.bits();
+    assert_eq!(instance.terminate(), OK);
+    assert_eq!(instance.step(1e-3, 1e-3), ERROR);
+    assert!(instance.message().contains("not allowed after termination"));
+    assert_eq!(instance.bits(), values);
+}
+
+#[test]
 fn instance_is_freed_in_every_state() {
     for state in STATES {
         drop(instance_in(state));
@@ -194,7 +204,7 @@ fn instance_is_freed_in_every_state() {
 }
 
 #[test]
-fn missing_experiment_means_start_at_zero() {
+pub fn missing_experiment_means_start_at_zero() {
     let instance = Instance::new();
     assert_eq!((instance.enter(), instance.exit()), (OK, OK));
     assert_eq!(instance.real("time"), 0.0);

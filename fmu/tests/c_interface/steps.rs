@@ -6,7 +6,7 @@ use std::ptr;
 use crate::common::*;
 
 #[test]
-fn step_ends_exactly_at_point_plus_size() {
+pub fn step_ends_exactly_at_point_plus_size() {
     let instance = Instance::initialized();
     let mut time = 0.0;
     for size in [1e-3, 0.0123, 1e-6, 0.1, 1e-9] {
@@ -79,7 +79,7 @@ fn step_size_may_vary() {
 }
 
 #[test]
-fn stop_time_bounds_the_steps_up_to_rounding() {
+pub fn stop_time_bounds_the_steps_up_to_rounding() {
     let instance = Instance::new();
     assert_eq!(instance.setup(0.0, Some(0.3)), OK);
     assert_eq!((instance.enter(), instance.exit()), (OK, OK));
@@ -211,7 +211,7 @@ fn absurd_inputs_are_discarded_or_computed_but_never_garbage() {
 }
 
 #[test]
-fn each_status_function_answers_its_kind() {
+pub fn each_status_function_answers_its_kind() {
     let instance = Instance::initialized();
     assert_eq!(instance.step(0.0, 0.01), OK);
     assert_eq!((instance.step_status(), instance.wants_to_terminate()), (OK, false));
@@ -239,7 +239,7 @@ fn each_status_function_answers_its_kind() {
 }
 
 #[test]
-fn there_is_never_a_step_to_cancel() {
+pub fn there_is_never_a_step_to_cancel() {
     let instance = Instance::initialized();
     assert_eq!(instance.step(0.0, 0.01), OK);
     let before = instance.fingerprint();

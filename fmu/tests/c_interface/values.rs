@@ -38,7 +38,7 @@ fn start_values_are_those_of_the_table() {
 }
 
 #[test]
-fn every_parameter_and_input_keeps_what_is_set_until_a_reset() {
+pub fn every_parameter_and_input_keeps_what_is_set_until_a_reset() {
     let instance = Instance::new();
     for variable in variables().iter().filter(settable) {
         let limit = variable.max.or(variable.min).unwrap_or(1.5);
@@ -213,7 +213,7 @@ fn misaligned_and_impossible_arrays_are_errors() {
 }
 
 #[test]
-fn unknown_and_wrongly_typed_references_are_refused_and_write_nothing() {
+pub fn unknown_and_wrongly_typed_references_are_refused_and_write_nothing() {
     let instance = Instance::initialized();
     let before = instance.fingerprint();
     let known: Vec<u32> = references(|_| true);
@@ -280,7 +280,7 @@ fn computed_values_are_not_there_before_initialization() {
 }
 
 #[test]
-fn computed_values_follow_what_is_set_during_initialization() {
+pub fn computed_values_follow_what_is_set_during_initialization() {
     let instance = Instance::new();
     assert_eq!(instance.enter(), OK);
     assert_eq!(instance.real("position"), 0.25);

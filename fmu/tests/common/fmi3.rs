@@ -1,20 +1,26 @@
 //! The built library as a host of FMI 3.0 sees it.
 
+use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
-use std::sync::LazyLock;
 
 use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::fmi3::exports::Functions;
 use pneumatic_servo_fmu::guid;
 
+use super::under_test::UnderTest;
 use super::{Message, Messages, OK, cylinder, symbol, vr};
 
-/// The library under test.
-pub static LIBRARY3: LazyLock<Functions> = LazyLock::new(|| {
+thread_local! {
+    static REPLACED: Cell<*const Functions> = const { Cell::new(ptr::null()) };
+}
+
+/// The functions of FMI 3.0 of the library under test.
+pub static LIBRARY3: UnderTest<Functions> = UnderTest::new(
     // SAFETY: the library is never unloaded, and its functions are those of the names.
-    unsafe { Functions::load(symbol) }.expect("all functions")
-});
+    || unsafe { Functions::load(symbol) }.expect("all functions"),
+    &REPLACED,
+);
 
 /// How an instance is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +53,8 @@ pub struct Updated {
     pub time: f64,
 }
 
-extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c_char, text: *const c_char) {
+/// A logger whose environment is the `Messages`, or NULL.
+pub extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c_char, text: *const c_char) {
     // SAFETY: the environment is the `Messages` given with the logger, or NULL; the rest are strings.
     let (messages, [category, text]) = unsafe {
         let string = |text: *const c_char| CStr::from_ptr(text).to_str().expect("UTF-8").to_owned();
@@ -187,6 +194,11 @@ impl Instance3 {
     pub fn set_int64(&self, references: &[u32], values: &[i64]) -> c_int {
         let (number, room) = (references.len(), values.len());
         unsafe { (LIBRARY3.fmi3SetInt64)(self.component, references.as_ptr(), number, values.as_ptr(), room) }
+    }
+
+    pub fn set_boolean(&self, references: &[u32], values: &[u8]) -> c_int {
+        let (number, room) = (references.len(), values.len());
+        unsafe { (LIBRARY3.fmi3SetBoolean)(self.component, references.as_ptr(), number, values.as_ptr(), room) }
     }
 
     pub fn get(&self, references: &[u32], values: &mut [f64]) -> c_int {

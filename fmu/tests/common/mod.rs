@@ -3,7 +3,9 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 pub mod fmi3;
+pub mod under_test;
 
+use std::cell::Cell;
 use std::env;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::PathBuf;
@@ -19,6 +21,8 @@ pub use pneumatic_servo_fmu::fmi2::exports::Functions;
 use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Logger, MODEL_EXCHANGE};
 pub use pneumatic_servo_fmu::fmi2::types::{CallbackFunctions, DISCARD, ERROR, OK};
 
+use under_test::UnderTest;
+
 /// `fmi2StatusKind`, in its order.
 pub const STATUS_KINDS: [c_int; 4] = [0, 1, 2, 3];
 
@@ -26,14 +30,19 @@ type Component = *mut c_void;
 type State = *mut c_void;
 type Text = *const c_char;
 
-/// The library under test.
-pub static LIBRARY: LazyLock<Functions> = LazyLock::new(|| {
+thread_local! {
+    static REPLACED: Cell<*const Functions> = const { Cell::new(ptr::null()) };
+}
+
+/// The functions of FMI 2.0 of the library under test.
+pub static LIBRARY: UnderTest<Functions> = UnderTest::new(
     // SAFETY: the library is never unloaded, and its functions are those of the names.
-    unsafe { Functions::load(symbol) }.expect("all functions")
-});
+    || unsafe { Functions::load(symbol) }.expect("all functions"),
+    &REPLACED,
+);
 
 /// A function of the library, which is never unloaded.
-fn symbol(name: &str) -> Result<*const c_void, libloading::Error> {
+pub fn symbol(name: &str) -> Result<*const c_void, libloading::Error> {
     // SAFETY: loading the library runs no code of ours.
     static FILE: LazyLock<Library> =
         LazyLock::new(|| unsafe { Library::new(library_path()) }.expect("the built library"));

@@ -19,6 +19,8 @@ struct Twins {
     three: Instance3,
     saved: Vec<Vec<u8>>,
     outcomes: BTreeSet<(&'static str, c_int)>,
+    /// What has been set, by kind.
+    set: BTreeSet<&'static str>,
 }
 
 /// What has to occur among the calls.
@@ -38,14 +40,16 @@ const OUTCOMES: [(&str, &[c_int]); 10] = [
 #[test]
 fn random_calls_of_fmi_3_do_what_those_of_fmi_2_do() {
     let rounds = setting("SERVO_FUZZ_CALLS", DEFAULT_CALLS).div_ceil(CALLS_PER_ROUND);
-    let mut outcomes = BTreeSet::new();
+    let (mut outcomes, mut set) = (BTreeSet::new(), BTreeSet::new());
     for round in 0..rounds {
         let model = &models::ALL[round as usize % models::ALL.len()];
         MODEL.set(model);
         let mut twins = Twins::new(model, setting("SERVO_FUZZ_SEED", 1) + round);
         (0..CALLS_PER_ROUND / 2).for_each(|_| twins.call());
         outcomes.extend(twins.outcomes);
+        set.extend(twins.set);
     }
+    assert_eq!(set, BTreeSet::from(["Boolean", "Enumeration", "Integer", "Real"]));
     for (call, statuses) in OUTCOMES {
         for status in statuses {
             assert!(outcomes.contains(&(call, *status)), "{call} never returned {status}");
@@ -56,7 +60,14 @@ fn random_calls_of_fmi_3_do_what_those_of_fmi_2_do() {
 impl Twins {
     fn new(model: &Model, seed: u64) -> Self {
         let (two, three) = (Instance::of(model), Instance3::of(model, Way::Steps));
-        let twins = Self { random: Random(seed), two, three, saved: Vec::new(), outcomes: BTreeSet::new() };
+        let twins = Self {
+            random: Random(seed),
+            two,
+            three,
+            saved: Vec::new(),
+            outcomes: BTreeSet::new(),
+            set: BTreeSet::new(),
+        };
         twins.limit_steps();
         twins
     }
@@ -119,8 +130,14 @@ impl Twins {
                 let value = value as i32;
                 (self.two.set_integer(&reference, &[value]), self.three.set_int64(&reference, &[value.into()]))
             }
-            Kind::Boolean => (OK, OK),
+            Kind::Boolean => {
+                let (value, byte) = (value as i32, value as u8);
+                (self.two.set_boolean(&reference, &[value]), self.three.set_boolean(&reference, &[byte]))
+            }
         };
+        if two == OK {
+            self.set.insert(kind(variable));
+        }
         ("set", two, three)
     }
 
@@ -219,6 +236,16 @@ impl Twins {
         }
         // FMI 3.0 discards only what leaves no trace.
         if is_halted { ("halted step", ERROR, three) } else { ("step", two, three) }
+    }
+}
+
+/// The name of the kind of a variable.
+fn kind(variable: &Variable) -> &'static str {
+    match variable.kind {
+        Kind::Real(_) => "Real",
+        Kind::Integer => "Integer",
+        Kind::Enumeration(_) => "Enumeration",
+        Kind::Boolean => "Boolean",
     }
 }
 

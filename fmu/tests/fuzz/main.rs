@@ -34,7 +34,7 @@ const CALLS_PER_ROUND: u64 = 2_000;
 const SOLVER_STEPS: i32 = 60;
 
 /// What has to occur among the calls.
-const OUTCOMES: [(&str, &[c_int]); 14] = [
+const OUTCOMES: [(&str, &[c_int]); 15] = [
     ("experiment", &[OK, ERROR]),
     ("enter", &[OK, ERROR]),
     ("exit", &[OK, ERROR]),
@@ -42,6 +42,7 @@ const OUTCOMES: [(&str, &[c_int]); 14] = [
     ("reset", &[OK]),
     ("set", &[OK, ERROR]),
     ("get", &[OK, ERROR]),
+    ("choose", &[OK, ERROR]),
     ("slopes", &[OK, ERROR]),
     ("step", &[OK, DISCARD, ERROR]),
     ("restore", &[OK, ERROR]),

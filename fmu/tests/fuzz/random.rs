@@ -51,6 +51,10 @@ impl Random {
         if let Some(Chosen { of, .. }) = variable.chooses {
             return self.below(of.items.len() + 2) as f64;
         }
+        // Any other number is refused.
+        if variable.kind == Kind::Boolean {
+            return if self.one_in(12) { 2.0 } else { self.below(2) as f64 };
+        }
         match self.below(12) {
             0 => self.number(),
             1 => variable.min.unwrap_or(start),

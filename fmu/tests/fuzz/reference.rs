@@ -135,6 +135,7 @@ impl Pair {
         let item = match (variable.kind, variable.chooses) {
             (Kind::Enumeration(of), _) => of.has(value),
             (_, Some(Chosen { of, .. })) => value == 0.0 || of.has(value),
+            (Kind::Boolean, _) => value == 0.0 || value == 1.0,
             _ => true,
         };
         states.contains(self.expected.state)

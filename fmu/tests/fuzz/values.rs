@@ -56,6 +56,21 @@ impl Fuzzer {
         !legal
     }
 
+    pub fn set_booleans(&mut self, index: usize) -> bool {
+        let is_boolean = |variable: &Variable| variable.kind == Kind::Boolean;
+        if !variables().iter().any(|variable| is_boolean(variable) && variable.is_parameter()) {
+            return false;
+        }
+        let (references, values) = self.assignment(|variable| is_boolean(variable) && variable.is_parameter());
+        let values: Vec<_> = values.into_iter().map(|value| value as c_int).collect();
+        let pair = &mut self.pairs[index];
+        let legal =
+            pair.set(&references, &values.iter().map(|value| f64::from(*value)).collect::<Vec<_>>(), is_boolean);
+        let actual = pair.instance.set_boolean(&references, &values);
+        self.compare(format!("{index}: choose {references:?} {values:?}"), if legal { OK } else { ERROR }, actual);
+        !legal
+    }
+
     pub fn set_slopes(&mut self, index: usize) -> bool {
         let (references, values) = self.assignment(is_input);
         let order = if self.random.one_in(10) { self.random.below(4) as c_int - 1 } else { 1 };

@@ -74,7 +74,16 @@ fn adjoint_derivatives_are_the_transpose_of_directional_ones_for_all_models_and_
 }
 
 #[test]
-fn stuck_and_sliding_carriage_differ_in_what_an_adjoint_tells() {
+pub fn force_accelerates_the_mass() {
+    const NONE: i64 = 1;
+    let instance = Instance3::cylinder(Way::Steps, NONE, 5.0);
+    let mut slope = [f64::NAN];
+    assert_eq!(instance.directional(&[vr("acceleration")], &[vr("externalForce")], &[0.88], &mut slope), OK);
+    assert!((slope[0] - 1.0).abs() < 1e-15, "{slope:?}: 0.88 N on 0.88 kg");
+}
+
+#[test]
+pub fn stuck_and_sliding_carriage_differ_in_what_an_adjoint_tells() {
     let instance = Instance3::cylinder(Way::Steps, STRIBECK, 5.0);
     let force = |instance: &Instance3| {
         let mut sensitivity = [f64::NAN];
@@ -115,7 +124,7 @@ fn wrong_numbers_unknowns_and_seeds_are_refused() {
 }
 
 #[test]
-fn output_derivatives_of_order_1_are_those_of_the_variables() {
+pub fn output_derivatives_of_order_1_are_those_of_the_variables() {
     let instance = Instance3::cylinder(Way::Steps, STRIBECK, 8.0);
     assert_eq!(instance.step(0.0, 0.2).0, OK);
     let mut rates = [f64::NAN; 2];

@@ -64,7 +64,7 @@ fn break_away_by_bisection(law: i32, voltage: f64, guess: f64) -> f64 {
 }
 
 #[test]
-fn step_ends_at_break_away_as_the_solver_has_located_it() {
+pub fn step_ends_at_break_away_as_the_solver_has_located_it() {
     for (law, voltage) in [(STRIBECK, 6.0), (STRIBECK, 5.6), (COULOMB, 7.0)] {
         let instance = Instance3::of(cylinder(), Way::Events(true));
         let settings = [vr("valveVoltage"), vr("solver.relativeTolerance")];
@@ -152,7 +152,7 @@ fn without_early_return_events_are_handled_inside() {
 }
 
 #[test]
-fn jump_of_an_input_is_handled_by_the_update() {
+pub fn jump_of_an_input_is_handled_by_the_update() {
     let instance = stepping(Way::Events(true), STRIBECK, 5.0);
     assert_eq!(instance.step(0.0, 0.1).0, OK);
     assert!(instance.sticks());

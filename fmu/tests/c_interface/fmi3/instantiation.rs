@@ -6,7 +6,7 @@ use std::ptr;
 use pneumatic_servo::models;
 use pneumatic_servo_fmu::guid;
 
-use crate::common::fmi3::{Instance3, LIBRARY3, Way, instantiate};
+use crate::common::fmi3::{Instance3, LIBRARY3, Way, instantiate, logger};
 use crate::common::*;
 
 const WAYS: [Way; 4] = [Way::Steps, Way::Events(false), Way::Events(true), Way::Exchange];
@@ -16,13 +16,16 @@ fn token(name: &str) -> CString {
 }
 
 #[test]
-fn version_is_that_of_fmi_3() {
+pub fn version_is_that_of_fmi_3() {
     // SAFETY: it returns a static string.
-    assert_eq!(unsafe { std::ffi::CStr::from_ptr((LIBRARY3.fmi3GetVersion)()) }, c"3.0");
+    let text = unsafe { (LIBRARY3.fmi3GetVersion)() };
+    assert!(!text.is_null());
+    // SAFETY: as above.
+    assert_eq!(unsafe { std::ffi::CStr::from_ptr(text) }, c"3.0");
 }
 
 #[test]
-fn every_model_can_be_made_in_every_way_but_one_without_states_is_not_exchanged() {
+pub fn every_model_can_be_made_in_every_way_but_one_without_states_is_not_exchanged() {
     for model in models::ALL {
         for way in WAYS {
             let token = token(model.name);
@@ -61,22 +64,27 @@ fn wrong_name_and_wrong_token_are_refused_with_the_name_of_the_function() {
 }
 
 #[test]
-fn scheduled_execution_and_intermediate_variables_are_refused() {
-    let (token, none) = (token("PneumaticServoCylinder"), ptr::null());
-    // SAFETY: all strings end with zero bytes; there is no logger.
-    unsafe {
+pub fn scheduled_execution_and_intermediate_variables_are_refused() {
+    let (token, none, messages) = (token("PneumaticServoCylinder"), ptr::null(), Messages::default());
+    let (name, told) = (c"a".as_ptr(), ptr::from_ref(&messages).cast_mut().cast());
+    // SAFETY: all strings end with zero bytes, and the messages outlive the calls.
+    let components = unsafe {
         let make = LIBRARY3.fmi3InstantiateScheduledExecution;
-        let component = make(c"a".as_ptr(), token.as_ptr(), none, 0, 0, ptr::null_mut(), None, None, None, None);
-        assert!(component.is_null());
+        let scheduled = make(name, token.as_ptr(), none, 0, 0, told, Some(logger), None, None, None);
         let (make, wanted) = (LIBRARY3.fmi3InstantiateCoSimulation, [vr("position")]);
-        let component =
-            make(c"a".as_ptr(), token.as_ptr(), none, 0, 0, 1, 1, wanted.as_ptr(), 1, ptr::null_mut(), None, None);
-        assert!(component.is_null());
-    }
+        let updated = make(name, token.as_ptr(), none, 0, 0, 1, 1, wanted.as_ptr(), 1, told, Some(logger), None);
+        [scheduled, updated]
+    };
+    assert_eq!(components, [ptr::null_mut(); 2]);
+    let texts: Vec<_> = messages.lock().expect("no panic").iter().map(|message| message.text.clone()).collect();
+    let reasons =
+        ["fmi3InstantiateScheduledExecution: there is no scheduled", "fmi3InstantiateCoSimulation: 1 variable"];
+    assert_eq!(texts.len(), 2, "{texts:?}");
+    assert!(texts.iter().zip(reasons).all(|(text, reason)| text.starts_with(reason)), "{texts:?}");
 }
 
 #[test]
-fn instances_can_be_reset_in_every_way() {
+pub fn instances_can_be_reset_in_every_way() {
     for way in WAYS {
         let instance = Instance3::of(cylinder(), way);
         let fresh = instance.fingerprint();

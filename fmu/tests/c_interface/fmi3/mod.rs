@@ -1,11 +1,13 @@
 //! The face of FMI 3.0, item by item.
 
-mod derivatives;
-mod events;
-mod instantiation;
-mod saved_states;
-mod state_machine;
-mod values;
+pub mod derivatives;
+pub mod events;
+pub mod experiment;
+pub mod instantiation;
+pub mod model_exchange;
+pub mod saved_states;
+pub mod state_machine;
+pub mod values;
 
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;

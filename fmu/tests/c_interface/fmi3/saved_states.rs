@@ -1,7 +1,7 @@
 //! Saved states.
 
 use super::STRIBECK;
-use crate::common::fmi3::{Instance3, Way};
+use crate::common::fmi3::{Instance3, LIBRARY3, Way};
 use crate::common::*;
 
 /// Steps to a time, and to all events on the way; everything that is seen, bit for bit.
@@ -21,7 +21,7 @@ fn run(instance: &Instance3, end: f64) -> Vec<Vec<u64>> {
 }
 
 #[test]
-fn state_before_an_event_repeats_bit_for_bit_in_another_instance() {
+pub fn state_before_an_event_repeats_bit_for_bit_in_another_instance() {
     for (law, name) in laws() {
         let instance = Instance3::cylinder(Way::Events(true), law.into(), 6.0);
         assert_eq!(instance.enter_step_mode(), OK);
@@ -56,11 +56,27 @@ fn states_of_other_kinds_are_refused() {
 
 /// The state of a co-simulation is the same whatever the version of the standard.
 #[test]
-fn states_go_from_one_version_to_the_other() {
+pub fn states_go_from_one_version_to_the_other() {
     let (two, three) = (Instance::with_law(STRIBECK as i32), Instance3::cylinder(Way::Steps, STRIBECK, 5.0));
     assert_eq!((two.step(0.0, 0.1), three.step(0.0, 0.2).0), (OK, OK));
     let (status, state) = three.deserialize(&two.fingerprint());
     assert_eq!((status, three.restore(state)), (OK, OK), "{:?}", three.messages());
     assert_eq!((three.step(0.1, 0.1).0, two.step(0.1, 0.1)), (OK, OK));
     assert_eq!(three.bits(), two.bits());
+}
+
+#[test]
+pub fn freed_state_is_refused() {
+    let instance = Instance3::cylinder(Way::Steps, STRIBECK, 5.0);
+    let state = instance.save();
+    let (mut freed, mut size) = (state, 7);
+    assert_eq!(instance.restore(state), OK);
+    // SAFETY: of the component; the handle is only compared.
+    unsafe {
+        assert_eq!((LIBRARY3.fmi3FreeFMUState)(instance.component, &mut freed), OK);
+        assert!(freed.is_null());
+        assert_eq!(instance.restore(state), ERROR);
+        assert_eq!((LIBRARY3.fmi3SerializedFMUStateSize)(instance.component, state, &mut size), ERROR);
+    }
+    assert_eq!(size, 7);
 }

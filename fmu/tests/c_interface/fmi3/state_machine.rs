@@ -132,7 +132,7 @@ fn every_function_is_allowed_exactly_in_its_modes() {
 }
 
 #[test]
-fn what_is_not_offered_is_refused_with_a_reason() {
+pub fn what_is_not_offered_is_refused_with_a_reason() {
     let instance = Instance3::of(cylinder(), Way::Steps);
     // SAFETY: of the component.
     let statuses = unsafe {
