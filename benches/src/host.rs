@@ -9,10 +9,11 @@ use std::sync::LazyLock;
 
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo_builtin::FMI2;
 use pneumatic_servo_fmu::fmi2::exports::{
     fmi2DoStep, fmi2EnterInitializationMode, fmi2ExitInitializationMode, fmi2FreeFMUstate, fmi2FreeInstance,
-    fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2Instantiate, fmi2SetBoolean, fmi2SetFMUstate, fmi2SetInteger,
-    fmi2SetReal, fmi2SetupExperiment,
+    fmi2GetFMUstate, fmi2GetInteger, fmi2GetReal, fmi2SetBoolean, fmi2SetFMUstate, fmi2SetInteger, fmi2SetReal,
+    fmi2SetupExperiment,
 };
 use pneumatic_servo_fmu::fmi2::guid;
 use pneumatic_servo_fmu::fmi2::types::{CO_SIMULATION, Component, FmuState, OK, Status};
@@ -44,7 +45,8 @@ impl Host {
     pub fn start(case: &Case, tolerance: f64) -> Self {
         let (name, callbacks) = (c"benchmark".as_ptr(), ptr::null());
         // SAFETY: strings end with a zero byte; callbacks may be NULL.
-        let component = unsafe { fmi2Instantiate(name, CO_SIMULATION, GUID.as_ptr(), ptr::null(), callbacks, 0, 0) };
+        let component =
+            unsafe { (FMI2.fmi2Instantiate)(name, CO_SIMULATION, GUID.as_ptr(), ptr::null(), callbacks, 0, 0) };
         assert!(!component.is_null(), "fmi2Instantiate returns NULL");
         let host = Self { component, voltage: variable("valveVoltage").reference, time: 0.0 };
         for (parameter, value) in variables(Variable::is_parameter).into_iter().zip(&case.parameters) {

@@ -1,4 +1,5 @@
-//! The plant as an FMU: the C interface to every model of [`pneumatic_servo`].
+//! Models as FMUs: the C interface of FMI 2.0 and 3.0 to any list of [`Model`](pneumatic_servo::model::Model)s. A crate that
+//! is compiled as a `cdylib` says once which models its library serves, by [`export_fmu!`].
 //!
 //! | place | what lives there |
 //! |---|---|
@@ -6,6 +7,7 @@
 //! | `calls` | which call is allowed in which mode, as data |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
 //! | `face` | what the faces have in common |
+//! | `export` | the one line by which a library says which models it serves |
 //! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
 //!
 //! # Rules a host can rely on
@@ -21,10 +23,11 @@
 mod calls;
 #[macro_use]
 mod face;
+mod export;
 pub mod fmi2;
 pub mod fmi3;
 mod fnv;
 mod host;
 mod instance;
 
-pub use instance::{LOG_CATEGORIES, LogCategory, guid};
+pub use instance::{LOG_CATEGORIES, Library, LogCategory, guid, guid_of_source};

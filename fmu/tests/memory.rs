@@ -10,6 +10,7 @@ use std::ptr;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::Role;
+use pneumatic_servo_builtin::{FMI2, FMI3};
 use pneumatic_servo_fmu::fmi2;
 use pneumatic_servo_fmu::fmi2::exports::*;
 use pneumatic_servo_fmu::fmi2::types::{ERROR, OK};
@@ -63,7 +64,7 @@ fn reference(name: &str) -> u32 {
 
 fn instantiate(guid: &CString) -> *mut c_void {
     // SAFETY: all strings end with zero bytes.
-    let component = unsafe { fmi2Instantiate(c"a".as_ptr(), 1, guid.as_ptr(), ptr::null(), ptr::null(), 0, 0) };
+    let component = unsafe { (FMI2.fmi2Instantiate)(c"a".as_ptr(), 1, guid.as_ptr(), ptr::null(), ptr::null(), 0, 0) };
     assert!(!component.is_null());
     component
 }
@@ -248,10 +249,10 @@ fn instantiate3(token: &CString, way: u8) -> *mut c_void {
     // SAFETY: all strings end with zero bytes.
     let component = unsafe {
         if way == 2 {
-            fmi3InstantiateModelExchange(name, token.as_ptr(), none, 0, 0, nobody, None)
+            (FMI3.fmi3InstantiateModelExchange)(name, token.as_ptr(), none, 0, 0, nobody, None)
         } else {
             let more = ptr::null();
-            fmi3InstantiateCoSimulation(name, token.as_ptr(), none, 0, 0, way, way, more, 0, nobody, None, None)
+            (FMI3.fmi3InstantiateCoSimulation)(name, token.as_ptr(), none, 0, 0, way, way, more, 0, nobody, None, None)
         }
     };
     assert!(!component.is_null());

@@ -7,11 +7,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
+use crate::library::PACKAGE;
 use crate::process;
 use crate::workspace::Workspace;
-
-/// The crate that the library is built from.
-const LIBRARY: &str = "pneumatic-servo-fmu";
 
 /// The files of the folder by name; `license.txt` is the one that hosts open.
 ///
@@ -23,7 +21,7 @@ pub fn files(workspace: &Workspace) -> Result<BTreeMap<String, String>> {
         files.insert(format!("{}.txt", file_name(&file)), read(&file)?);
     }
     files.insert("license.txt".to_owned(), OVERVIEW.to_owned());
-    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?, LIBRARY)?);
+    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?, PACKAGE)?);
     Ok(files)
 }
 
@@ -40,7 +38,7 @@ fn metadata(workspace: &Workspace) -> Result<Metadata> {
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).context("cargo names no host")?;
     let mut command = MetadataCommand::new();
     // The library depends on the same packages on every platform.
-    command.manifest_path(workspace.root.join("fmu/Cargo.toml"));
+    command.manifest_path(workspace.root.join("Cargo.toml"));
     command.other_options(["--locked", "--filter-platform", host].map(str::to_owned));
     Ok(command.exec()?)
 }
@@ -143,7 +141,9 @@ mod tests {
         for package in ["libm", "nalgebra", "num-traits", "postcard", "serde_core"] {
             assert!(text.contains(&format!("\n{package} ")), "{package}");
         }
-        for other in ["syn", "serde_derive", "quick-xml", "serde_json", "pneumatic-servo", LIBRARY] {
+        for other in
+            ["syn", "serde_derive", "quick-xml", "serde_json", "pneumatic-servo", "pneumatic-servo-fmu", PACKAGE]
+        {
             assert!(!text.contains(&format!("\n{other} ")), "{other} is not in the library");
         }
         assert!(!text.contains("/home/") && !text.contains(env!("CARGO_MANIFEST_DIR")), "a path of this machine");

@@ -4,10 +4,12 @@
 /// component, the call of the table that it stands for, and what it does; and from the declarations of all functions
 /// a table of them.
 ///
-/// `besides` names functions that are written out.
+/// `besides` names functions that are written out, `outside` those that the crate of a shared library has from
+/// [`export_fmu!`](crate::export_fmu), since they know which models there are.
 macro_rules! exports {
     (
         besides { $(fn $other:ident($($given:ty),*) $(-> $answer:ty)?;)* }
+        outside { $(fn $outer:ident($($taken:ty),*) -> $made:ty;)* }
         $(
             $(#[$doc:meta])*
             fn $name:ident($($argument:ident: $type:ty),*) => $call:ident, |$instance:ident| $body:expr;
@@ -26,15 +28,20 @@ macro_rules! exports {
         #[allow(missing_docs, reason = "the functions are documented")]
         pub struct Functions {
             $(pub $other: unsafe extern "C" fn($($given),*) $(-> $answer)?,)*
+            $(pub $outer: unsafe extern "C" fn($($taken),*) -> $made,)*
             $(pub $name: unsafe extern "C" fn(Component, $($type),*) -> Status),*
         }
 
-        // What is stated of functions that are written out is checked by the compiler.
-        const _: Functions = Functions { $($other,)* $($name),* };
-
         impl Functions {
+            /// All functions, from those that know which models there are. What is stated of functions that are written
+            /// out is checked by the compiler here.
+            #[allow(non_snake_case, reason = "the names are those of the standard")]
+            pub const fn with($($outer: unsafe extern "C" fn($($taken),*) -> $made),*) -> Self {
+                Self { $($other,)* $($outer,)* $($name),* }
+            }
+
             /// Their names.
-            pub const NAMES: &[&str] = &[$(stringify!($other),)* $(stringify!($name)),*];
+            pub const NAMES: &[&str] = &[$(stringify!($other),)* $(stringify!($outer),)* $(stringify!($name)),*];
 
             /// The functions as symbols of a library, which `symbol` finds by name.
             ///
@@ -46,6 +53,9 @@ macro_rules! exports {
                     Ok(Self {
                         $($other: transmute::<*const c_void, unsafe extern "C" fn($($given),*) $(-> $answer)?>(
                             symbol(stringify!($other))?,
+                        ),)*
+                        $($outer: transmute::<*const c_void, unsafe extern "C" fn($($taken),*) -> $made>(
+                            symbol(stringify!($outer))?,
                         ),)*
                         $($name: transmute::<*const c_void, unsafe extern "C" fn(Component, $($type),*) -> Status>(
                             symbol(stringify!($name))?,

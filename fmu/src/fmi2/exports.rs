@@ -1,4 +1,5 @@
-//! The exported C functions: all functions of FMI 2.0, and nothing else.
+//! The exported C functions: all functions of FMI 2.0, and nothing else. The one that makes instances calls
+//! [`instantiate`] with the models of the library, from [`export_fmu!`](crate::export_fmu).
 //!
 //! Each turns pointers into lists that are read and written element by element, and hands everything to
 //! `Handle::call`.
@@ -18,13 +19,13 @@ use std::ptr;
 use super::callbacks::sink;
 use super::status;
 use super::types::{
-    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, EventInfo, FmuState, Integer, MODEL_EXCHANGE, Real,
-    Status, Text, ValueReference,
+    Boolean, Byte, CO_SIMULATION, CallbackFunctions, Component, EventInfo, FmuState, FmuType, Integer, MODEL_EXCHANGE,
+    Real, Status, Text, ValueReference,
 };
 use crate::calls::Call;
 use crate::face::{call, choose_log, deserialize, forget, free, hand_out, save, serialize, set_states, tell, vector};
 use crate::host::{Input, Output, text};
-use crate::instance::{Base, Failure, Instance, Kind, Vector, Wanted, instantiate};
+use crate::instance::{self, Base, Failure, Instance, Kind, Library, Vector, Wanted};
 
 /// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]
@@ -38,11 +39,12 @@ pub extern "C" fn fmi2GetVersion() -> Text {
     c"2.0".as_ptr()
 }
 
-/// Makes an instance of the model with a GUID; NULL, and a message, if there is none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Instantiate(
+/// Makes an instance of the model of a library with a GUID, as `fmi2Instantiate` does; NULL, and a message, if there is
+/// none.
+pub unsafe fn instantiate(
+    library: &'static Library,
     instance_name: Text,
-    fmu_type: c_int,
+    fmu_type: FmuType,
     guid: Text,
     _resource_location: Text,
     functions: *const CallbackFunctions,
@@ -66,7 +68,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         MODEL_EXCHANGE | CO_SIMULATION => Ok(()),
         _ => Err(Failure::error(format!("fmuType {fmu_type} is neither fmi2ModelExchange nor fmi2CoSimulation"))),
     };
-    hand_out(instantiate(&wanted, sink(name.clone(), functions), check))
+    hand_out(instance::instantiate(library, &wanted, sink(name.clone(), functions), check))
 }
 
 /// Frees an instance and the states it has saved. Refused while another call of the instance runs.
@@ -80,8 +82,11 @@ exports! {
     besides {
         fn fmi2GetTypesPlatform() -> Text;
         fn fmi2GetVersion() -> Text;
-        fn fmi2Instantiate(Text, c_int, Text, Text, *const CallbackFunctions, Boolean, Boolean) -> Component;
         fn fmi2FreeInstance(Component);
+    }
+
+    outside {
+        fn fmi2Instantiate(Text, FmuType, Text, Text, *const CallbackFunctions, Boolean, Boolean) -> Component;
     }
 
     /// Switches logging on for some categories (for all, if none is named) or off. Failures are always logged.

@@ -1,5 +1,5 @@
-//! The face of FMI 2.0, for co-simulation and model exchange: the C types and functions, for any model in
-//! [`models::ALL`](pneumatic_servo::models::ALL).
+//! The face of FMI 2.0, for co-simulation and model exchange: the C types and functions, for any model of a
+//! [`Library`](crate::Library).
 //!
 //! | file | what it does |
 //! |---|---|

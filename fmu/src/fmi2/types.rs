@@ -16,6 +16,8 @@ pub type ValueReference = c_uint;
 pub type Real = f64;
 /// `fmi2Integer`.
 pub type Integer = c_int;
+/// `fmi2Type`: where the solver is to be.
+pub type FmuType = c_int;
 /// `fmi2Boolean`: `fmi2True` is 1, `fmi2False` is 0.
 pub type Boolean = c_int;
 /// `fmi2String`: UTF-8, ended by a zero byte.
@@ -37,9 +39,9 @@ pub const ERROR: Status = 3;
 pub const FATAL: Status = 4;
 
 /// `fmi2ModelExchange` of `fmi2Type`.
-pub const MODEL_EXCHANGE: c_int = 0;
+pub const MODEL_EXCHANGE: FmuType = 0;
 /// `fmi2CoSimulation` of `fmi2Type`.
-pub const CO_SIMULATION: c_int = 1;
+pub const CO_SIMULATION: FmuType = 1;
 
 /// The items of `fmi2StatusKind`.
 pub mod status_kind {

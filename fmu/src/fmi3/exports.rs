@@ -1,5 +1,5 @@
-//! The exported C functions: all functions of FMI 3.0, and nothing else. Those that make instances are in
-//! `instantiation`.
+//! The exported C functions: all functions of FMI 3.0, and nothing else. Those that make instances call
+//! [`instantiation`](super::instantiation) with the models of the library, from [`export_fmu!`](crate::export_fmu).
 //!
 //! Each turns pointers into lists that are read and written element by element, and hands everything to
 //! `Handle::call`. What the FMU does not offer is refused with a reason.
@@ -15,9 +15,6 @@
 use std::ffi::c_void;
 use std::mem::transmute;
 
-pub use super::instantiation::{
-    fmi3InstantiateCoSimulation, fmi3InstantiateModelExchange, fmi3InstantiateScheduledExecution,
-};
 use super::types::{
     Binary, Boolean, Clock, ClockUpdate, DEPENDENT, DependencyKind, FmuState, Instance as Component,
     InstanceEnvironment, IntermediateUpdate, IntervalQualifier, LogMessage, Preemption, Status, Text, ValueReference,
@@ -45,11 +42,13 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: Component) {
 macro_rules! exports_with_numbers {
     (
         besides { $($besides:tt)* }
+        outside { $($outside:tt)* }
         numbers { $($get:ident, $set:ident: $type:ty => $base:expr;)* }
         $($others:tt)*
     ) => {
         exports! {
             besides { $($besides)* }
+            outside { $($outside)* }
             $(
                 /// Reads variables of this type: arrays, each by its value reference, one after the other.
                 fn $get(
@@ -69,6 +68,10 @@ macro_rules! exports_with_numbers {
 exports_with_numbers! {
     besides {
         fn fmi3GetVersion() -> Text;
+        fn fmi3FreeInstance(Component);
+    }
+
+    outside {
         fn fmi3InstantiateModelExchange(
             Text, Text, Text, Boolean, Boolean, InstanceEnvironment, Option<LogMessage>
         ) -> Component;
@@ -80,7 +83,6 @@ exports_with_numbers! {
             Text, Text, Text, Boolean, Boolean, InstanceEnvironment, Option<LogMessage>, Option<ClockUpdate>,
             Option<Preemption>, Option<Preemption>
         ) -> Component;
-        fn fmi3FreeInstance(Component);
     }
 
     numbers {

@@ -1,10 +1,10 @@
-//! The exported C functions that make instances, each for one kind of use.
+//! What the C functions do that make instances, each for one kind of use of the models of a library; the functions
+//! themselves come from [`export_fmu!`](crate::export_fmu).
 //!
 //! # Safety
 //! That of all faces: `crate::face`.
 
 #![allow(unsafe_code, reason = "this is the C interface")]
-#![allow(non_snake_case, reason = "the names are those of the standard")]
 #![allow(clippy::missing_safety_doc, reason = "the module states it for all functions")]
 #![allow(clippy::too_many_arguments, reason = "the signatures are those of the standard")]
 
@@ -15,11 +15,11 @@ use super::types::{
 };
 use crate::face::hand_out;
 use crate::host::text;
-use crate::instance::{self, Failure, Kind, Wanted, instantiate};
+use crate::instance::{self, Failure, Kind, Library, Wanted, instantiate};
 
 /// Makes an instance for model exchange of the model with a token; NULL, and a message, if there is none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateModelExchange(
+pub unsafe fn model_exchange(
+    library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
     _resource_path: Text,
@@ -30,14 +30,14 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
 ) -> Component {
     let made = Made { function: "fmi3InstantiateModelExchange", kind: Kind::ModelExchange, logging_on };
     // SAFETY: of the module.
-    unsafe { made.of(instance_name, instantiation_token, sink(log_message, instance_environment), || Ok(())) }
+    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), || Ok(())) }
 }
 
 /// Makes an instance for co-simulation of the model with a token; NULL, and a message, if there is none.
 ///
 /// Steps end at events if event mode is used and steps may return early; else events are handled inside.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+pub unsafe fn co_simulation(
+    library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
     _resource_path: Text,
@@ -63,12 +63,12 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         ))),
     };
     // SAFETY: of the module.
-    unsafe { made.of(instance_name, instantiation_token, sink(log_message, instance_environment), check) }
+    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), check) }
 }
 
 /// Always refused: there is nothing to schedule.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
+pub unsafe fn scheduled_execution(
+    library: &'static Library,
     instance_name: Text,
     instantiation_token: Text,
     _resource_path: Text,
@@ -83,7 +83,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     let made = Made { function: "fmi3InstantiateScheduledExecution", kind: Kind::CoSimulation, logging_on };
     let refuse = || Err(Failure::error("there is no scheduled execution: the model has no clocks"));
     // SAFETY: of the module.
-    unsafe { made.of(instance_name, instantiation_token, sink(log_message, instance_environment), refuse) }
+    unsafe { made.of(library, instance_name, instantiation_token, sink(log_message, instance_environment), refuse) }
 }
 
 /// How an instance is made.
@@ -97,6 +97,7 @@ impl Made {
     /// Makes it, for a name and a token.
     unsafe fn of(
         self,
+        library: &'static Library,
         name: Text,
         token: Text,
         sink: instance::Sink,
@@ -114,6 +115,6 @@ impl Made {
             guid: token.as_deref(),
             logging_on: self.logging_on != 0,
         };
-        hand_out(instantiate(&wanted, sink, check))
+        hand_out(instantiate(library, &wanted, sink, check))
     }
 }

@@ -1,17 +1,17 @@
-//! The face of FMI 3.0, for co-simulation and model exchange: the C types and functions, for any model in
-//! [`models::ALL`](pneumatic_servo::models::ALL). Arrays are variables of their own here.
+//! The face of FMI 3.0, for co-simulation and model exchange: the C types and functions, for any model of a
+//! [`Library`](crate::Library). Arrays are variables of their own here.
 //!
 //! | file | what it does |
 //! |---|---|
 //! | [`exports`] | the functions, declared once: C functions, and a table of them to load or to call |
-//! | `instantiation` | those of them that make instances |
+//! | [`instantiation`] | what those of them do that make instances |
 //! | `callbacks` | the host's logger |
 //! | `values` | values on their way between host and instance |
 //! | [`types`] | the C types |
 
 mod callbacks;
 pub mod exports;
-mod instantiation;
+pub mod instantiation;
 pub mod types;
 mod values;
 

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use super::failure::{Failure, Status};
 use super::layout::Layout;
 use super::log::{Log, Sink};
-use super::registry;
+use super::registry::Library;
 use super::{Instance, Kind};
 use crate::calls::{Call, Mode};
 
@@ -69,11 +69,16 @@ pub struct Wanted<'a> {
     pub logging_on: bool,
 }
 
-/// Makes an instance, or logs why not; `check` is what the face asks of it besides.
-pub fn instantiate(wanted: &Wanted, sink: Sink, check: impl FnOnce() -> Result<(), Failure>) -> Option<Box<Handle>> {
+/// Makes an instance of a model of a library, or logs why not; `check` is what the face asks of it besides.
+pub fn instantiate(
+    library: &'static Library,
+    wanted: &Wanted,
+    sink: Sink,
+    check: impl FnOnce() -> Result<(), Failure>,
+) -> Option<Box<Handle>> {
     let mut log = Log::new(sink, wanted.logging_on);
     log.enter(wanted.function);
-    let choice = catch_unwind(AssertUnwindSafe(|| check().and_then(|()| choose(wanted))));
+    let choice = catch_unwind(AssertUnwindSafe(|| check().and_then(|()| choose(library, wanted))));
     match choice.unwrap_or_else(|panic| Err(Failure::fatal(cause(panic.as_ref())))) {
         Ok(layout) => Some(Box::new(Handle::new(Instance::new(layout, wanted.kind, log)))),
         Err(failure) => {
@@ -83,14 +88,14 @@ pub fn instantiate(wanted: &Wanted, sink: Sink, check: impl FnOnce() -> Result<(
     }
 }
 
-fn choose(wanted: &Wanted) -> Result<&'static Layout, Failure> {
+fn choose(library: &'static Library, wanted: &Wanted) -> Result<&'static Layout, Failure> {
     if wanted.name.is_empty() {
         return Err(Failure::error("the instance name is missing"));
     }
     let called = wanted.guid_is_called;
     let guid = wanted.guid.ok_or_else(|| Failure::error(format!("the {called} is missing")))?;
-    let found = registry::find(guid).ok_or_else(|| {
-        let list = registry::list();
+    let found = library.find(guid).ok_or_else(|| {
+        let list = library.list();
         let hint = "modelDescription.xml and the library come from different builds";
         Failure::error(format!("the {called} {guid} is not that of a model in this library ({list}): {hint}"))
     })?;
@@ -205,6 +210,7 @@ mod tests {
 
     #[test]
     fn instantiation_is_refused_with_a_reason() {
+        static LIBRARY: Library = Library::new(models::ALL, None);
         let guid = crate::guid(&models::ALL[0]);
         let kind = Kind::CoSimulation;
         let wanted =
@@ -216,17 +222,17 @@ mod tests {
         ];
         for (name, guid, reason) in cases {
             let (sink, messages) = listening_sink();
-            assert!(instantiate(&wanted(name, guid), sink, || Ok(())).is_none());
+            assert!(instantiate(&LIBRARY, &wanted(name, guid), sink, || Ok(())).is_none());
             let (status, text) = messages.try_recv().expect("a message");
             assert!(status == Status::Error && text.contains(reason), "{text}");
             let lists_models = models::ALL.iter().all(|it| text.contains(&format!("{} {}", it.name, crate::guid(it))));
             assert_eq!(lists_models, guid == Some("{guid}"), "{text}");
         }
         let (sink, messages) = listening_sink();
-        assert!(instantiate(&wanted("a", Some(&guid)), sink, || Err(Failure::error("no"))).is_none());
+        assert!(instantiate(&LIBRARY, &wanted("a", Some(&guid)), sink, || Err(Failure::error("no"))).is_none());
         assert_eq!(messages.try_recv().expect("a message").1, "make: no");
         let (sink, messages) = listening_sink();
-        assert!(instantiate(&wanted("a", Some(&guid)), sink, || Ok(())).is_some());
+        assert!(instantiate(&LIBRARY, &wanted("a", Some(&guid)), sink, || Ok(())).is_some());
         assert_eq!(messages.try_iter().count(), 0);
     }
 }

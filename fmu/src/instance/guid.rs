@@ -3,14 +3,23 @@
 use crate::fnv::Hash;
 use pneumatic_servo::model::Model;
 
-/// The GUID of a model: a fingerprint of its name, the version, its variable table and the source of this library.
+/// The GUID of a model of [`pneumatic_servo`]: a fingerprint of its name, the version, its variable table and the source of
+/// this library.
 ///
 /// It is the same on every platform and for every line end.
 pub fn guid(model: &Model) -> String {
+    guid_of_source(model, None)
+}
+
+/// The GUID of a model from elsewhere, whose own source has a fingerprint, too.
+pub fn guid_of_source(model: &Model, source: Option<&str>) -> String {
     let mut hash = Hash::new();
     hash.add(model.name.as_bytes());
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     hash.add(env!("SOURCE_FINGERPRINT").as_bytes());
+    if let Some(source) = source {
+        hash.add(source.as_bytes());
+    }
     for variable in (model.variables)() {
         hash.add(format!("{variable:?}").as_bytes());
     }

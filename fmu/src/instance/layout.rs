@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::failure::Failure;
-use super::guid::guid;
+use super::guid::guid_of_source;
 use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};
@@ -85,13 +85,13 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The layout of a model.
-    pub fn new(model: &'static Model) -> Self {
+    /// The layout of a model from a source with a fingerprint, if it is not one of [`pneumatic_servo`].
+    pub fn new(model: &'static Model, source: Option<&str>) -> Self {
         let table = (model.variables)();
         Self {
             model,
             table,
-            guid: guid(model),
+            guid: guid_of_source(model, source),
             inputs: table.inputs().collect(),
             parameters: table.parameters().collect(),
             computed: table.computed().collect(),
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn every_variable_of_every_model_is_found_by_its_reference() {
         for model in models::ALL.iter().chain([&testing::MODEL]) {
-            let layout = Layout::new(model);
+            let layout = Layout::new(model, None);
             for variable in (model.variables)() {
                 let slot = layout.slot(variable.reference).expect("a slot");
                 assert_eq!(slot.variable.name, variable.name, "value references must be unique");
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn states_are_numbered_in_the_order_of_their_derivatives() {
         for model in models::ALL.iter().chain([&testing::MODEL]) {
-            let layout = Layout::new(model);
+            let layout = Layout::new(model, None);
             let states = (model.variables)().iter().filter_map(|variable| variable.derivative_of);
             for (number, reference) in states.enumerate() {
                 assert_eq!(layout.slot(reference).expect("a state").state, Some(number));
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn unknown_references_have_no_slot() {
-        let layout = Layout::new(&testing::MODEL);
+        let layout = Layout::new(&testing::MODEL, None);
         for reference in [7, 500, 1 << 20, u32::MAX] {
             assert!(layout.slot(reference).is_none(), "{reference}");
         }
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn wrong_type_is_refused_by_name() {
-        let layout = Layout::new(&testing::MODEL);
+        let layout = Layout::new(&testing::MODEL, None);
         let failure = layout.typed_slot(testing::INPUT, Base::Integer).expect_err("a real variable");
         assert!(failure.message.contains("input") && failure.message.contains("Real, not Integer"), "{failure:?}");
     }

@@ -6,7 +6,7 @@
 //! | `values`, `arrays`, `steps`, `exchange`, `derivatives`, `dependencies`, `saved_states` | what is done with an instance |
 //! | `run` | the simulation behind an instance, started and computed when needed |
 //! | `record` | what an instance remembers besides the states of its model |
-//! | `layout`, `registry` | where the value of each variable is kept; the models by GUID |
+//! | `layout`, `registry` | where the value of each variable is kept; the models of a library by GUID |
 //! | `clock` | where a communication step leads, and what is rounding |
 //! | `codec` | saved states as bytes |
 //! | `log`, `notices`, `failure` | messages to the host |
@@ -36,13 +36,14 @@ mod values;
 pub use self::exchange::Vector;
 pub use self::failure::Failure;
 pub use self::guard::{Handle, Wanted, instantiate};
-pub use self::guid::guid;
+pub use self::guid::{guid, guid_of_source};
 pub use self::layout::Base;
 use self::layout::Layout;
 use self::log::Log;
 pub use self::log::{LOG_CATEGORIES, LogCategory, Sink};
 pub use self::record::Kind;
 use self::record::{Experiment, LastStep, Record};
+pub use self::registry::Library;
 use self::run::Run;
 use self::saved_states::SavedStates;
 use crate::calls::Mode;

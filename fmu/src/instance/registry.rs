@@ -1,20 +1,121 @@
-//! The models of this library by GUID.
+//! The models of a shared library by GUID.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use super::layout::Layout;
-use pneumatic_servo::models;
+use pneumatic_servo::model::Model;
 
-/// Made at the first use and never changed.
-static LAYOUTS: LazyLock<Vec<Layout>> = LazyLock::new(|| models::ALL.iter().map(Layout::new).collect());
-
-/// The layout of the model with a GUID.
-pub fn find(guid: &str) -> Option<&'static Layout> {
-    LAYOUTS.iter().find(|layout| layout.guid == guid)
+/// The models that a shared library serves; [`export_fmu!`](crate::export_fmu) makes it.
+pub struct Library {
+    models: &'static [Model],
+    source: Option<&'static str>,
+    /// Made at the first use and never changed.
+    layouts: OnceLock<Vec<Layout>>,
 }
 
-/// Names and GUIDs of all models, for messages.
-pub fn list() -> String {
-    let entries: Vec<_> = LAYOUTS.iter().map(|layout| format!("{} {}", layout.model.name, layout.guid)).collect();
-    entries.join(", ")
+impl Library {
+    /// A library of models from a source with a fingerprint, if they are not those of [`pneumatic_servo`].
+    ///
+    /// # Panics
+    /// Without a model, and when a name is no identifier of C or is that of two models: in a `static`, when it is compiled.
+    pub const fn new(models: &'static [Model], source: Option<&'static str>) -> Self {
+        assert!(!models.is_empty(), "a library of FMUs needs a model");
+        let mut index = 0;
+        while index < models.len() {
+            let name = models[index].name;
+            if !is_identifier(name.as_bytes()) {
+                panic!("the name of a model must be an identifier of C: letters, digits, `_`, no digit first");
+            }
+            let mut other = 0;
+            while other < index {
+                if is_same(name.as_bytes(), models[other].name.as_bytes()) {
+                    panic!("two models of a library have the same name");
+                }
+                other += 1;
+            }
+            index += 1;
+        }
+        Self { models, source, layouts: OnceLock::new() }
+    }
+
+    /// The models.
+    pub const fn models(&self) -> &'static [Model] {
+        self.models
+    }
+
+    /// The layout of the model with a GUID.
+    pub(super) fn find(&self, guid: &str) -> Option<&Layout> {
+        self.layouts().iter().find(|layout| layout.guid == guid)
+    }
+
+    /// Names and GUIDs of all models, for messages.
+    pub(super) fn list(&self) -> String {
+        let entries: Vec<_> = self.layouts().iter().map(|it| format!("{} {}", it.model.name, it.guid)).collect();
+        entries.join(", ")
+    }
+
+    fn layouts(&self) -> &[Layout] {
+        self.layouts.get_or_init(|| self.models.iter().map(|model| Layout::new(model, self.source)).collect())
+    }
+}
+
+const fn is_identifier(name: &[u8]) -> bool {
+    let mut index = 0;
+    while index < name.len() {
+        if !(name[index].is_ascii_alphabetic() || name[index] == b'_' || index > 0 && name[index].is_ascii_digit()) {
+            return false;
+        }
+        index += 1;
+    }
+    !name.is_empty()
+}
+
+const fn is_same(one: &[u8], other: &[u8]) -> bool {
+    let mut index = 0;
+    while index < one.len() && index < other.len() && one[index] == other[index] {
+        index += 1;
+    }
+    index == one.len() && index == other.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instance::testing;
+
+    const fn named(name: &'static str) -> Model {
+        Model { name, ..testing::MODEL }
+    }
+
+    #[test]
+    fn names_must_be_identifiers_and_different() {
+        static GOOD: [Model; 3] = [named("A"), named("A_1"), named("_b")];
+        assert_eq!(Library::new(&GOOD, None).models().len(), 3);
+        static BAD: [[Model; 2]; 6] = [
+            [named("A"), named("A")],
+            [named("A"), named("")],
+            [named("1A"), named("A")],
+            [named("A"), named("A b")],
+            [named("A-b"), named("A")],
+            [named("Ä"), named("A")],
+        ];
+        for models in &BAD {
+            let names = models.each_ref().map(|model| model.name);
+            assert!(std::panic::catch_unwind(|| Library::new(models, None).models().len()).is_err(), "{names:?}");
+        }
+        assert!(std::panic::catch_unwind(|| Library::new(&[], None).models().len()).is_err());
+    }
+
+    #[test]
+    fn a_model_is_found_by_the_guid_of_its_source_only() {
+        static MODELS: [Model; 2] = [named("A"), named("B")];
+        static LIBRARY: Library = Library::new(&MODELS, Some("0123"));
+        for model in &MODELS {
+            let own = crate::guid_of_source(model, Some("0123"));
+            assert_eq!(LIBRARY.find(&own).expect("a layout").model.name, model.name);
+            for other in [crate::guid(model), crate::guid_of_source(model, Some("0124"))] {
+                assert!(LIBRARY.find(&other).is_none());
+            }
+        }
+    }
 }

@@ -75,7 +75,7 @@ pub fn real(instance: &mut Instance, reference: u32) -> Result<f64, Failure> {
 
 /// The layout of the model.
 pub fn layout() -> &'static Layout {
-    static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout::new(&MODEL));
+    static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout::new(&MODEL, None));
     &LAYOUT
 }
 

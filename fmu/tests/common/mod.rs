@@ -52,7 +52,7 @@ pub fn symbol(name: &str) -> Result<*const c_void, libloading::Error> {
 
 /// The file of the library: cargo builds it for the test, beside the test's own executable.
 pub fn library_path() -> PathBuf {
-    let name = format!("{}pneumatic_servo_fmu{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+    let name = format!("{}pneumatic_servo_builtin{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
     let executable = env::current_exe().expect("the test's own path");
     let folders = executable.ancestors().skip(1).take(2);
     let candidates: Vec<_> = folders.map(|folder| folder.join(&name)).collect();

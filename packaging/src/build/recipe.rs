@@ -9,6 +9,7 @@ use cargo_metadata::Message;
 use cargo_metadata::camino::Utf8PathBuf;
 
 use super::toolchain::Toolchain;
+use crate::library::PACKAGE;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -35,7 +36,7 @@ impl<'a> Recipe<'a> {
             workspace,
             toolchain,
             program,
-            package: "pneumatic-servo-fmu",
+            package: PACKAGE,
             panic: "unwind",
             target: Vec::new(),
             folder,
