@@ -1,9 +1,11 @@
 //! The driven slider: closed forms of sticking, sliding and stick-slip on a shaken tray, and the walk beside it.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::{PI, TAU};
 
+use bounds::larger;
 use rig::{Rig, Running};
 
 const GRAVITY: f64 = 9.80665;
@@ -73,7 +75,7 @@ fn strong_shaking_makes_an_exact_triangle() {
             let a = run.get("acceleration");
             assert!((a.abs() - mu * GRAVITY).abs() < 1e-12, "slope {a}");
             let v = run.get("velocity");
-            top = [top[0].max(v), top[1].max(-v)];
+            top = [larger(top[0], v), larger(top[1], -v)];
         });
         let amplitude = PI * mu * GRAVITY / (2.0 * W);
         // The peak lies within half a sample: 12.5 us of the slope.
@@ -152,7 +154,9 @@ fn switching_phases_of_stick_slip_have_a_closed_form() {
 fn path_at_onset(statics: f64, excess: f64) -> f64 {
     let mut run = slider("CoulombStiction", statics, 0.32, statics * (1.0 + excess)).start().unwrap();
     let mut furthest = 0.0f64;
-    watch(&mut run, 3.0 * PERIOD, PERIOD / 400.0, |_, run| furthest = furthest.max(run.get("relativePosition").abs()));
+    watch(&mut run, 3.0 * PERIOD, PERIOD / 400.0, |_, run| {
+        furthest = larger(furthest, run.get("relativePosition").abs())
+    });
     furthest
 }
 

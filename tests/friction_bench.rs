@@ -1,9 +1,11 @@
 //! Published and closed-form numbers of friction laws on the bench.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::{PI, TAU};
 
+use bounds::larger;
 use rig::{Rig, Running};
 
 /// Samples a run at equal intervals: calls `look` with the time after each.
@@ -36,7 +38,7 @@ fn coulomb_with_stiction_sticks_and_slips_as_the_closed_form_says() {
     let (mut was_sticking, mut top) = (true, 0.0f64);
     let mut changes = Vec::new();
     watch(&mut run, 40.0, 1e-4, |time, run| {
-        top = top.max(run.get("velocity"));
+        top = larger(top, run.get("velocity"));
         let is_sticking = run.get("sticking") == 1.0;
         if is_sticking != was_sticking {
             changes.push((time, run.get("position")));
@@ -81,7 +83,7 @@ fn lugre_sticks_and_slips_as_published_in_1995() {
     let mut last = 0.0;
     watch(&mut run, 50.0, 1e-4, |time, run| {
         let (v, f) = (run.get("velocity"), run.get("frictionForce"));
-        (fastest, peak) = (fastest.max(v), peak.max(f));
+        (fastest, peak) = (larger(fastest, v), larger(peak, f));
         if last < 0.01 && v >= 0.01 {
             starts.push((time, run.get("position")));
         }

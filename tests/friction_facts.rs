@@ -1,9 +1,11 @@
 //! Facts with closed forms about laws with modes, memory, noise or samples.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::{PI, TAU};
 
+use bounds::{farthest, larger, largest, within};
 use rig::{Rig, Running};
 
 /// A law on a bench with a prescribed motion and without viscous friction.
@@ -21,7 +23,7 @@ fn go(run: &mut Running, velocity: f64, distance: f64) -> f64 {
 
 /// Largest force on the way.
 fn peak(run: &mut Running, velocity: f64, distance: f64, samples: u32) -> f64 {
-    (0..samples).map(|_| go(run, velocity, distance / f64::from(samples))).fold(0.0, f64::max)
+    largest((0..samples).map(|_| go(run, velocity, distance / f64::from(samples))))
 }
 
 /// The closed form of the path equation, from rest and after a reversal; the tolerance is that of the solver.
@@ -82,8 +84,8 @@ fn step_and_sine_differ_by_one_percent_of_the_static_friction() {
             .map(|(law, group)| force(law, group, v));
         (step - sine).abs() / 11.0
     };
-    let largest = (0..2000).map(|i| difference(1.2e-2 * f64::from(i) / 2000.0)).fold(0.0, f64::max);
-    assert!((0.010_000..0.010_009_5).contains(&largest), "{largest}");
+    let top = largest((0..2000).map(|i| difference(1.2e-2 * f64::from(i) / 2000.0)));
+    assert!((0.010_000..0.010_009_5).contains(&top), "{top}");
     // The descent has the same shape as the ascent.
     let shape = |q: f64| (3.0 * q * q - 2.0 * q.powi(3) - 0.5 * (1.0 - (PI * q).cos())).abs();
     assert!((difference(2.8e-3) - shape(0.2)).abs() < 1e-12 && (difference(2e-4) - shape(0.2)).abs() < 1e-12);
@@ -218,11 +220,11 @@ fn armstrong_long_delay_is_as_accurate_as_stated() {
             run.ramp("driveVelocity", speed(from), (speed(to) - speed(from)) / 1e-4);
             run.advance(to).unwrap();
             let expected = 8.3 + 2.7 / (1.0 + (speed(to - DELAY) / 0.01).powi(2));
-            worst = worst.max((run.get("frictionForce") - expected).abs());
+            worst = larger(worst, (run.get("frictionForce") - expected).abs());
         }
         let relative = 6.2e-5 * (frequency * DELAY).powi(3) + (TAU * frequency * 1e-4).powi(2) / 12.0;
         let bound = 0.65 * 2.7 / 0.01 * 0.02 * relative;
-        assert!(worst < bound, "{worst} N at {frequency} Hz, more than {bound} N");
+        within(worst, bound, format_args!("N at {frequency} Hz"));
     }
 }
 
@@ -391,8 +393,7 @@ fn trajectories_do_not_depend_on_the_tolerance() {
             }
             positions
         });
-        let worst = loose.iter().zip(&tight).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(worst < 1e-6, "{law}: {worst} m");
+        within(farthest(&loose, &tight), 1e-6, law);
     }
 }
 

@@ -1,9 +1,11 @@
 //! Hoses, flow controls, cushions and the vessel of the supply, against closed forms.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::{PI, TAU};
 
+use bounds::{farthest, largest, within};
 use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
@@ -185,10 +187,8 @@ fn short_hose_is_none(diameter: f64) {
         positions
     };
     let (with, without) = (run(1e-4, 5e-6), run(0.0, 5e-6 + area(diameter) * 1e-4));
-    let farthest = without.iter().fold(0.0f64, |far, position| far.max((position - 0.25).abs()));
-    assert!(farthest > 0.01, "the carriage has moved");
-    let apart = with.iter().zip(&without).fold(0.0f64, |far, (with, without)| far.max((with - without).abs()));
-    assert!(apart < 1e-6, "{apart} m apart with {diameter} m");
+    assert!(largest(without.iter().map(|position| (position - 0.25).abs())) > 0.01, "the carriage has moved");
+    within(farthest(&with, &without), 1e-6, format_args!("{diameter} m"));
 }
 
 /// A gas leaves chamber A through its flow control at `C*p*rho0`, and enters it by the free conductance; metered in, the

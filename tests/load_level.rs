@@ -1,9 +1,11 @@
 //! The load level of laws whose parameters are lengths and stiffnesses, not forces.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::TAU;
 
+use bounds::{larger, smaller};
 use rig::Rig;
 
 /// What breaks a bond, `N*sigma0*deltaS` = 12.4 N and `(1 + a)*sigma0*z0` = 10.998 N, grows with the load level as every
@@ -21,7 +23,7 @@ fn bonds_hold_as_much_more_as_the_load_level_says() {
             }
             let pressures = ["chamberA.pressure", "chamberB.pressure"].map(|name| run.get(name) - 101_325.0);
             level = 1.0 + 5e-6 * (pressures[0] + pressures[1]);
-            strongest = strongest.max(run.get("frictionForce") / level);
+            strongest = larger(strongest, run.get("frictionForce") / level);
         }
         assert!(level > 1.3 && (strongest / bond - 1.0).abs() < 0.01, "{law}: {strongest} N at level 1, {level}");
     }
@@ -43,7 +45,7 @@ fn bonds_survive_a_vanishing_load_level() {
                 // Micronewtons remain of the bonds, and the contact damping where a bond yields.
                 assert!(force.abs() < 1e-4, "{law}: {force} N at {time} s");
             }
-            least = least.min(level);
+            least = smaller(least, level);
         }
         assert!(least < -0.2, "{law}: the level falls to {least} only");
     }

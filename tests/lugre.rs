@@ -1,9 +1,11 @@
 //! What the default bristle of the law LuGre promises.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::TAU;
 
+use bounds::larger;
 use rig::{Rig, Running};
 
 /// The dry part of the friction force.
@@ -20,7 +22,7 @@ fn break_away_does_not_exceed_the_static_friction_at_any_rate() {
         let mut strongest = 0.0f64;
         for step in 1..=20_000 {
             run.advance(f64::from(step) * 1e-3 / rate).unwrap();
-            strongest = strongest.max(dry(&mut run));
+            strongest = larger(strongest, dry(&mut run));
         }
         assert!(run.get("velocity") > 0.0 && run.get("position") > 1e-4, "20 N move the mass at {rate} N/s");
         assert!(strongest > least && strongest < 11.0 + 1e-6, "{strongest} N at {rate} N/s");
@@ -36,7 +38,7 @@ fn dry_friction_of_the_default_experiment_stays_below_the_static_friction() {
         let time = f64::from(step) * 1e-4;
         run.set("valveVoltage", 5.0 + 2.0 * (TAU * time).sin());
         run.advance(time + 1e-4).unwrap();
-        strongest = strongest.max(dry(&mut run).abs());
+        strongest = larger(strongest, dry(&mut run).abs());
     }
     assert!(strongest > 8.3 && strongest < 11.0, "{strongest} N");
 }

@@ -1,7 +1,9 @@
 //! The bench moved and loaded as measured: a prescribed position, and a load level over time.
 
+mod bounds;
 mod rig;
 
+use bounds::larger;
 use rig::{Rig, Running};
 
 /// Interval of the samples in s.
@@ -107,7 +109,7 @@ fn every_law_survives_a_load_that_jumps() {
             move_to(&mut run, index);
             let force = run.get("frictionForce");
             assert!(force.is_finite() && force.abs() < 200.0, "{law}: {force} N at sample {index}");
-            strongest = strongest.max(force.abs());
+            strongest = larger(strongest, force.abs());
         }
         assert!(law == "None" || strongest > 1.0, "{law}: {strongest} N");
     }

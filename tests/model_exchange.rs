@@ -1,9 +1,11 @@
 //! Two ways of running the same equations: with the solver inside, and with a host that integrates by itself.
 
+mod bounds;
 mod outside;
 
 use std::f64::consts::TAU;
 
+use bounds::smaller;
 use outside::Host;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Model, Setup};
@@ -153,7 +155,7 @@ fn vectors_have_one_length_and_no_indicator_rests_at_zero() {
     for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
         for law in laws() {
             let host = outside(&setup(model, law), |_, inputs| inputs.fill(0.0));
-            let smallest = host.indicators().into_iter().fold(f64::INFINITY, f64::min);
+            let smallest = host.indicators().into_iter().fold(f64::INFINITY, smaller);
             assert!(smallest > 0.0, "{} {law}: {smallest}", model.name);
             let mut nominals = vec![0.0; host.states().len()];
             host.model.nominals(&mut nominals);

@@ -1,10 +1,12 @@
 //! Switching valves under pulses, against closed forms and against the proportional valve that is their mean.
 
+mod bounds;
 mod outside;
 mod rig;
 
 use std::f64::consts::TAU;
 
+use bounds::{farthest, largest};
 use outside::Host;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
@@ -83,13 +85,12 @@ fn fast_pulses_are_the_proportional_valve_of_their_mean() {
     let valve = [("valve.deadZone", 0.0), ("valve.hysteresis", 0.0), ("valve.leakage", 0.0), ("valve.bandwidth", 1e4)];
     let averaged = valve.iter().fold(Rig::cylinder("Coulomb"), |rig, (name, value)| rig.set(name, *value));
     let expected = course(&averaged);
-    let moved = expected.iter().fold(0.0f64, |far, position| far.max((position - 0.25).abs()));
+    let moved = largest(expected.iter().map(|position| (position - 0.25).abs()));
     assert!(moved > 0.02, "the carriage moves by {moved} m");
     let apart = |frequency: f64| {
         let direct = [("switching.openingDelay", 0.0), ("switching.closingDelay", 0.0), ("switching.travelTime", 0.0)];
         let values = [&direct[..], &[("switching.frequency", frequency)]].concat();
-        let found = course(&switched("Coulomb", "Closed", &values));
-        found.iter().zip(&expected).fold(0.0f64, |far, (found, expected)| far.max((found - expected).abs()))
+        farthest(&course(&switched("Coulomb", "Closed", &values)), &expected)
     };
     let (slow, fast) = (apart(1000.0), apart(4000.0));
     // The pulses lie in the first part of their period; the spool of 10 kHz adds its lag of 20 us at 0.9 m/s.

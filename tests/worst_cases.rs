@@ -1,5 +1,8 @@
 //! Legal starts, parameters and clocks that once took a solver to its limits.
 
+mod bounds;
+
+use bounds::{larger, smaller, within};
 use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Setup;
@@ -88,12 +91,12 @@ fn saturated_bristle_follows_a_level_that_changes_in_bounded_work() {
                 if plant.get("velocity").unwrap() > 0.1 {
                     sliding += 1;
                     let limit = limit(&mut plant);
-                    (lowest, highest) = (lowest.min(limit), highest.max(limit));
-                    farthest = farthest.max((plant.get("frictionForce").unwrap() - limit).abs());
+                    (lowest, highest) = (smaller(lowest, limit), larger(highest, limit));
+                    farthest = larger(farthest, (plant.get("frictionForce").unwrap() - limit).abs());
                 }
             }
             assert!(sliding > 100 && highest > 1.2 * lowest, "{sliding} ms between {lowest} and {highest} N");
-            assert!(farthest < 3e-4, "n = {exponent}: {farthest} N from its limit");
+            within(farthest, 3e-4, format_args!("n = {exponent}: N from its limit"));
         }
     }
 }
@@ -286,7 +289,7 @@ fn hard_hit_leaves_gas_behind_the_piston() {
     let mut farthest = 0.0f64;
     for step in 1..=1000 {
         plant.advance_to(f64::from(step) * 1e-3).unwrap();
-        farthest = farthest.max(plant.get("position").unwrap());
+        farthest = larger(farthest, plant.get("position").unwrap());
     }
     assert!(farthest > 0.2 && farthest < 0.2 + clearance, "{farthest} m");
     // At rest the stop holds the supply pressure on the piston: half a millimetre.
@@ -313,7 +316,7 @@ fn valve_that_closes_on_fast_gas_leaves_some_in_the_hose() {
         let mut lowest = f64::INFINITY;
         for _ in 0..1000 {
             plant.step(1e-4).unwrap_or_else(|error| panic!("{diameter} m: {error}"));
-            lowest = lowest.min(plant.get("hoseA.pressure[1]").unwrap());
+            lowest = smaller(lowest, plant.get("hoseA.pressure[1]").unwrap());
         }
         assert!(lowest > 0.0 && lowest < 4e4, "{lowest} Pa in {diameter} m: below where it began");
         // As in the other balances of cylinders with lines.
@@ -444,8 +447,8 @@ fn missed(setup: &Setup, tolerance: f64, amplitude: f64, step: f64, end: f64) ->
             plant.advance_to(f64::from(index + 1) * step).unwrap();
         }
         let mut apart = |name: &str| (exact.get(name).unwrap() - plant.get(name).unwrap()).abs();
-        of_position = of_position.max(apart("position"));
-        of_pressure = of_pressure.max(apart("chamberA.pressure")).max(apart("chamberB.pressure"));
+        of_position = larger(of_position, apart("position"));
+        of_pressure = larger(of_pressure, larger(apart("chamberA.pressure"), apart("chamberB.pressure")));
     }
     (of_position, of_pressure)
 }
@@ -455,7 +458,7 @@ fn missed(setup: &Setup, tolerance: f64, amplitude: f64, step: f64, end: f64) ->
 fn flow_that_turns_is_as_accurate_as_others() {
     let (_, of_pressure) = missed(&setup("PneumaticServoCylinder", "None", &[]), 1e-10, 4.0, 1e-4, 0.2);
     // 5e-5 Pa per step, which was missed by a factor of 80 where a step did not see that kink.
-    assert!(of_pressure < 2e-4, "{of_pressure} Pa");
+    within(of_pressure, 2e-4, "Pa");
 }
 
 /// Parts that change within a step are left to the method whose error estimate sees them: several pascals were missed.
@@ -466,6 +469,7 @@ fn default_tolerance_keeps_a_micrometre_and_a_pascal_in_long_communication_steps
     for (values, name) in [(&[][..], "plain"), (&slow, "switching valves"), (&wavy, "wavy friction")] {
         let (of_position, of_pressure) =
             missed(&setup("PneumaticServoCylinder", "Stribeck", values), 1e-6, 2.0, 0.01, 0.5);
-        assert!(of_position < 1e-6 && of_pressure < 1.0, "{name}: {of_position} m, {of_pressure} Pa");
+        within(of_position, 1e-6, format_args!("{name}: m"));
+        within(of_pressure, 1.0, format_args!("{name}: Pa"));
     }
 }

@@ -112,7 +112,9 @@ impl Host {
         let mut norm = 0.0f64;
         for i in 0..x.len() {
             let error = h * (0..7).map(|j| ERRORS[j] * rates[j][i]).sum::<f64>();
-            norm = norm.max(error.abs() / self.nominals[i].max(x[i].abs()));
+            let relative = error.abs() / self.nominals[i].max(x[i].abs());
+            assert!(!relative.is_nan(), "state {i} at {start} s: {relative}");
+            norm = norm.max(relative);
         }
         Some((end, norm / self.tolerance))
     }
@@ -121,7 +123,9 @@ impl Host {
     fn smallest(&mut self, h: f64) -> (f64, Vec<f64>) {
         let (end, _) = self.attempt(h).expect("a part of a step that is possible");
         self.go(self.time + h, &end);
-        (self.indicators().into_iter().fold(f64::INFINITY, f64::min), end)
+        let indicators = self.indicators();
+        assert!(!indicators.iter().any(|z| z.is_nan()), "{indicators:?}");
+        (indicators.into_iter().fold(f64::INFINITY, f64::min), end)
     }
 
     /// Integrates to a time; inputs have a kink at most there.

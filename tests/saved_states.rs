@@ -1,0 +1,90 @@
+//! Saved states are taken by the run that wrote them, whatever its clock says, and by no other.
+
+mod random;
+
+use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models;
+
+use random::Random;
+
+/// A plant under a law, its clock at a time in s.
+fn start(model: &str, law: &str, time: f64) -> Plant {
+    let setup = Setup::of(models::find(model).expect("a model"));
+    setup.set("friction.law", law).expect("a law").start(time).expect("defaults")
+}
+
+/// Brings a plant to times in s, with a saved state at each that it must take, as must another plant whose clock began
+/// elsewhere; returns how many there were.
+fn saves(plant: &mut Plant, other: &mut Plant, times: impl Iterator<Item = f64>) -> usize {
+    let start = plant.time();
+    let mut count = 0;
+    for time in times {
+        plant.advance_to(time).unwrap_or_else(|error| panic!("from {start} s: {error}"));
+        assert_eq!(plant.time(), time);
+        let saved = plant.save();
+        for plant in [&mut *plant, &mut *other] {
+            plant.restore(&saved).unwrap_or_else(|error| panic!("from {start} s at {time} s: {error}"));
+            assert_eq!((plant.time(), plant.save()), (time, saved.clone()), "from {start} s");
+        }
+        count += 1;
+    }
+    count
+}
+
+/// Clocks from -1e9 to 1e9 s, of all magnitudes. A late clock that counts from its start is rounded twice, which the
+/// smallest clocks show: their difference is rounded, too.
+#[test]
+fn saved_states_are_taken_whatever_the_clock_says() {
+    let mut random = Random(36);
+    for (model, law) in [
+        ("FrictionBench", "Stribeck"),
+        ("PneumaticServoCylinder", "LuGre"),
+        ("Festoon", "BlimanSorine"),
+        ("DrivenSlider", "Stribeck"),
+        ("VibroImpact", "Coulomb"),
+    ] {
+        let mut other = start(model, law, 17.3);
+        let mut count = 0;
+        for _ in 0..10 {
+            let begin = random.spread(1e-3, 1e9);
+            let times: Vec<f64> = (0..20).map(|_| random.between(0.0, 2.0)).collect();
+            let mut time = begin;
+            let times = times.into_iter().map(|step| {
+                time += step;
+                time
+            });
+            count += saves(&mut start(model, law, begin), &mut other, times);
+        }
+        assert_eq!(count, 200, "{model}");
+    }
+}
+
+/// The smallest clocks, before and behind 0.
+#[test]
+fn saved_states_are_taken_where_the_clock_changes_its_sign() {
+    let mut random = Random(5);
+    let mut other = start("FrictionBench", "Stribeck", 0.0);
+    for _ in 0..200 {
+        let begin = -random.between(0.0, 4.0);
+        let mut times: Vec<f64> = (0..50).map(|_| random.between(0.0, 5.0)).collect();
+        times.sort_by(f64::total_cmp);
+        assert_eq!(saves(&mut start("FrictionBench", "Stribeck", begin), &mut other, times.into_iter()), 50);
+    }
+}
+
+/// The clock that hosts use at 1.7e9 s resolves 0.24 us: a state whose clock is a microsecond off is none of a run.
+#[test]
+fn saved_state_with_another_clock_is_refused() {
+    for begin in [-3.7, 0.0, 1.0, 1.7e9] {
+        let mut plant = start("FrictionBench", "Stribeck", begin);
+        plant.advance_to(begin + 1.0).expect("a step");
+        let mut saved = postcard::to_allocvec(&plant.save()).expect("plain data");
+        for (shift, is_taken) in [(0.0, true), (1e-6, false), (-1e-6, false), (1.0, false)] {
+            // The clock comes first.
+            saved[..8].copy_from_slice(&(begin + 1.0 + shift).to_le_bytes());
+            let shifted = postcard::from_bytes(&saved).expect("a saved state");
+            assert_eq!(plant.restore(&shifted).is_ok(), is_taken, "{shift} s at {begin} s");
+        }
+    }
+}
