@@ -24,11 +24,18 @@
 //! | [`hybrid`] | what a hybrid system is |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`], [`sensor`] | the physics |
-//! | [`models`] | complete systems: equations, events and the variable table |
+//! | [`system`] | what a model is: equations with tables |
+//! | [`models`] | the models of this library |
 //! | [`model`] | a model built by name |
 //! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
 
 #![forbid(unsafe_code)]
+
+// Macros name this crate from inside and from outside.
+extern crate self as pneumatic_servo;
+
+#[doc(hidden)]
+pub use serde;
 
 pub mod co_simulation;
 pub mod friction;
@@ -41,6 +48,7 @@ pub mod numbers;
 pub mod pneumatics;
 pub mod sensor;
 pub mod solver;
+pub mod system;
 pub mod variables;
 
 /// The Rust programs of the README, which are run as tests.

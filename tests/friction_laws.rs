@@ -5,10 +5,10 @@ mod rig;
 
 use std::f64::consts::TAU;
 
-use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, MAX_STATES, Memory};
+use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, Laws, MAX_STATES, Memory};
 use pneumatic_servo::hybrid::UNUSED;
 use pneumatic_servo::numbers::{Dual, Scalar};
-use pneumatic_servo::variables::Tunable;
+use pneumatic_servo::variables::{Choice, Tunable};
 use random::Random;
 use rig::Rig;
 
@@ -103,7 +103,7 @@ fn mirrored_motion_gives_mirrored_friction() {
 
 /// The law with default parameters.
 fn default_law(law: &str) -> Friction {
-    let table = Friction::table("friction", 0, Law::None);
+    let table = Friction::table("friction", 0, Law::None.id());
     let mut values: Vec<_> = table.iter().map(|variable| Tunable::still(variable.start.unwrap())).collect();
     values[0] = Tunable::still(f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0));
     Friction::new(&values, "friction").unwrap()
@@ -209,7 +209,7 @@ fn restored_runs_repeat_every_bit() {
 /// friction no larger than Coulomb friction.
 #[test]
 fn steep_and_flat_stribeck_curves_are_integrated() {
-    let table = Friction::table("friction", 0, Law::None);
+    let table = Friction::table("friction", 0, Law::None.id());
     for law in laws() {
         let group = format!("friction.{}", law_group(law));
         let has = |name: &str| table.iter().any(|variable| variable.name == format!("{group}.{name}"));

@@ -6,10 +6,11 @@ use benchmark::case::{self, Case, STEP, inputs, voltage};
 use benchmark::host::Host;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Const, DimMin, SMatrix, SVector};
-use pneumatic_servo::hybrid::HybridSystem;
+use pneumatic_servo::co_simulation::build;
 use pneumatic_servo::model::Start;
-use pneumatic_servo::models::pneumatic_servo_cylinder::{PneumaticServoCylinder, build};
+use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
 use pneumatic_servo::solver::Inverse;
+use pneumatic_servo::system::{Shortcuts, System};
 
 const TOLERANCE: f64 = 1e-6;
 
@@ -18,7 +19,7 @@ fn equations(criterion: &mut Criterion) {
     for case in case::all() {
         let inputs = inputs();
         let start = Start { time: 0.0, parameters: &case.parameters, inputs: &inputs, tolerance: None };
-        let (system, _) = build::<false>(&start, &[]).expect("legal parameters");
+        let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
         match system.states() {
             8 => time_equations::<8>(criterion, &case),
             9 => time_equations::<9>(criterion, &case),
@@ -36,8 +37,8 @@ where
     let moving = case.clone().with("velocity0", 0.05);
     let u = [6.0, 0.0, 5e5];
     let start = Start { time: 0.0, parameters: &moving.parameters, inputs: &u, tolerance: None };
-    let (system, _) = build::<false>(&start, &[]).expect("legal parameters");
-    let (x, memory) = system.initial_state::<N>(&start);
+    let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
+    let (x, memory) = system.start::<N>(&u);
     criterion.bench_function(&format!("right-hand side/{}", case.name), |bencher| {
         bencher.iter(|| system.derivatives(black_box(0.0), black_box(&x), black_box(&u), black_box(&memory)));
     });
@@ -64,7 +65,7 @@ const SHIFT: f64 = 4000.0;
 
 fn by_inverse<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: [f64; N]) -> [f64; N] {
     // Known when compiling, as in the solver.
-    let groups = const { <PneumaticServoCylinder as HybridSystem<N, 3>>::GROUPS };
+    let groups = const { <PneumaticServoCylinder as Shortcuts<3>>::GROUPS };
     let inverse = Inverse::new(jacobian, SHIFT, groups).expect("no pivot is zero");
     (0..STAGES).fold(right, |solution, _| inverse.times(&solution, groups))
 }

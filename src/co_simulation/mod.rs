@@ -1,5 +1,6 @@
 //! Running a model with the solver inside: what a host sees are values in table order, time, and nothing of its physics.
 
+mod differentiate;
 mod plant;
 mod simulator;
 
@@ -7,9 +8,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::differentiate::{differentiate, differentiate_varied};
 pub use self::plant::{Plant, Saved};
-pub use self::simulator::{Build, Simulator, counters_table};
-pub(crate) use self::simulator::{COUNTERS, varied, write_counters};
+pub(crate) use self::simulator::varied;
+pub use self::simulator::{Simulator, build};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::solver::StepError;

@@ -1,45 +1,48 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
-use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
+use super::differentiate::{differentiate, differentiate_varied};
+use super::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
-use crate::models::equations::{Equations, differentiate, differentiate_varied};
-use crate::solver::{Counters, StepError};
-use crate::solver::{Progress, Run, Settings};
-use crate::variables::{Notices, ParameterError, Variable};
-
-/// The solver's counters as variables; every model's table ends with them. Value references from `base`.
-pub fn counters_table(base: u32) -> Vec<Variable> {
-    let texts = [
-        ("steps", "Accepted solver steps since initialization"),
-        ("rejectedSteps", "Rejected solver steps since initialization"),
-        ("jacobians", "Evaluations of the Jacobian since initialization"),
-        ("events", "Events since initialization: break-away, stop of sliding and all other switches"),
-    ];
-    let counters = texts.iter().zip(0..);
-    counters.map(|((name, text), index)| Variable::counter(index, name).text(text).within("solver", base)).collect()
-}
-
-/// How many they are.
-pub(crate) const COUNTERS: usize = 4;
-
-/// Writes them.
-pub(crate) fn write_counters(counters: Counters, slots: &mut [f64]) {
-    let Counters { steps, rejected, jacobians, events } = counters;
-    for (slot, count) in slots.iter_mut().zip([steps, rejected, jacobians, events]) {
-        // FMI integers have 32 bits; a run that exceeds them shows the largest.
-        *slot = f64::from(i32::try_from(count).unwrap_or(i32::MAX));
-    }
-}
+use crate::solver::{Counters, Progress, Run, Settings, StepError, Tuning};
+use crate::system::{Shortcuts, System, table};
+use crate::variables::{Notices, ParameterError, ParameterSet, Values};
 
 /// Builds equations from all parameters of a model, which vary with slopes or (without any) not at all, and the solver
 /// settings of a run.
-pub type Build<E> = fn(&Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError>;
+///
+/// # Errors
+/// [`ParameterError`] when values that are legal one by one do not fit together.
+pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError> {
+    let values = table::<E, U>().chosen(start.parameters, slopes);
+    let (own, tuning) = values.split_at(values.len() - Tuning::LEN);
+    let mut own = Values::new(own);
+    let equations = E::new(&mut own)?;
+    assert!(own.left() == 0, "the equations leave {} of their parameters", own.left());
+    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance).keeping_balance(equations.keeps_balance());
+    Ok((equations, settings))
+}
+
+/// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! start_sized {
+    ($start:expr, $equations:ty, $inputs:expr, [$($states:expr),+]) => {'run: {
+        let (equations, settings) = $crate::co_simulation::build::<$equations, { $inputs }>($start, &[])?;
+        let states = $crate::system::System::states(&equations);
+        $(
+            if states <= $states {
+                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start);
+                break 'run Ok(Box::new(run));
+            }
+        )+
+        unreachable!("there is no run of {states} states")
+    }};
+}
 
 /// A model's equations in motion.
-pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
+pub struct Simulator<E: Shortcuts<U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,
-    build: Build<E>,
     /// All parameters, in the order of the table.
     parameters: Vec<f64>,
     /// Clock of the host in s at the start. The run counts its time from there, so that late clocks, which resolve
@@ -49,19 +52,20 @@ pub struct Simulator<E: Equations<N, U>, const N: usize, const U: usize> {
     time: f64,
 }
 
-impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
-    /// A simulator that starts from given states and memory.
-    pub fn new(build: Build<E>, start: &Start, x: [f64; N], memory: E::Memory) -> Result<Self, ParameterError> {
-        let (equations, settings) = build(start, &[])?;
-        let run = Run::new(equations, settings, 0.0, x, memory, inputs(start.inputs));
-        Ok(Self { run, build, parameters: start.parameters.to_vec(), start: start.time, time: start.time })
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
+    /// A run of equations from their start; `N` is the number of their states, or more.
+    pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
+        let u = inputs(start.inputs);
+        let (x, memory) = equations.start(&u);
+        let run = Run::new(equations, settings, 0.0, x, memory, u);
+        Self { run, parameters: start.parameters.to_vec(), start: start.time, time: start.time }
     }
 
     /// The equations for parameters that vary with slopes.
     fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
         let (inputs, _) = self.run.inputs();
         let start = Start { time: self.start, parameters, inputs: &inputs, tolerance: None };
-        (self.build)(&start, slopes).map(|(equations, _)| equations)
+        build(&start, slopes).map(|(equations, _)| equations)
     }
 
     /// Writes the derivatives of the computed variables in a direction of time, states and inputs, and of the parameters
@@ -83,7 +87,7 @@ impl<E: Equations<N, U>, const N: usize, const U: usize> Simulator<E, N, U> {
     }
 }
 
-impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
     fn time(&self) -> f64 {
         self.time
     }
@@ -130,11 +134,11 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
 
     fn values(&self, computed: &mut [f64]) {
         let (u, _) = self.run.inputs();
-        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
         residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
-        write_counters(self.run.counters(), counters);
+        self.run.counters().write(counters);
     }
 
     fn at_hand(&self, place: usize) -> Option<f64> {
@@ -145,14 +149,14 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
     fn rates(&self, computed: &mut [f64]) {
         let (u, slopes) = self.run.inputs();
         let derivatives =
-            self.run.consistent(|x, memory| self.run.system().derivatives(self.run.time(), x, &u, memory));
+            self.run.consistent(|x, memory| System::derivatives(self.run.system(), self.run.time(), x, &u, memory));
         self.differentiate(None, (1.0, derivatives, slopes), computed);
     }
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         let mut states = [0.0; N];
-        for (reference, seed) in E::table().states().zip(direction.states) {
-            if let Some(index) = self.run.system().state_at(reference) {
+        for (reference, seed) in table::<E, U>().states().zip(direction.states) {
+            if let Some(index) = self.run.system().state_at(reference, N) {
                 states[index] = *seed;
             }
         }
@@ -168,8 +172,8 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
     }
 
     fn state_index(&self, state: usize) -> Option<usize> {
-        let reference = E::table().states().nth(state)?;
-        self.run.system().state_at(reference)
+        let reference = table::<E, U>().states().nth(state)?;
+        self.run.system().state_at(reference, N)
     }
 
     fn exchange(&self, model: &Model) -> Option<Box<dyn Exchange>> {
@@ -177,8 +181,7 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         let (x, memory) = run.state();
         let (equations, indicators) = (run.system().clone(), (model.indicators)());
         let at = (run.time(), *x, memory.clone(), u);
-        let parameters = self.parameters.clone();
-        Some(Box::new(Exchanger::new((equations, self.build, parameters), at, (model.variables)(), indicators)))
+        Some(Box::new(Exchanger::new((equations, self.parameters.clone()), at, (model.variables)(), indicators)))
     }
 
     fn save(&self) -> Snapshot {
@@ -200,7 +203,7 @@ impl<E: Equations<N, U> + Clone + Send + 'static, const N: usize, const U: usize
         if !is_plain
             || !progress.is_sound(self.run.indicators().as_ref().len())
             || !is_timely
-            || !self.run.system().fits(&memory)
+            || !System::fits(self.run.system(), &memory)
         {
             return Err(SnapshotError);
         }

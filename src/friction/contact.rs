@@ -2,19 +2,20 @@
 
 use std::ops::Range;
 
+use super::catalogue::Laws;
 use super::event::{Event, Indicators};
 use super::law::{Contact, Drive, MAX_STATES, StateKind, Stiction};
-use super::registry::{Friction, Memory};
+use super::registry::Friction;
 use super::states;
 use crate::hybrid::Sample;
 use crate::numbers::{Dual, Scalar};
 
 /// A friction law and the place of its states; a model may hold several.
 ///
-/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [`Memory`] for each among its own.
+/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [memory](Laws::Memory) for each among its own.
 #[derive(Clone, Debug)]
-pub struct FrictionContact {
-    law: Friction,
+pub struct FrictionContact<L = Friction> {
+    law: L,
     drive: Drive,
     /// Whether the position is exactly constant while the law holds the mass.
     holds_exactly: bool,
@@ -34,10 +35,10 @@ pub struct FrictionContact {
     references: u32,
 }
 
-impl FrictionContact {
+impl<L: Laws> FrictionContact<L> {
     /// A contact under a law, whose states begin at an index among those of the model, and whose variables count from a
     /// value reference.
-    pub fn new(law: Friction, drive: Drive, first: usize, references: u32) -> Self {
+    pub fn new(law: L, drive: Drive, first: usize, references: u32) -> Self {
         let holds_exactly = law.stiction() == Stiction::Exact;
         // What the solver asks at every step is kept, since to ask the law takes longer.
         Self {
@@ -55,7 +56,7 @@ impl FrictionContact {
     }
 
     /// The law.
-    pub fn law(&self) -> &Friction {
+    pub fn law(&self) -> &L {
         &self.law
     }
 
@@ -86,7 +87,7 @@ impl FrictionContact {
     /// Rate in 1/s at which the state of a law that has one relaxes, given all states and their rates; only for such a law the
     /// contact is worked out.
     #[inline(always)]
-    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, [x, rates]: [&[f64]; 2], memory: &Memory) -> f64 {
+    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, [x, rates]: [&[f64]; 2], memory: &L::Memory) -> f64 {
         if !self.relaxes() {
             return 0.0;
         }
@@ -129,33 +130,33 @@ impl FrictionContact {
     }
 
     /// The memory a run starts with; the states of the law are zero then.
-    pub fn start(&self, contact: &Contact<f64>) -> Memory {
+    pub fn start(&self, contact: &Contact<f64>) -> L::Memory {
         self.law.start(contact)
     }
 
     /// Whether the law holds the position.
     #[inline(always)]
-    fn is_held(&self, memory: &Memory) -> bool {
-        self.holds_exactly && memory.is_sticking()
+    fn is_held(&self, memory: &L::Memory) -> bool {
+        self.holds_exactly && L::is_sticking(memory)
     }
 
     /// Velocity at which the mass moves: that of its state, unless the law holds the position.
     #[inline(always)]
-    pub fn rate<S: Scalar>(&self, velocity: S, memory: &Memory) -> S {
+    pub fn rate<S: Scalar>(&self, velocity: S, memory: &L::Memory) -> S {
         if self.is_held(memory) { S::zero() } else { velocity }
     }
 
     /// The friction force in N; writes the rates of the law's states among those of the model.
     #[inline(always)]
-    pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &Memory, rates: &mut [S]) -> S {
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory, rates: &mut [S]) -> S {
         self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
     }
 
     /// What the contact shows.
-    pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &Memory) -> Observation<S> {
+    pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory) -> Observation<S> {
         let mut observation = Observation {
             force: S::zero(),
-            sticking: S::constant(f64::from(memory.is_sticking())),
+            sticking: S::constant(f64::from(L::is_sticking(memory))),
             is_held: self.is_held(memory),
             kind: self.law.state_kind(),
             states: [S::zero(); MAX_STATES],
@@ -169,7 +170,7 @@ impl FrictionContact {
 
     /// The event indicators in the present mode.
     #[inline(always)]
-    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &Memory) -> Indicators {
+    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &L::Memory) -> Indicators {
         self.law.indicators(contact, &x[self.states()], memory)
     }
 
@@ -180,7 +181,7 @@ impl FrictionContact {
 
     /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
     #[inline(always)]
-    pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut Memory) {
+    pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut L::Memory) {
         let mut rate = x[velocity];
         self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
         x[velocity] = rate;
@@ -189,19 +190,19 @@ impl FrictionContact {
     /// Lets the memory follow an accepted step, and returns whether the force may have changed; few laws do, and only for
     /// them the contact is worked out.
     #[inline(always)]
-    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut Memory) -> bool {
+    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut L::Memory) -> bool {
         self.follows && self.law.follow(&contact(), &x[self.states()], memory)
     }
 
     /// The next sample.
     #[inline(always)]
-    pub fn next_sample(&self, memory: &Memory) -> Sample {
+    pub fn next_sample(&self, memory: &L::Memory) -> Sample {
         self.law.next_sample(memory)
     }
 
     /// Takes the sample that is due at the time of the contact, if any.
     #[inline(always)]
-    pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut Memory) {
+    pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut L::Memory) {
         if self.law.next_sample(memory).time <= time {
             self.law.sample(&contact(), &x[self.states()], memory);
         }
@@ -224,7 +225,7 @@ impl FrictionContact {
     }
 
     /// Whether a memory can belong to this contact.
-    pub fn fits(&self, memory: &Memory) -> bool {
+    pub fn fits(&self, memory: &L::Memory) -> bool {
         self.law.owns(memory)
     }
 }

@@ -88,6 +88,12 @@ impl IndexMut<Event> for Indicators {
     }
 }
 
+impl AsMut<[f64]> for Indicators {
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
 impl AsRef<[f64]> for Indicators {
     fn as_ref(&self) -> &[f64] {
         &self.0

@@ -83,6 +83,10 @@ pub trait FrictionLaw: ParameterSet {
     /// The events that can end a mode of the law.
     const EVENTS: &'static [Event] = &[];
 
+    /// Whether the law asks the applied force of a sliding mass, too, where others only do at rest. Under a prescribed motion,
+    /// which has none, it is then given one beyond all friction, towards the velocity while the speed grows, else against it.
+    const ASKS_FOR_APPLIED_FORCE: bool = false;
+
     /// The drives under which the memory [follows](Self::follow) the motion.
     const FOLLOWS: &'static [Drive] = &[];
 

@@ -7,6 +7,7 @@
 //!
 //! | place | what lives there |
 //! |---|---|
+//! | [`catalogue`] | laws to choose from: what `laws!` makes |
 //! | [`contact`] | a law held by a model |
 //! | `law` | what a law is |
 //! | `event` | what can end a mode of a contact |
@@ -15,6 +16,7 @@
 //! | [`states`] | the states of a contact as variables |
 //! | [`parts`] | what several laws are made of, and the simpler kinds of law: of velocity, set-valued, of one bristle |
 
+pub mod catalogue;
 pub mod contact;
 mod event;
 pub mod law;
@@ -23,6 +25,7 @@ pub mod parts;
 mod registry;
 pub mod states;
 
+pub use catalogue::Laws;
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
 pub use law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};

@@ -107,12 +107,12 @@ pub fn write<'s, S: Scalar>(contact: &Observation<S>, slots: &'s mut [S]) -> &'s
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Friction, LAWS, Law};
+    use crate::friction::{Friction, LAWS, Law, Laws};
     use crate::variables::{Choice, Tunable};
 
     /// A law built from its defaults.
     fn default_law(law: Law) -> Friction {
-        let table = Friction::table("", 0, law);
+        let table = Friction::table("", 0, law.id());
         let values: Vec<_> = table.iter().filter_map(|variable| variable.start).map(Tunable::still).collect();
         Friction::new(&values, "friction").expect("defaults that fit together")
     }

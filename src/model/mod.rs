@@ -10,7 +10,7 @@ pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
-use crate::models::references;
+use crate::system::references;
 use crate::variables::{ParameterError, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.

@@ -1,11 +1,11 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::co_simulation::{Build, COUNTERS, Direction, Snapshot, SnapshotError, varied, write_counters};
+use crate::co_simulation::{Direction, Snapshot, SnapshotError, build, differentiate, differentiate_varied, varied};
 use crate::hybrid::{Indicator, UNUSED};
 use crate::model::Start;
-use crate::models::equations::{Equations, differentiate, differentiate_varied};
 use crate::solver::Counters;
+use crate::system::Shortcuts;
 use crate::variables::{Notices, ParameterError, Table};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
@@ -23,9 +23,8 @@ pub fn seen(indicator: &Indicator, value: f64) -> f64 {
 const MAX_SWITCHES: usize = 100;
 
 /// A model's equations at states that a host integrates.
-pub struct Exchanger<E: Equations<N, U>, const N: usize, const U: usize> {
+pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
     equations: E,
-    build: Build<E>,
     /// All parameters, in the order of the table.
     parameters: Vec<f64>,
     indicators: Vec<Indicator>,
@@ -44,19 +43,18 @@ struct State {
     nominal: f64,
 }
 
-impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, U> {
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Equations at their start, for a table and with the indicators of their model.
     // Compiled apart from the run that it begins with.
     #[inline(never)]
     pub(crate) fn new(
-        (equations, build, parameters): (E, Build<E>, Vec<f64>),
+        (equations, parameters): (E, Vec<f64>),
         (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
         table: &Table,
         indicators: Vec<Indicator>,
     ) -> Self {
         let mut exchanger = Self {
             equations,
-            build,
             parameters,
             indicators,
             states: Vec::new(),
@@ -75,17 +73,17 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, 
     /// The equations for parameters that vary with slopes.
     fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
         let start = Start { time: self.time, parameters, inputs: &self.inputs, tolerance: None };
-        (self.build)(&start, slopes).map(|(equations, _)| equations)
+        build(&start, slopes).map(|(equations, _)| equations)
     }
 
     /// The states as the table lists them, with the start values of those that are not integrated.
     fn table_states(&self, table: &Table, computed: &[f64]) -> Vec<State> {
-        let scales = self.equations.scales();
+        let scales: [f64; N] = self.equations.scales();
         let references = table.states();
         let states = references.filter_map(|reference| {
             let position = table.computed().position(|variable| variable.reference == reference)?;
             let variable = table.by_reference(reference)?.variable;
-            let place = self.equations.state_at(reference).ok_or(computed[position]);
+            let place = self.equations.state_at(reference, N).ok_or(computed[position]);
             let scale = place.map_or(1.0, |index| scales[index]);
             Some(State { place, nominal: variable.nominal.unwrap_or(scale) })
         });
@@ -132,7 +130,7 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchanger<E, N, 
     }
 }
 
-impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
     fn time(&self) -> f64 {
         self.time
     }
@@ -208,12 +206,12 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
     }
 
     fn values(&self, computed: &mut [f64]) {
-        let (own, rest) = computed.split_at_mut(computed.len() - COUNTERS - E::RESIDUALS);
+        let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         self.equations.outputs(self.time, &self.x, &self.inputs, &self.memory, own);
         // No account is kept of what the host integrates.
         residuals.fill(0.0);
-        write_counters(self.counters, counters);
+        self.counters.write(counters);
     }
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
@@ -259,14 +257,12 @@ impl<E: Equations<N, U> + Send, const N: usize, const U: usize> Exchange for Exc
 
 #[cfg(test)]
 mod tests {
-    use std::sync::LazyLock;
-
     use super::*;
-    use crate::co_simulation::counters_table;
-    use crate::hybrid::{HybridSystem, Sample};
+    use crate::hybrid::Sample;
     use crate::numbers::Scalar;
-
-    static TABLE: LazyLock<Table> = LazyLock::new(|| Table::new(counters_table(1)));
+    use crate::states;
+    use crate::system::{System, Tables, table};
+    use crate::variables::Values;
 
     /// Nothing but events at one instant: so many that are handled, each by its indicator, and so many samples.
     #[derive(Clone)]
@@ -275,59 +271,76 @@ mod tests {
         samples: usize,
     }
 
-    impl HybridSystem<0, 0> for Busy {
+    states! {
+        /// None.
+        State of () {}
+    }
+
+    impl System<0> for Busy {
+        type Parameters = ();
+        type State = State;
         /// Switches and samples so far.
         type Memory = [usize; 2];
         type Indicators = [f64; 3];
-        fn derivatives<S: Scalar>(&self, _: S, _: &[S; 0], _: &[S; 0], _: &[usize; 2]) -> [S; 0] {
-            []
+
+        fn tables() -> Tables {
+            Tables { inputs: Vec::new(), computed: Vec::new(), parameters: Vec::new() }
         }
+        fn new(_: &mut Values) -> Result<Self, ParameterError> {
+            unreachable!("nothing is tuned")
+        }
+        fn parameters(&self) -> &() {
+            &()
+        }
+        fn start<const N: usize>(&self, _: &[f64; 0]) -> ([f64; N], [usize; 2]) {
+            unreachable!("it is given")
+        }
+        fn derivatives<S: Scalar, const N: usize>(&self, _: S, x: &[S; N], _: &[S; 0], _: &[usize; 2]) -> [S; N] {
+            *x
+        }
+        fn outputs<S: Scalar, const N: usize>(&self, _: S, _: &[S; N], _: &[S; 0], _: &[usize; 2], _: &mut [S]) {}
         /// The first one begins, then the last two take turns.
-        fn indicators(&self, _: f64, _: &[f64; 0], _: &[f64; 0], &[switches, _]: &[usize; 2]) -> [f64; 3] {
+        fn indicators<const N: usize>(
+            &self,
+            _: f64,
+            _: &[f64; N],
+            _: &[f64; 0],
+            &[switches, _]: &[usize; 2],
+        ) -> [f64; 3] {
             let next = if switches == 0 { 0 } else { 1 + switches % 2 };
             std::array::from_fn(|place| if place == next && switches < self.switches { -1.0 } else { 0.0 })
         }
-        fn switch(&self, event: usize, _: f64, _: &mut [f64; 0], _: &[f64; 0], memory: &mut [usize; 2]) {
+        fn switch<const N: usize>(
+            &self,
+            event: usize,
+            _: f64,
+            _: &mut [f64; N],
+            _: &[f64; 0],
+            memory: &mut [usize; 2],
+        ) {
             assert_eq!(event, if memory[0] == 0 { 0 } else { 1 + memory[0] % 2 });
             memory[0] += 1;
         }
         fn next_sample(&self, memory: &[usize; 2]) -> Sample {
             if memory[1] < self.samples { Sample::exact(0.5) } else { Sample::NEVER }
         }
-        fn sample(&self, _: f64, _: &mut [f64; 0], _: &[f64; 0], memory: &mut [usize; 2]) {
+        fn sample<const N: usize>(&self, _: f64, _: &mut [f64; N], _: &[f64; 0], memory: &mut [usize; 2]) {
             memory[1] += 1;
         }
-        fn scales(&self) -> [f64; 0] {
-            []
-        }
-        fn fits(&self, _: &[usize; 2]) -> bool {
-            true
-        }
     }
 
-    impl Equations<0, 0> for Busy {
-        fn table() -> &'static Table {
-            &TABLE
-        }
-        fn outputs<S: Scalar>(&self, _: S, _: &[S; 0], _: &[S; 0], _: &[usize; 2], _: &mut [S]) {}
-        fn state_at(&self, _: u32) -> Option<usize> {
-            None
-        }
-        fn notices(&self, _: &[f64; 0]) -> Notices {
-            Notices::default()
-        }
-    }
+    impl Shortcuts<0> for Busy {}
 
     fn busy(switches: usize, samples: usize) -> Exchanger<Busy, 0, 0> {
-        let build: Build<Busy> = |_, _| unreachable!("nothing is tuned");
         let indicators =
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
         let equations = Busy { switches, samples };
-        Exchanger::new((equations, build, Vec::new()), (1.0, [], [0, 0], []), &TABLE, indicators.to_vec())
+        Exchanger::new((equations, Vec::new()), (1.0, [], [0, 0], []), table::<Busy, 0>(), indicators.to_vec())
     }
+
     /// Steps and events that it has counted.
     fn counted(model: &Exchanger<Busy, 0, 0>) -> [f64; 2] {
-        let mut values = [0.0; COUNTERS];
+        let mut values = [0.0; Counters::COUNT];
         model.values(&mut values);
         [values[0], values[3]]
     }

@@ -13,53 +13,50 @@
 //! passes through all samples, and its velocity is exactly 0 where they do not change. Equations that a host integrates
 //! know no such steps; there the mass moves with `driveVelocity`.
 
-use std::sync::LazyLock;
-
 use serde::{Deserialize, Serialize};
 
-use super::equations::{Equations, state_name};
-use super::references;
 use crate::co_simulation::Simulation;
-use crate::co_simulation::{Simulator, counters_table};
-use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, MAX_STATES, states};
-use crate::hybrid::{HybridSystem, Sample};
+use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, Laws, MAX_STATES, states};
+use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Scalar, sign};
-use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table, Variable, units};
-use crate::{enumeration, inputs, outputs, parameters, states};
+use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::variables::{Choice, Notices, ParameterError, ParameterSet, Values, Variable, units};
+use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
 /// The model as the library offers it.
-pub const MODEL: Model = Model {
-    name: "FrictionBench",
-    description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
-    variables: || &TABLE,
-    indicators: || Event::indicators("friction"),
-    start,
-    experiment: Experiment {
-        stop_time: 120.0,
-        step_size: 1e-2,
-        signals: &[],
-        panels: &[
-            Panel { label: "position", curves: &["drivePosition", "position"] },
-            Panel { label: "velocity", curves: &["velocity"] },
-            Panel { label: "friction force", curves: &["frictionForce"] },
-        ],
-    },
-};
+pub const MODEL: Model = model::<Friction>();
 
-static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let mut table = vec![Variable::time()];
-    table.extend(Inputs::table());
-    table.extend(Outputs::<f64>::table());
-    let states = states::table("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
-    table.extend(states.into_iter().map(|state| if state.name == DEFLECTION { yielding(state) } else { state }));
-    table.extend(counters_table(references::COUNTERS));
-    table.extend(Parameters::table());
-    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
-    table.extend(Tuning::grouped(references::SOLVER));
-    Table::new(table)
-});
+/// The model with the laws of a catalogue.
+pub const fn model<L: Laws>() -> Model {
+    Model {
+        name: "FrictionBench",
+        description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
+        variables: table::<FrictionBench<L>, INPUTS>,
+        indicators: FrictionBench::<L>::indicator_list,
+        start: start::<L>,
+        experiment: Experiment {
+            stop_time: 120.0,
+            step_size: 1e-2,
+            signals: &[],
+            panels: &[
+                Panel { label: "position", curves: &["drivePosition", "position"] },
+                Panel { label: "velocity", curves: &["velocity"] },
+                Panel { label: "friction force", curves: &["frictionForce"] },
+            ],
+        },
+    }
+}
+
+/// Starts a run with as many states as the friction law needs.
+fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    start_sized!(
+        start,
+        FrictionBench<L>,
+        INPUTS,
+        [State::OTHERS, State::OTHERS + 1, State::OTHERS + 2, State::OTHERS + 4, State::OTHERS + MAX_STATES]
+    )
+}
 
 /// Name of the deflection among the states of the friction law.
 const DEFLECTION: &str = "friction.deflection";
@@ -184,15 +181,15 @@ parameters! {
 
 /// The equations of the bench for given parameters.
 #[derive(Clone, Debug)]
-pub struct FrictionBench {
+pub struct FrictionBench<L = Friction> {
     p: Parameters,
-    friction: FrictionContact,
+    friction: FrictionContact<L>,
 }
 
 /// Memory of the friction law and of a prescribed motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    friction: friction::Memory,
+pub struct Memory<F = friction::Memory> {
+    friction: F,
     trend: Trend,
     course: Course,
 }
@@ -229,49 +226,9 @@ impl Trend {
 /// A force in N beyond everything that a friction law can answer with.
 const OVERWHELMING: f64 = 1e12;
 
-/// Starts a run with as many states as the friction law needs.
-fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start, &[])?;
-    match equations.friction.count() {
-        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
-        2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
-        3..=4 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 4 }>(start)?)),
-        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
-    }
-}
-
-fn build(start: &Start, slopes: &[f64]) -> Result<(FrictionBench, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters, slopes);
-    let (own, rest) = parameters.split_at(Parameters::LEN);
-    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-    let p = Parameters::read(own)?;
-    let drive = match p.drive {
-        Drive::PrescribedMotion | Drive::PrescribedPosition => friction::Drive::Motion,
-        Drive::SpringPull | Drive::Free => friction::Drive::Force,
-    };
-    let law = Friction::new(friction, "friction")?;
-    let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
-    Ok((FrictionBench { p, friction }, settings))
-}
-
-impl FrictionBench {
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, INPUTS>, ParameterError> {
-        let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
-        let mut x = [0.0; N];
-        (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
-        x[State::Velocity.at(N)] = self.p.velocity0;
-        let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
-        let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
-        let contact = self.contact(0.0, &x, &u, rate, trend);
-        let friction = self.friction.start(&contact);
-        let course = Course { end: self.p.position0, velocity: None };
-        Simulator::new(build, start, x, Memory { friction, trend, course })
-    }
-
+impl<L: Laws> FrictionBench<L> {
     /// Velocity of the mass: as prescribed, or the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> S {
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory<L::Memory>) -> S {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
             Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::constant),
@@ -293,8 +250,7 @@ impl FrictionBench {
     /// Force on the mass other than friction in N, as the friction law sees it.
     fn applied_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S, trend: Trend) -> S {
         let accelerates = trend.sign * sign(rate.value());
-        // Polito's law knows from the applied force whether a sliding mass accelerates; the other laws do not ask.
-        if self.p.drive.prescribes() && accelerates != 0.0 && matches!(self.friction.law(), Friction::Polito(_)) {
+        if self.p.drive.prescribes() && accelerates != 0.0 && self.friction.law().asks_for_applied_force() {
             return S::constant(accelerates * OVERWHELMING);
         }
         self.spring_force(x, u, rate) + u.applied_force
@@ -319,7 +275,13 @@ impl FrictionBench {
     }
 
     /// The contact in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> Contact<S> {
+    fn contact_at<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &Inputs<S>,
+        memory: &Memory<L::Memory>,
+    ) -> Contact<S> {
         self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
     }
 
@@ -332,11 +294,60 @@ impl FrictionBench {
     }
 }
 
-impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
-    type Memory = Memory;
+impl<L: Laws> System<INPUTS> for FrictionBench<L> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = Memory<L::Memory>;
     type Indicators = Indicators;
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; INPUTS], memory: &Memory) -> [S; N] {
+    fn tables() -> Tables {
+        let states = states::table("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
+        let states = states.into_iter().map(|state| if state.name == DEFLECTION { yielding(state) } else { state });
+        Tables {
+            inputs: Inputs::table(),
+            computed: Outputs::<f64>::table().into_iter().chain(states).collect(),
+            parameters: [Parameters::table(), L::table("friction", references::FRICTION, Law::Stribeck.id())].concat(),
+        }
+    }
+
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        let p: Parameters = values.read()?;
+        let drive = if p.drive.prescribes() { friction::Drive::Motion } else { friction::Drive::Force };
+        let law = L::read(values, "friction")?;
+        let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
+        Ok(Self { p, friction })
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, u: &[f64; INPUTS]) -> ([f64; N], Self::Memory) {
+        let u = Inputs::read(u);
+        let mut x = [0.0; N];
+        (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
+        x[State::Velocity.at(N)] = self.p.velocity0;
+        let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
+        let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
+        let friction = self.friction.start(&self.contact(0.0, &x, &u, rate, trend));
+        (x, Memory { friction, trend, course: Course { end: self.p.position0, velocity: None } })
+    }
+
+    fn states(&self) -> usize {
+        State::OTHERS + self.friction.count()
+    }
+
+    fn indicator_list() -> Vec<Indicator> {
+        Event::indicators("friction")
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; INPUTS],
+        memory: &Memory<L::Memory>,
+    ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
@@ -347,7 +358,13 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &Memory) -> Indicators {
+    fn indicators<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; INPUTS],
+        memory: &Memory<L::Memory>,
+    ) -> Indicators {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         self.friction.indicators(&contact, x, &memory.friction)
@@ -357,13 +374,20 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         self.friction.has_events()
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; INPUTS],
+        memory: &mut Memory<L::Memory>,
+    ) {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn begin(&self, duration: f64, u: &[f64; INPUTS], memory: &mut Memory) -> bool {
+    fn begin(&self, duration: f64, u: &[f64; INPUTS], memory: &mut Memory<L::Memory>) -> bool {
         if self.p.drive != Drive::PrescribedPosition {
             return false;
         }
@@ -372,7 +396,13 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         true
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; INPUTS], memory: &mut Memory) -> bool {
+    fn follow<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; INPUTS],
+        memory: &mut Memory<L::Memory>,
+    ) -> bool {
         let u = &Inputs::read(u);
         memory.trend.follow(if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity });
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
@@ -381,12 +411,8 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         true
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
         self.friction.next_sample(&memory.friction)
-    }
-
-    fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, INPUTS>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -405,31 +431,32 @@ impl<const N: usize> HybridSystem<N, INPUTS> for FrictionBench {
         self.friction.depends_on_time()
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory) {
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory<L::Memory>) {
         let u = &Inputs::read(u);
         let (rate, trend) = (self.rate(x, u, memory), memory.trend);
         self.friction.sample(|| self.contact(time, x, u, rate, trend), time, x, &mut memory.friction);
     }
 
-    fn scales(&self) -> [f64; N] {
+    fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
         let Course { end, velocity } = memory.course;
         let is_plain = [memory.trend.velocity, end, velocity.unwrap_or(0.0)].iter().all(|value| value.is_finite());
         is_plain && self.friction.fits(&memory.friction)
     }
-}
 
-impl<const N: usize> Equations<N, INPUTS> for FrictionBench {
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; INPUTS], memory: &Memory, computed: &mut [S]) {
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; INPUTS],
+        memory: &Memory<L::Memory>,
+        computed: &mut [S],
+    ) {
         let u = &Inputs::read(u);
         let contact = self.contact_at(time, x, u, memory);
         let friction = self.friction.observe(&contact, x, &memory.friction);
@@ -447,13 +474,13 @@ impl<const N: usize> Equations<N, INPUTS> for FrictionBench {
         friction.write(outputs.write(computed));
     }
 
-    fn state_at(&self, reference: u32) -> Option<usize> {
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let own = match State::of(reference) {
             // A prescribed motion is given its velocity.
             Some(State::Velocity) if self.p.drive.prescribes() => None,
             other => other,
         };
-        own.map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+        own.map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
     }
 
     fn notices(&self, _u: &[f64; INPUTS]) -> Notices {
@@ -461,19 +488,20 @@ impl<const N: usize> Equations<N, INPUTS> for FrictionBench {
     }
 }
 
+impl<L: Laws> Shortcuts<INPUTS> for FrictionBench<L> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::equations::checks;
+    use crate::models::checks;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        let indicators = (MODEL.indicators)();
-        checks::events_are_named::<_, { State::OTHERS }, { INPUTS }>(build, &indicators, |_, last| last);
+        checks::events_are_named::<FrictionBench, { INPUTS }>(|_, last| last);
     }
     #[test]
     fn laws_cost_what_they_ask_for() {
-        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, { INPUTS }>(build, [false; 2]);
+        checks::laws_cost_what_they_ask_for::<FrictionBench, { INPUTS }>([false; 2]);
     }
 }

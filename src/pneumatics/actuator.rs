@@ -1,14 +1,13 @@
-//! What feeds the chambers of a cylinder, on a voltage: one line and one file for each actuator.
+//! What feeds the chambers of a cylinder, on a voltage: what an actuator is, and actuators to choose from.
 
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::{Serialize, de::DeserializeOwned};
 
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
 use super::{regulator, switching, valve};
-use crate::enumeration;
 use crate::hybrid::{Led, Sample, Stride};
 use crate::numbers::{Number, Pair, Scalar};
-use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
+use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Values, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
 /// that no rig integrates what it does not have.
@@ -38,9 +37,9 @@ pub struct Ports<'a, S> {
 }
 
 /// An actuator: its parameters, its states, its variables and its equations.
-pub trait Actuating: Sized {
+pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// What it remembers apart from its states; changes with the accepted steps.
-    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// Its parameters.
     type Parameters: ParameterSet;
@@ -146,10 +145,132 @@ pub(super) fn simpson_middle(start: f64, mean: f64, end: f64) -> f64 {
     1.5 * mean - 0.25 * (start + end)
 }
 
-/// Makes the enumeration of actuators, their table and the dispatch from one line per actuator.
+/// An actuator chosen at run time among those of a catalogue, with its parameters.
+///
+/// [`actuators!`](crate::actuators) writes the implementation; each method without a text of its own does what that of
+/// [`Actuating`] does.
+#[allow(missing_docs, reason = "each method is that of the actuator, where it is described")]
+pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
+    /// The choice of an actuator.
+    type Choice: Choice;
+
+    /// The memory of the actuator that is chosen.
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
+
+    /// Number of all parameters, that of the choice included.
+    const LEN: usize;
+
+    /// The choice and the parameters of every actuator; value reference of the choice.
+    fn parameters(choice: u32) -> Vec<Variable>;
+
+    /// The computed variables of every actuator; those of the others show 0.
+    fn computed() -> Vec<Variable>;
+
+    /// Value references on which the inflow of a chamber depends, whatever the actuator.
+    fn feeds(chamber: usize) -> Vec<u32>;
+
+    /// Builds the chosen actuator from values in the order of [`parameters`](Self::parameters); those of the others must fit
+    /// together, too.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values do not fit together.
+    fn new(values: &[Tunable]) -> Result<Self, ParameterError>;
+
+    /// The same from the next values of a model.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    fn read(values: &mut Values) -> Result<Self, ParameterError> {
+        Self::new(values.take(Self::LEN))
+    }
+
+    /// Whether the supply pressure, an input, has a part in what flows.
+    fn has_supply(&self) -> bool;
+
+    /// Place of the state that a variable stands for, if the actuator has it.
+    fn state_at(&self, reference: u32) -> Option<usize>;
+
+    /// Whether it changes by itself at points in time.
+    fn is_sampled(&self) -> bool;
+
+    /// What flows into the chambers. Compiled without `SAMPLED`, it is for the other actuators only, which then pay nothing
+    /// for those that change by themselves.
+    fn feed<const SAMPLED: bool, S: Scalar>(
+        &self,
+        states: [S; STATES],
+        ports: &Ports<S>,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>>;
+
+    /// Writes the computed variables of every actuator, and returns the rest of the slots.
+    fn write<'s, S: Scalar>(
+        &self,
+        states: [S; STATES],
+        voltage: S,
+        memory: &Self::Memory,
+        slots: &'s mut [S],
+    ) -> &'s mut [S];
+
+    /// Whether a memory can belong to this actuator.
+    fn fits(&self, memory: &Self::Memory) -> bool;
+
+    fn scales(&self) -> [f64; STATES];
+    fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
+    fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64>;
+    fn half(&self, step: f64) -> [[f64; STATES]; STATES];
+    fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S>;
+    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
+    fn later(&self, states: [f64; STATES], voltage: f64, memory: &Self::Memory, stride: &Stride) -> Led<[f64; STATES]>;
+    fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Self::Memory, step: f64) -> bool;
+    fn follow(&self, voltage: f64, memory: &mut Self::Memory);
+    fn next_sample(&self, memory: &Self::Memory) -> Sample;
+    fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Self::Memory);
+}
+
+/// Makes a catalogue of actuators, a module with the enumeration `Actuation`, the actuators `Actuator` and their memories
+/// `Memory`.
+///
+/// Each line has an id, the name of the item, its type and one sentence. With `..builtin` the actuators of this library come
+/// first; ids from 1000 on belong to other crates.
+#[macro_export]
 macro_rules! actuators {
-    ($($id:literal $item:ident $module:ident::$type:ident $summary:literal;)*) => {
-        enumeration! {
+    ($(#[$doc:meta])* $vis:vis mod $name:ident { ..builtin; $($own:tt)* }) => {
+        $(#[$doc])*
+        $vis mod $name {
+            use super::*;
+            use $crate::pneumatics::{regulator, switching, valve};
+            $crate::builtin_actuators! { $($own)* }
+        }
+    };
+    ($(#[$doc:meta])* $vis:vis mod $name:ident { $($own:tt)* }) => {
+        $(#[$doc])*
+        $vis mod $name {
+            use super::*;
+            $crate::actuator_items! { $($own)* }
+        }
+    };
+}
+
+/// The actuators of this library, with further lines behind them.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! builtin_actuators {
+    ($($own:tt)*) => {
+        $crate::actuator_items! {
+            1 ProportionalValve valve::ProportionalValve, "5/3 proportional valve between supply and both chambers";
+            2 PressureRegulator regulator::PressureRegulator, "Pressure regulator feeding chamber A, chamber B plugged";
+            3 SwitchingValves switching::SwitchingValves, "Two switching valves driven by pulses, between supply and both chambers";
+            $($own)*
+        }
+    };
+}
+
+/// The enumeration, the actuators and the memories of a catalogue.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! actuator_items {
+    ($($id:literal $item:ident $type:ty, $summary:literal;)*) => {
+        $crate::enumeration! {
             /// The choice of the rig; ids are never reused.
             Actuation "Actuation": "What moves the cylinder" {
                 $($id $item: $summary;)*
@@ -158,219 +279,202 @@ macro_rules! actuators {
 
         /// An actuator chosen at run time.
         #[derive(Clone, Debug)]
-        #[allow(missing_docs, reason = "each variant is described by the module it names")]
-        #[expect(clippy::large_enum_variant, reason = "a plant holds one, and a box would cost each evaluation")]
+        #[allow(missing_docs, reason = "each variant is described by the type it names")]
+        #[allow(clippy::large_enum_variant, reason = "a plant holds one, and a box would cost each evaluation")]
         pub enum Actuator {
-            $($item($module::$type)),*
+            $($item($type)),*
         }
 
         /// The memory of an actuator chosen at run time.
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[allow(missing_docs, reason = "each variant is described by the module it names")]
+        #[derive(Clone, Debug, PartialEq, $crate::serde::Serialize, $crate::serde::Deserialize)]
+        #[serde(crate = "pneumatic_servo::serde")]
+        #[allow(missing_docs, reason = "each variant is described by the type it names")]
         pub enum Memory {
-            $($item(<$module::$type as Actuating>::Memory)),*
+            $($item(<$type as $crate::pneumatics::actuator::Actuating>::Memory)),*
         }
 
-        /// Runs an expression with the actuator and its memory, whatever actuator it is.
-        macro_rules! dispatch {
-            ($self_:expr, $memory:expr, |$a:ident, $m:ident| $body:expr) => {
-                match ($self_, $memory) {
-                    $((Actuator::$item($a), Memory::$item($m)) => $body,)*
-                    _ => unreachable!("the memory of a rig is made by its own actuator"),
-                }
-            };
-        }
+        const _: () = {
+            use $crate::hybrid::{Led, Sample, Stride};
+            use $crate::numbers::{Pair, Scalar};
+            use $crate::pneumatics::actuator::{Actuating, Actuators, Ports, STATES, SUPPLY};
+            use $crate::pneumatics::gas::GasState;
+            use $crate::pneumatics::orifice::Inflow;
+            use $crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable};
 
-        impl Actuator {
-            /// Number of all parameters, that of the choice included.
-            pub const LEN: usize = 1 $(+ <<$module::$type as Actuating>::Parameters as ParameterSet>::LEN)*;
-
-            /// The choice and the parameters of every actuator; value reference of the choice.
-            pub fn parameters(choice: u32) -> Vec<Variable> {
-                let start = Actuation::ProportionalValve;
-                let mut table = vec![Variable::choice(choice, "actuation", start).text("What moves the cylinder")];
-                $(table.extend(<$module::$type as Actuating>::Parameters::table());)*
-                table
-            }
-
-            /// The computed variables of every actuator; those of the others show 0.
-            pub fn computed() -> Vec<Variable> {
-                let mut table = Vec::new();
-                $(table.extend(<$module::$type as Actuating>::computed());)*
-                table
-            }
-
-            /// Value references on which the inflow of a chamber depends, whatever the actuator.
-            pub fn feeds(chamber: usize) -> Vec<u32> {
-                let mut references: Vec<u32> =
-                    [$(<$module::$type as Actuating>::FEEDS[chamber]),*].concat();
-                references.sort_unstable();
-                references.dedup();
-                references
-            }
-
-            /// Builds the chosen actuator from values in the order of [`parameters`](Self::parameters); those of the
-            /// others must fit together, too.
-            ///
-            /// # Errors
-            /// [`ParameterError`] when values do not fit together.
-            pub fn new(values: &[Tunable]) -> Result<Self, ParameterError> {
-                let id = values[0].value;
-                let chosen = Actuation::from_id(id)
-                    .ok_or_else(|| ParameterError::new("actuation", id, "it must be one of the items of Actuation"))?;
-                let (mut actuator, mut rest) = (None, &values[1..]);
-                $(
-                    let own = <<$module::$type as Actuating>::Parameters as ParameterSet>::LEN;
-                    let built = <$module::$type as Actuating>::new(ParameterSet::read(&rest[..own])?)?;
-                    if chosen == Actuation::$item {
-                        actuator = Some(Self::$item(built));
+            /// Runs an expression with the actuator and its memory, whatever actuator it is.
+            macro_rules! dispatch {
+                ($self_:expr, $memory:expr, |$a:ident, $m:ident| $body:expr) => {
+                    match ($self_, $memory) {
+                        $((Actuator::$item($a), Memory::$item($m)) => $body,)*
+                        #[allow(unreachable_patterns, reason = "a catalogue may have one actuator")]
+                        _ => unreachable!("the memory of a rig is made by its own actuator"),
                     }
-                    rest = &rest[own..];
-                )*
-                debug_assert!(rest.is_empty(), "all values belong to an actuator");
-                Ok(actuator.expect("every item has its line"))
+                };
             }
 
-            /// Whether the supply pressure, an input, has a part in what flows.
-            pub fn has_supply(&self) -> bool {
-                let [of_a, _] = match self { $(Self::$item(_) => <$module::$type as Actuating>::FEEDS),* };
-                of_a.contains(&SUPPLY)
-            }
+            impl Actuators for Actuator {
+                type Choice = Actuation;
+                type Memory = Memory;
 
-            /// Place of the state that a variable stands for, if the actuator has it.
-            pub fn state_at(&self, reference: u32) -> Option<usize> {
-                let own = match self { $(Self::$item(_) => <$module::$type as Actuating>::VARIABLES),* };
-                own.iter().position(|variable| *variable == Some(reference))
-            }
+                const LEN: usize = 1 $(+ <<$type as Actuating>::Parameters as ParameterSet>::LEN)*;
 
-            /// Magnitudes of the states, for error control.
-            pub fn scales(&self) -> [f64; STATES] {
-                match self { $(Self::$item(actuator) => actuator.scales()),* }
-            }
-
-            /// States and memory at the start, under a voltage.
-            pub fn start(&self, voltage: f64) -> ([f64; STATES], Memory) {
-                match self {
-                    $(Self::$item(actuator) => {
-                        let (states, memory) = actuator.start(voltage);
-                        (states, Memory::$item(memory))
-                    })*
+                fn parameters(choice: u32) -> Vec<Variable> {
+                    let start = [$(Actuation::$item),*][0];
+                    let mut table = vec![Variable::choice(choice, "actuation", start).text("What moves the cylinder")];
+                    $(table.extend(<$type as Actuating>::Parameters::table());)*
+                    table
                 }
-            }
 
-            /// Whether it changes by itself at points in time.
-            pub fn is_sampled(&self) -> bool {
-                match self { $(Self::$item(_) => <$module::$type as Actuating>::IS_SAMPLED),* }
-            }
+                fn computed() -> Vec<Variable> {
+                    let mut table = Vec::new();
+                    $(table.extend(<$type as Actuating>::computed());)*
+                    table
+                }
 
-            /// What flows into the chambers. Compiled without `SAMPLED`, it is for the other actuators only, which then pay
-            /// nothing for those that change by themselves.
-            #[inline(always)]
-            pub fn feed<const SAMPLED: bool, S: Scalar>(
-                &self,
-                states: [S; STATES],
-                ports: &Ports<S>,
-                gas: GasState<Pair<S>>,
-            ) -> Inflow<Pair<S>> {
-                match self {
-                    $(Self::$item(actuator) => {
-                        if !SAMPLED && <$module::$type as Actuating>::IS_SAMPLED {
-                            unreachable!("a sampled actuator has equations of its own");
+                fn feeds(chamber: usize) -> Vec<u32> {
+                    let mut references: Vec<u32> =
+                        [$(<$type as Actuating>::FEEDS[chamber]),*].concat();
+                    references.sort_unstable();
+                    references.dedup();
+                    references
+                }
+
+                fn new(values: &[Tunable]) -> Result<Self, ParameterError> {
+                    let id = values[0].value;
+                    let chosen = Actuation::from_id(id)
+                        .ok_or_else(|| ParameterError::new("actuation", id, "it must be one of the items of Actuation"))?;
+                    let (mut actuator, mut rest) = (None, &values[1..]);
+                    $(
+                        let own = <<$type as Actuating>::Parameters as ParameterSet>::LEN;
+                        let built = <$type as Actuating>::new(ParameterSet::read(&rest[..own])?)?;
+                        if chosen == Actuation::$item {
+                            actuator = Some(Self::$item(built));
                         }
-                        actuator.feed(states, ports, gas)
-                    })*
+                        rest = &rest[own..];
+                    )*
+                    debug_assert!(rest.is_empty(), "all values belong to an actuator");
+                    Ok(actuator.expect("every item has its line"))
                 }
-            }
 
-            /// The numbers of the smooth pieces of [`feed`](Self::feed).
-            #[inline(always)]
-            pub fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
-                match self { $(Self::$item(actuator) => actuator.piece(states, ports, pressures)),* }
-            }
+                fn has_supply(&self) -> bool {
+                    let [of_a, _] = match self { $(Self::$item(_) => <$type as Actuating>::FEEDS),* };
+                    of_a.contains(&SUPPLY)
+                }
 
-            /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads.
-            pub fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
-                match self { $(Self::$item(actuator) => actuator.half(step)),* }
-            }
+                fn state_at(&self, reference: u32) -> Option<usize> {
+                    let own = match self { $(Self::$item(_) => <$type as Actuating>::VARIABLES),* };
+                    own.iter().position(|variable| *variable == Some(reference))
+                }
 
-            /// Mass flows in kg/s that it draws from the supply for the chambers.
-            pub fn drawn<S: Scalar>(
-                &self,
-                states: [S; STATES],
-                ports: &Ports<S>,
-                gas: GasState<Pair<S>>,
-            ) -> Pair<S> {
-                match self { $(Self::$item(actuator) => actuator.drawn(states, ports, gas)),* }
-            }
+                fn scales(&self) -> [f64; STATES] {
+                    match self { $(Self::$item(actuator) => actuator.scales()),* }
+                }
 
-            /// Writes the computed variables of every actuator, and returns the rest of the slots.
-            pub fn write<'s, S: Scalar>(
-                &self,
-                states: [S; STATES],
-                voltage: S,
-                memory: &Memory,
-                slots: &'s mut [S],
-            ) -> &'s mut [S] {
-                let rest = slots;
-                $(
-                    let (own, rest) = rest.split_at_mut(<$module::$type as Actuating>::COMPUTED);
-                    match (self, memory) {
-                        (Self::$item(actuator), Memory::$item(memory)) => actuator.write(states, voltage, memory, own),
-                        _ => own.fill(S::zero()),
+                fn start(&self, voltage: f64) -> ([f64; STATES], Memory) {
+                    match self {
+                        $(Self::$item(actuator) => {
+                            let (states, memory) = actuator.start(voltage);
+                            (states, Memory::$item(memory))
+                        })*
                     }
-                )*
-                rest
-            }
+                }
 
-            /// Whether a memory can belong to this actuator.
-            pub fn fits(&self, memory: &Memory) -> bool {
-                match (self, memory) {
-                    $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits(memory),)*
-                    _ => false,
+                fn is_sampled(&self) -> bool {
+                    match self { $(Self::$item(_) => <$type as Actuating>::IS_SAMPLED),* }
+                }
+
+                #[inline(always)]
+                fn feed<const SAMPLED: bool, S: Scalar>(
+                    &self,
+                    states: [S; STATES],
+                    ports: &Ports<S>,
+                    gas: GasState<Pair<S>>,
+                ) -> Inflow<Pair<S>> {
+                    match self {
+                        $(Self::$item(actuator) => {
+                            if !SAMPLED && <$type as Actuating>::IS_SAMPLED {
+                                unreachable!("a sampled actuator has equations of its own");
+                            }
+                            actuator.feed(states, ports, gas)
+                        })*
+                    }
+                }
+
+                #[inline(always)]
+                fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
+                    match self { $(Self::$item(actuator) => actuator.piece(states, ports, pressures)),* }
+                }
+
+                fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+                    match self { $(Self::$item(actuator) => actuator.half(step)),* }
+                }
+
+                fn drawn<S: Scalar>(
+                    &self,
+                    states: [S; STATES],
+                    ports: &Ports<S>,
+                    gas: GasState<Pair<S>>,
+                ) -> Pair<S> {
+                    match self { $(Self::$item(actuator) => actuator.drawn(states, ports, gas)),* }
+                }
+
+                fn write<'s, S: Scalar>(
+                    &self,
+                    states: [S; STATES],
+                    voltage: S,
+                    memory: &Memory,
+                    slots: &'s mut [S],
+                ) -> &'s mut [S] {
+                    let rest = slots;
+                    $(
+                        let (own, rest) = rest.split_at_mut(<$type as Actuating>::COMPUTED);
+                        match (self, memory) {
+                            (Self::$item(actuator), Memory::$item(memory)) => actuator.write(states, voltage, memory, own),
+                            #[allow(unreachable_patterns, reason = "a catalogue may have one actuator")]
+                            _ => own.fill(S::zero()),
+                        }
+                    )*
+                    rest
+                }
+
+                fn fits(&self, memory: &Memory) -> bool {
+                    match (self, memory) {
+                        $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits(memory),)*
+                        #[allow(unreachable_patterns, reason = "a catalogue may have one actuator")]
+                        _ => false,
+                    }
+                }
+
+                #[inline(always)]
+                fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory) -> [S; STATES] {
+                    dispatch!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
+                }
+
+                #[inline(always)]
+                fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
+                    dispatch!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
+                }
+
+                #[inline(always)]
+                fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
+                    dispatch!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))
+                }
+
+                #[inline(always)]
+                fn follow(&self, voltage: f64, memory: &mut Memory) {
+                    dispatch!(self, memory, |actuator, memory| actuator.follow(voltage, memory));
+                }
+
+                fn next_sample(&self, memory: &Memory) -> Sample {
+                    dispatch!(self, memory, |actuator, memory| actuator.next_sample(memory))
+                }
+
+                fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
+                    dispatch!(self, memory, |actuator, memory| actuator.sample(states, voltage, memory));
                 }
             }
-        }
+        };
     };
 }
 
-actuators! {
-    1 ProportionalValve valve::ProportionalValve "5/3 proportional valve between supply and both chambers";
-    2 PressureRegulator regulator::PressureRegulator "Pressure regulator feeding chamber A, chamber B plugged";
-    3 SwitchingValves switching::SwitchingValves "Two switching valves driven by pulses, between supply and both chambers";
-}
-
-impl Actuator {
-    /// Rates of the states under a voltage.
-    #[inline(always)]
-    pub fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory) -> [S; STATES] {
-        dispatch!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
-    }
-
-    /// The states in a step, under a voltage that is held and that the memory has followed.
-    #[inline(always)]
-    pub fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
-        dispatch!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
-    }
-
-    /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
-    #[inline(always)]
-    pub fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
-        dispatch!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))
-    }
-
-    /// Lets the memory follow the voltage.
-    #[inline(always)]
-    pub fn follow(&self, voltage: f64, memory: &mut Memory) {
-        dispatch!(self, memory, |actuator, memory| actuator.follow(voltage, memory));
-    }
-
-    /// The next point in time at which it changes by itself.
-    pub fn next_sample(&self, memory: &Memory) -> Sample {
-        dispatch!(self, memory, |actuator, memory| actuator.next_sample(memory))
-    }
-
-    /// Changes at that point, under a voltage.
-    pub fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
-        dispatch!(self, memory, |actuator, memory| actuator.sample(states, voltage, memory));
-    }
-}
+builtin_actuators! {}

@@ -9,6 +9,7 @@ mod notice;
 mod states;
 mod table;
 mod unit;
+mod values;
 
 use std::fmt;
 
@@ -17,8 +18,10 @@ pub use declare::{Declaration, Field, ParameterSet, Tunable, declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 pub use notice::{Notice, Notices};
+pub use states::StateSet;
 pub use table::{Entry, Place, Table};
 pub use unit::{BaseUnit, DisplayUnit, Unit, units};
+pub use values::Values;
 
 /// The FMI base type of a variable, with what belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq)]

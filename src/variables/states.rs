@@ -1,5 +1,22 @@
 //! The continuous states of a model, declared once: their places, their variables, their magnitudes.
 
+/// The states of a model, as [`states!`](crate::states) declares them.
+pub trait StateSet<P>: Copy + PartialEq + 'static {
+    /// All of them.
+    const ALL: &'static [Self];
+    /// Number of all states without those of friction laws.
+    const OTHERS: usize;
+
+    /// Index among `n` states.
+    fn at(self, n: usize) -> usize;
+
+    /// The state of a value reference.
+    fn of(reference: u32) -> Option<Self>;
+
+    /// Magnitude under these parameters, for error control.
+    fn scale(self, parameters: &P) -> f64;
+}
+
 /// Declares the states of a model in the order in which they are integrated: those before the states of its friction
 /// law, and those after them, each with the value reference of its variable and its magnitude for given parameters.
 ///
@@ -12,9 +29,15 @@
 /// ```
 ///
 /// `from` is the number of states that come before all of these and are declared elsewhere. Friction laws have different
-/// numbers of states, so that the place of a state depends on the number of all.
+/// numbers of states, so that the place of a state depends on the number of all. A model without friction laws leaves
+/// `, from 0;` and `..friction;` out.
 #[macro_export]
 macro_rules! states {
+    (
+        $(#[$doc:meta])* $name:ident of $parameters:ty { $($state:ident: $reference:expr, $scale:expr;)* }
+    ) => {
+        $crate::states! { $(#[$doc])* $name of $parameters, from 0; { ..friction; $($state: $reference, $scale;)* } }
+    };
     (
         $(#[$doc:meta])* $name:ident of $parameters:ty, from $from:expr; {
             $($before:ident: $before_reference:expr, $before_scale:expr;)*
@@ -32,6 +55,7 @@ macro_rules! states {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$before,)* $(Self::$after),*];
             /// Index of the first state of the friction law.
+            #[allow(dead_code, reason = "a model may have no friction law")]
             pub const FRICTION: usize = $from $(+ { let _ = Self::$before; 1 })*;
             /// Number of all states without those of the friction law.
             pub const OTHERS: usize = $from + Self::ALL.len();
@@ -54,12 +78,31 @@ macro_rules! states {
             }
 
             /// Magnitude, for error control.
+            #[allow(unused_variables, reason = "a model may have no states of its own")]
             pub fn scale(self, parameters: &$parameters) -> f64 {
-                let scale: fn(&$parameters) -> f64 = match self {
-                    $(Self::$before => $before_scale,)*
-                    $(Self::$after => $after_scale),*
-                };
-                scale(parameters)
+                let of = |scale: fn(&$parameters) -> f64| scale(parameters);
+                match self {
+                    $(Self::$before => of($before_scale),)*
+                    $(Self::$after => of($after_scale)),*
+                }
+            }
+        }
+
+        impl $crate::variables::StateSet<$parameters> for $name {
+            const ALL: &'static [Self] = Self::ALL;
+            const OTHERS: usize = Self::OTHERS;
+
+            #[inline(always)]
+            fn at(self, n: usize) -> usize {
+                self.at(n)
+            }
+
+            fn of(reference: u32) -> Option<Self> {
+                Self::of(reference)
+            }
+
+            fn scale(self, parameters: &$parameters) -> f64 {
+                self.scale(parameters)
             }
         }
     };

@@ -4,8 +4,8 @@ use std::marker::PhantomData;
 
 use anyhow::Result;
 use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
-use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Dual;
+use pneumatic_servo::system::{Shortcuts, System};
 
 use super::{Method, Plant, Rival, Run, Solver, Tolerances};
 use crate::case::STEP;

@@ -13,13 +13,12 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use pneumatic_servo::co_simulation::build;
 use pneumatic_servo::friction::Indicators;
-use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::model::Start;
-use pneumatic_servo::models::pneumatic_servo_cylinder::{
-    Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, build,
-};
+use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use pneumatic_servo::system::{Shortcuts, System};
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;
@@ -89,23 +88,17 @@ impl Rival {
     pub fn run(self, case: &Case, tolerance: f64) -> Result<Run> {
         let without_play = case.clone().with("valve.hysteresis", 0.0);
         let start = Start { time: 0.0, parameters: &without_play.parameters, inputs: &inputs(), tolerance: None };
-        let (system, _) = build::<false>(&start, &[]).context("legal parameters")?;
+        let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).context("legal parameters")?;
         match system.states() {
-            8 => self.run_with::<8>(case, &start, system, tolerance),
-            9 => self.run_with::<9>(case, &start, system, tolerance),
+            8 => self.run_with::<8>(case, system, tolerance),
+            9 => self.run_with::<9>(case, system, tolerance),
             count => bail!("{count} states are not provided for"),
         }
     }
 
-    fn run_with<const N: usize>(
-        self,
-        case: &Case,
-        start: &Start,
-        system: PneumaticServoCylinder,
-        tolerance: f64,
-    ) -> Result<Run> {
-        let (x, memory) = system.initial_state::<N>(start);
-        let scales = HybridSystem::<N, 3>::scales(&system);
+    fn run_with<const N: usize>(self, case: &Case, system: PneumaticServoCylinder, tolerance: f64) -> Result<Run> {
+        let (x, memory) = system.start::<N>(&inputs());
+        let scales: [f64; N] = system.scales();
         let plant = Plant {
             system,
             memory: RefCell::new(memory),

@@ -68,6 +68,7 @@ impl FrictionLaw for Polito {
     type Memory = Memory;
 
     const STICTION: Stiction = Stiction::Exact;
+    const ASKS_FOR_APPLIED_FORCE: bool = true;
     const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
     const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
 

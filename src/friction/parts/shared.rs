@@ -3,8 +3,8 @@
 //! Most laws have a static and a Coulomb friction among their parameters. A model that knows both itself (as friction
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
 
-use crate::friction::{Friction, Law};
-use crate::variables::{Kind, ParameterError, Tunable, Variable};
+use crate::friction::Laws;
+use crate::variables::{Kind, ParameterError, Tunable, Values, Variable};
 
 /// A friction force and the variable of the model that sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +30,12 @@ pub struct SharedForces {
 const RATED: f64 = 8.3;
 
 impl SharedForces {
-    /// The variables of [`Friction::table`] without those that the model sets.
+    /// The variables of [`Laws::table`] without those that the model sets.
     ///
     /// All other defaults with a force in their unit are scaled to the Coulomb friction `rated` in N, so that every law
     /// keeps its lengths, velocities and times; viscous friction is 0 by default.
-    pub fn table(group: &str, base: u32, default: Law, rated: f64) -> Vec<Variable> {
-        let others = Friction::table(group, base, default).into_iter().filter(|variable| !is_shared(variable));
+    pub fn table<L: Laws>(group: &str, base: u32, default: i32, rated: f64) -> Vec<Variable> {
+        let others = L::table(group, base, default).into_iter().filter(|variable| !is_shared(variable));
         let presets = others.map(|variable| {
             let factor = match variable.kind {
                 _ if is_viscous(&variable) => 0.0,
@@ -48,20 +48,14 @@ impl SharedForces {
         presets.collect()
     }
 
-    /// Builds the chosen law from values in the order of [`table`](Self::table).
+    /// Builds the chosen law from the next values, in the order of [`table`](Self::table).
     ///
     /// # Errors
     /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
-    pub fn build(&self, values: &[Tunable], group: &str) -> Result<Friction, ParameterError> {
-        let mut others = values.iter();
-        let all: Vec<Tunable> = Friction::table("", 0, Law::None)
-            .iter()
-            .map(|variable| match self.force(&variable.name) {
-                Some(force) => force,
-                None => *others.next().expect("a value for every variable of the table"),
-            })
-            .collect();
-        Friction::new(&all, group).map_err(|error| self.explain(error))
+    pub fn read<L: Laws>(&self, values: &mut Values, group: &str) -> Result<L, ParameterError> {
+        let mut next = || values.take(1)[0];
+        let all = L::table("", 0, 0).into_iter().map(|variable| self.force(&variable.name).unwrap_or_else(&mut next));
+        L::new(&all.collect::<Vec<_>>(), group).map_err(|error| self.explain(error))
     }
 
     /// The force in N for a parameter of this name.
@@ -110,7 +104,7 @@ fn last(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Contact, Drive, MAX_STATES};
+    use crate::friction::{Contact, Drive, Friction, Law, MAX_STATES};
     use crate::variables::Choice;
 
     fn forces(statics: f64, coulomb: f64) -> SharedForces {
@@ -121,8 +115,12 @@ mod tests {
 
     /// The defaults, with a law chosen.
     fn values(law: Law) -> Vec<Tunable> {
-        let table = SharedForces::table("friction", 0, law, 0.83);
+        let table = SharedForces::table::<Friction>("friction", 0, law.id(), 0.83);
         table.iter().map(|variable| Tunable::still(variable.start.expect("a start value"))).collect()
+    }
+
+    fn built(forces: &SharedForces, law: Law) -> Result<Friction, ParameterError> {
+        forces.read(&mut Values::new(&values(law)), "friction")
     }
 
     /// Every law with a steady curve slides at the Coulomb friction, whether that or its scaled defaults give it, with states
@@ -133,7 +131,7 @@ mod tests {
         const MOVED: [Law; 3] = [Law::None, Law::Bristle, Law::DNLRX];
         let laws = crate::friction::LAWS.items.iter().filter_map(|(id, ..)| Law::from_id(f64::from(*id)));
         for law in laws.filter(|law| !MOVED.contains(law)) {
-            let friction = forces(1.1, 0.83).build(&values(law), "friction").unwrap();
+            let friction = built(&forces(1.1, 0.83), law).unwrap();
             let mut contact =
                 Contact { time: 0.0, position: 0.0, velocity: 5.0, applied: 0.0, level: 1.0, drive: Drive::Force };
             let mut z = [0.0; MAX_STATES];
@@ -168,7 +166,7 @@ mod tests {
 
     #[test]
     fn shared_forces_are_left_out_of_the_table() {
-        let table = SharedForces::table("friction", 0, Law::Stribeck, 0.83);
+        let table = SharedForces::table::<Friction>("friction", 0, Law::Stribeck.id(), 0.83);
         assert!(table.iter().all(|variable| !variable.name.ends_with(".Fs") && !variable.name.ends_with(".Fc")));
         let start = |name: &str| table.iter().find(|variable| variable.name == name).and_then(|v| v.start).unwrap();
         assert_eq!(start("friction.stribeck.vs"), 0.01);
@@ -178,7 +176,7 @@ mod tests {
 
     #[test]
     fn forces_that_do_not_fit_are_refused_by_the_name_of_the_variable() {
-        let error = forces(1.0, 2.0).build(&values(Law::Stribeck), "friction").unwrap_err();
+        let error = built(&forces(1.0, 2.0), Law::Stribeck).unwrap_err();
         assert_eq!((error.variable.as_str(), error.value), ("muDynamic", 0.2));
         assert!(error.reason.contains("friction.stribeck.Fc = 2 N"), "{error}");
     }

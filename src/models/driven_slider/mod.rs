@@ -15,80 +15,68 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Inputs, Outputs, Parameters, State, TABLE};
+use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
-use super::equations::{Equations, state_name};
-use super::references;
 use crate::co_simulation::Simulation;
-use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
-use crate::hybrid::{HybridSystem, Sample};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
+use crate::hybrid::{Indicator, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
-use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table, Tunable};
+use crate::start_sized;
+use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
-pub const MODEL: Model = Model {
-    name: "DrivenSlider",
-    description: "Free slider on a harmonically shaken tray, moved by friction alone",
-    variables: || &TABLE,
-    indicators: || Event::indicators("friction"),
-    start,
-    experiment: Experiment {
-        stop_time: 0.5,
-        step_size: 5e-4,
-        signals: &[],
-        panels: &[
-            Panel { label: "position", curves: &["position"] },
-            Panel { label: "velocity", curves: &["tray.velocity", "walk.velocity", "velocity"] },
-            Panel { label: "friction force", curves: &["frictionForce"] },
-        ],
-    },
-};
+pub const MODEL: Model = model::<Friction>();
+
+/// The model with the laws of a catalogue.
+pub const fn model<L: Laws>() -> Model {
+    Model {
+        name: "DrivenSlider",
+        description: "Free slider on a harmonically shaken tray, moved by friction alone",
+        variables: table::<DrivenSlider<L>, 1>,
+        indicators: DrivenSlider::<L>::indicator_list,
+        start: start::<L>,
+        experiment: Experiment {
+            stop_time: 0.5,
+            step_size: 5e-4,
+            signals: &[],
+            panels: &[
+                Panel { label: "position", curves: &["position"] },
+                Panel { label: "velocity", curves: &["tray.velocity", "walk.velocity", "velocity"] },
+                Panel { label: "friction force", curves: &["frictionForce"] },
+            ],
+        },
+    }
+}
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
-pub struct DrivenSlider {
+pub struct DrivenSlider<L = Friction> {
     p: Parameters,
     tray: Harmonic,
     stick_free: Harmonic,
     walk: Option<Walk>,
-    friction: FrictionContact,
+    friction: FrictionContact<L>,
 }
 
 /// Memory of the friction law, and what happens at given times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    friction: friction::Memory,
+pub struct Memory<F = friction::Memory> {
+    friction: F,
     walk: walk::State,
     /// Number of the next half period in whose middle the acceleration of the tray is largest.
     peak: f64,
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start, &[])?;
-    match equations.friction.count() {
-        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
-        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
-    }
+fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    start_sized!(start, DrivenSlider<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
-fn build(start: &Start, slopes: &[f64]) -> Result<(DrivenSlider, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters, slopes);
-    let (own, rest) = parameters.split_at(Parameters::LEN);
-    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-    let p = Parameters::read(own)?;
-    let friction = p.friction_forces()?.build(friction, "friction")?;
-    Ok((DrivenSlider::new(p, friction), settings))
-}
-
-impl DrivenSlider {
-    fn new(p: Parameters, friction: Friction) -> Self {
+impl<L: Laws> DrivenSlider<L> {
+    fn of(p: Parameters, friction: L) -> Self {
         let tray = Harmonic {
             amplitude: Tunable::still(p.tray_velocity),
             frequency: TAU * p.tray_frequency,
@@ -109,15 +97,6 @@ impl DrivenSlider {
             friction: FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT),
             p,
         }
-    }
-
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
-        let mut x = [0.0; N];
-        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
-        let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]));
-        let friction = self.friction.start(&contact);
-        let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
-        Simulator::new(build, start, x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
 
     fn tray_position<S: Scalar>(&self, time: S) -> S {
@@ -141,7 +120,7 @@ impl DrivenSlider {
     }
 
     /// Velocity on the tray: the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
         self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
     }
 
@@ -156,11 +135,49 @@ impl DrivenSlider {
     }
 }
 
-impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
-    type Memory = Memory;
+impl<L: Laws> System<1> for DrivenSlider<L> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = Memory<L::Memory>;
     type Indicators = Indicators;
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+    fn tables() -> Tables {
+        variables::tables::<L>()
+    }
+
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        let p: Parameters = values.read()?;
+        let friction = p.friction_forces()?.read(values, "friction")?;
+        Ok(Self::of(p, friction))
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
+        let mut x = [0.0; N];
+        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
+        let friction = self.friction.start(&self.contact(0.0, &x, &Inputs::read(u)));
+        let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
+        (x, Memory { friction, walk, peak: self.peak_after(0.0) })
+    }
+
+    fn states(&self) -> usize {
+        State::OTHERS + self.friction.count()
+    }
+
+    fn indicator_list() -> Vec<Indicator> {
+        Event::indicators("friction")
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory>,
+    ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let contact = self.contact(time, x, u);
@@ -170,7 +187,13 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Indicators {
+    fn indicators<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 1],
+        memory: &Memory<L::Memory>,
+    ) -> Indicators {
         let u = &Inputs::read(u);
         self.friction.indicators(&self.contact(time, x, u), x, &memory.friction)
     }
@@ -179,26 +202,29 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         self.friction.has_events()
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; 1],
+        memory: &mut Memory<L::Memory>,
+    ) {
         let u = &Inputs::read(u);
         let contact = self.contact(time, x, u);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) -> bool {
+    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
         let u = &Inputs::read(u);
         self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction)
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
         let walk =
             self.walk.map_or(Sample::NEVER, |walk| Sample::periodic(walk.next_step(&memory.walk), walk.time_step));
         walk.earlier(Sample::exact(self.peak_time(memory.peak))).earlier(self.friction.next_sample(&memory.friction))
-    }
-
-    fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 1>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -217,7 +243,7 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         true
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
         let u = &Inputs::read(u);
         self.friction.sample(|| self.contact(time, x, u), time, x, &mut memory.friction);
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
@@ -228,23 +254,24 @@ impl<const N: usize> HybridSystem<N, 1> for DrivenSlider {
         }
     }
 
-    fn scales(&self) -> [f64; N] {
+    fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
         memory.peak.is_finite() && memory.walk.is_finite() && self.friction.fits(&memory.friction)
     }
-}
 
-impl<const N: usize> Equations<N, 1> for DrivenSlider {
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory>,
+        computed: &mut [S],
+    ) {
         let u = &Inputs::read(u);
         let contact = self.contact(time, x, u);
         let friction = self.friction.observe(&contact, x, &memory.friction);
@@ -274,8 +301,8 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
         friction.write(outputs.write(computed));
     }
 
-    fn state_at(&self, reference: u32) -> Option<usize> {
-        State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        State::of(reference).map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
     }
 
     fn notices(&self, _u: &[f64; 1]) -> Notices {
@@ -283,22 +310,23 @@ impl<const N: usize> Equations<N, 1> for DrivenSlider {
     }
 }
 
+impl<L: Laws> Shortcuts<1> for DrivenSlider<L> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::equations::checks;
+    use crate::models::checks;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        let indicators = (MODEL.indicators)();
-        checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators, |_, last| last);
+        checks::events_are_named::<DrivenSlider, 1>(|_, last| last);
     }
 
     /// Under `sin(2*pi*f*t)` after a quarter and three quarters of each period.
     #[test]
     fn tray_turns_back_twice_in_a_period() {
-        let slider = checks::built::<_, { State::OTHERS }, 1>(build, None);
+        let slider = checks::built::<DrivenSlider, 1>(None);
         let period = 1.0 / slider.p.tray_frequency;
         for (time, next) in [(0.0, 0.25), (0.24, 0.25), (0.26, 0.75), (0.74, 0.75), (0.76, 1.25), (7.9, 8.25)] {
             let turn = slider.peak_time(slider.peak_after(time * period));
@@ -308,6 +336,6 @@ mod tests {
 
     #[test]
     fn laws_cost_what_they_ask_for() {
-        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 1>(build, [false, true]);
+        checks::laws_cost_what_they_ask_for::<DrivenSlider, 1>([false, true]);
     }
 }

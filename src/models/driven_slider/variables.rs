@@ -1,14 +1,10 @@
 //! The variable table of the slider.
 
-use std::sync::LazyLock;
-
-use crate::co_simulation::counters_table;
 use crate::friction::parts::shared::{SharedForce, SharedForces};
-use crate::friction::{Law, states};
+use crate::friction::{Law, Laws, states};
 use crate::mechanics::GRAVITY;
-use crate::models::references;
-use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
+use crate::system::{Tables, references};
+use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 /// The slider of the source.
@@ -16,22 +12,16 @@ const MASS: f64 = 21.19e-3;
 const DYNAMIC_COEFFICIENT: f64 = 0.32;
 
 /// Every variable of the slider.
-pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let mut table = vec![Variable::time()];
-    table.extend(Inputs::table());
-    table.extend(Outputs::<f64>::table());
-    table.extend(states::table("friction", references::CONTACT, &[depends::U]));
-    table.extend(counters_table(references::COUNTERS));
-    table.extend(Parameters::table());
-    table.extend(SharedForces::table(
-        "friction",
-        references::FRICTION,
-        Law::CoulombStiction,
-        DYNAMIC_COEFFICIENT * MASS * GRAVITY,
-    ));
-    table.extend(Tuning::grouped(references::SOLVER));
-    Table::new(table)
-});
+pub fn tables<L: Laws>() -> Tables {
+    let states = states::table("friction", references::CONTACT, &[depends::U]);
+    let weight = DYNAMIC_COEFFICIENT * MASS * GRAVITY;
+    let laws = SharedForces::table::<L>("friction", references::FRICTION, Law::CoulombStiction.id(), weight);
+    Tables {
+        inputs: Inputs::table(),
+        computed: [Outputs::<f64>::table(), states].concat(),
+        parameters: [Parameters::table(), laws].concat(),
+    }
+}
 
 inputs! {
     /// The input.
@@ -54,7 +44,7 @@ states! {
 mod depends {
     use super::State;
     use crate::friction::states;
-    use crate::models::references;
+    use crate::system::references;
 
     pub const TIME: u32 = references::TIME;
     pub const FORCE: u32 = 1;

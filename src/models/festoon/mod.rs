@@ -19,52 +19,57 @@ mod variables;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{
-    CRANE_POSITION, Inputs, Outputs, Parameters, State, TABLE, TrolleyOutputs, contact_base, trolley_base,
-};
-use super::equations::{Equations, state_name};
+use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
 use crate::co_simulation::Simulation;
-use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, MAX_STATES};
-use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Laws, MAX_STATES};
+use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::Scalar;
-use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table};
+use crate::start_sized;
+use crate::system::{Shortcuts, System, Tables, table};
+use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
-pub const MODEL: Model = Model {
-    name: "Festoon",
-    description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
-    variables: || &TABLE,
-    indicators,
-    start,
-    experiment: Experiment {
-        stop_time: 30.0,
-        step_size: 1e-2,
-        signals: &[Signal {
-            input: "craneVelocity",
-            text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
-            course: Course::Steps(&[(0.0, 0.25), (10.0, 0.0), (15.0, -0.25), (25.0, 0.0)]),
-        }],
-        panels: &[
-            Panel {
-                label: "position",
-                curves: &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
-            },
-            Panel { label: "velocity", curves: &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"] },
-            Panel {
-                label: "load angle",
-                curves: &["trolley[3].load.angle", "trolley[2].load.angle", "trolley[1].load.angle"],
-            },
-            Panel {
-                label: "friction force",
-                curves: &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
-            },
-        ],
-    },
-};
+pub const MODEL: Model = model::<Friction>();
+
+/// The model with the laws of a catalogue.
+pub const fn model<L: Laws>() -> Model {
+    Model {
+        name: "Festoon",
+        description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
+        variables: table::<Festoon<L>, 2>,
+        indicators: Festoon::<L>::indicator_list,
+        start: start::<L>,
+        experiment: Experiment {
+            stop_time: 30.0,
+            step_size: 1e-2,
+            signals: &[Signal {
+                input: "craneVelocity",
+                text: "0.25 m/s for 10 s, 0 for 5 s, and −0.25 m/s for 10 s",
+                course: Course::Steps(&[(0.0, 0.25), (10.0, 0.0), (15.0, -0.25), (25.0, 0.0)]),
+            }],
+            panels: &[
+                Panel {
+                    label: "position",
+                    curves: &["crane.position", "trolley[3].position", "trolley[2].position", "trolley[1].position"],
+                },
+                Panel {
+                    label: "velocity",
+                    curves: &["trolley[3].velocity", "trolley[2].velocity", "trolley[1].velocity"],
+                },
+                Panel {
+                    label: "load angle",
+                    curves: &["trolley[3].load.angle", "trolley[2].load.angle", "trolley[1].load.angle"],
+                },
+                Panel {
+                    label: "friction force",
+                    curves: &["trolley[3].frictionForce", "trolley[2].frictionForce", "trolley[1].frictionForce"],
+                },
+            ],
+        },
+    }
+}
 
 /// The largest number of trolleys.
 ///
@@ -74,11 +79,11 @@ pub const MAX_TROLLEYS: usize = 3;
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
-pub struct Festoon {
+pub struct Festoon<L = Friction> {
     p: Parameters,
     rope: OneSided,
     buffer: OneSided,
-    friction: [FrictionContact; MAX_TROLLEYS],
+    friction: [FrictionContact<L>; MAX_TROLLEYS],
 }
 
 /// What connects a trolley with the one before it.
@@ -94,8 +99,8 @@ enum Link {
 
 /// Memory of the friction laws and of the links.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    friction: [friction::Memory; MAX_TROLLEYS],
+pub struct Memory<F = friction::Memory> {
+    friction: [F; MAX_TROLLEYS],
     links: [Link; MAX_TROLLEYS],
 }
 
@@ -137,26 +142,9 @@ const fn contact_indicators(trolley: usize) -> usize {
     MAX_TROLLEYS + trolley * Event::COUNT
 }
 
-fn indicators() -> Vec<Indicator> {
-    let link = |number| Indicator {
-        name: format!("trolley[{number}].link"),
-        nominal: 0.1,
-        text: "The rope becomes taut or slack, or the buffer is touched or left",
-    };
-    let links = (1..=MAX_TROLLEYS).map(link);
-    links
-        .chain((1..=MAX_TROLLEYS).flat_map(|number| Event::indicators(&format!("trolley[{number}].friction"))))
-        .collect()
-}
-
 /// Starts a run with as many states as the friction law needs.
-fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start, &[])?;
-    match room(equations.friction[0].count()) {
-        0 => Ok(Box::new(equations.simulator::<{ states(0) }>(start)?)),
-        1 => Ok(Box::new(equations.simulator::<{ states(1) }>(start)?)),
-        _ => Ok(Box::new(equations.simulator::<{ states(MAX_STATES) }>(start)?)),
-    }
+fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    start_sized!(start, Festoon<L>, 2, [states(0), states(1), states(MAX_STATES)])
 }
 
 /// Room in a block for the states of a friction law.
@@ -169,46 +157,7 @@ const fn states(room: usize) -> usize {
     BLOCKS + MAX_TROLLEYS * (State::OTHERS + room)
 }
 
-fn build(start: &Start, slopes: &[f64]) -> Result<(Festoon, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters, slopes);
-    let (own, rest) = parameters.split_at(Parameters::LEN);
-    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-    let p = Parameters::read(own)?;
-    p.check()?;
-    let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
-    let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
-    let law = Friction::new(friction, "friction")?;
-    let block = State::OTHERS + room(law.states());
-    let friction = std::array::from_fn(|trolley| {
-        FrictionContact::new(
-            law.clone(),
-            Drive::Force,
-            BLOCKS + trolley * block + State::FRICTION,
-            contact_base(trolley),
-        )
-    });
-    Ok((Festoon { p, rope, buffer, friction }, settings))
-}
-
-impl Festoon {
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 2>, ParameterError> {
-        let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
-        let mut x = [0.0; N];
-        x[CRANE] = self.p.crane_position0;
-        for trolley in 0..self.trolleys() {
-            x[at(State::Position, trolley, N)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
-            x[at(State::Angle, trolley, N)] = self.p.angle0;
-        }
-        let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
-        let still = [0.0; MAX_TROLLEYS];
-        let friction = std::array::from_fn(|trolley| {
-            let contact = self.contact(0.0, &x, &u, &still, &links, trolley);
-            self.friction[trolley].start(&contact)
-        });
-        Simulator::new(build, start, x, Memory { friction, links })
-    }
-
+impl<L: Laws> Festoon<L> {
     fn trolleys(&self) -> usize {
         self.p.trolleys
     }
@@ -244,7 +193,7 @@ impl Festoon {
     }
 
     /// Velocities of the trolleys: the states, unless the friction law holds a position.
-    fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> [S; MAX_TROLLEYS] {
+    fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> [S; MAX_TROLLEYS] {
         std::array::from_fn(|trolley| {
             self.friction[trolley].rate(x[at(State::Velocity, trolley, N)], &memory.friction[trolley])
         })
@@ -307,7 +256,7 @@ impl Festoon {
         time: S,
         x: &[S; N],
         u: &Inputs<S>,
-        memory: &Memory,
+        memory: &Memory<L::Memory>,
         trolley: usize,
     ) -> Contact<S> {
         self.contact(time, x, u, &self.rates(x, memory), &memory.links, trolley)
@@ -319,7 +268,7 @@ impl Festoon {
         contact: &Contact<S>,
         friction_force: S,
         x: &[S; N],
-        memory: &friction::Memory,
+        memory: &L::Memory,
         trolley: usize,
     ) -> Motion<S> {
         let p = &self.p;
@@ -332,7 +281,7 @@ impl Festoon {
         Motion { acceleration, angular_acceleration }
     }
 
-    fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory, link: usize) -> f64 {
+    fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>, link: usize) -> f64 {
         let gap = Self::gap(x, link);
         let (until_taut, until_pressed) = (self.p.rope_length - gap, gap - self.p.buffer_length);
         match memory.links[link] {
@@ -343,11 +292,72 @@ impl Festoon {
     }
 }
 
-impl<const N: usize> HybridSystem<N, 2> for Festoon {
-    type Memory = Memory;
+impl<L: Laws> System<2> for Festoon<L> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = Memory<L::Memory>;
     type Indicators = [f64; contact_indicators(MAX_TROLLEYS)];
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory) -> [S; N] {
+    fn tables() -> Tables {
+        variables::tables::<L>()
+    }
+
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        let p: Parameters = values.read()?;
+        p.check()?;
+        let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
+        let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
+        let law = L::read(values, "friction")?;
+        let block = State::OTHERS + room(law.states());
+        let friction = std::array::from_fn(|trolley| {
+            let first = BLOCKS + trolley * block + State::FRICTION;
+            FrictionContact::new(law.clone(), Drive::Force, first, contact_base(trolley))
+        });
+        Ok(Self { p, rope, buffer, friction })
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, u: &[f64; 2]) -> ([f64; N], Self::Memory) {
+        let u = Inputs::read(u);
+        let mut x = [0.0; N];
+        x[CRANE] = self.p.crane_position0;
+        for trolley in 0..self.trolleys() {
+            x[at(State::Position, trolley, N)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
+            x[at(State::Angle, trolley, N)] = self.p.angle0;
+        }
+        let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
+        let still = [0.0; MAX_TROLLEYS];
+        let friction = std::array::from_fn(|trolley| {
+            let contact = self.contact(0.0, &x, &u, &still, &links, trolley);
+            self.friction[trolley].start(&contact)
+        });
+        (x, Memory { friction, links })
+    }
+
+    fn states(&self) -> usize {
+        states(room(self.friction[0].count()))
+    }
+
+    fn indicator_list() -> Vec<Indicator> {
+        let link = |number| Indicator {
+            name: format!("trolley[{number}].link"),
+            nominal: 0.1,
+            text: "The rope becomes taut or slack, or the buffer is touched or left",
+        };
+        let contact = |number| Event::indicators(&format!("trolley[{number}].friction"));
+        (1..=MAX_TROLLEYS).map(link).chain((1..=MAX_TROLLEYS).flat_map(contact)).collect()
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        memory: &Memory<L::Memory>,
+    ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut derivatives = [S::zero(); N];
         derivatives[CRANE] = u.crane_velocity;
@@ -365,7 +375,13 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         derivatives
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &Memory) -> Self::Indicators {
+    fn indicators<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 2],
+        memory: &Memory<L::Memory>,
+    ) -> Self::Indicators {
         let u = &Inputs::read(u);
         let mut indicators = [UNUSED; contact_indicators(MAX_TROLLEYS)];
         for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
@@ -379,7 +395,14 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         indicators
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; 2],
+        memory: &mut Memory<L::Memory>,
+    ) {
         let u = &Inputs::read(u);
         if event < MAX_TROLLEYS {
             memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event));
@@ -391,7 +414,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory) -> bool {
+    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) -> bool {
         let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         let mut has_changed = false;
@@ -402,13 +425,9 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         has_changed
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
         let trolleys = self.friction[..self.trolleys()].iter().zip(&memory.friction);
         trolleys.map(|(friction, law)| friction.next_sample(law)).fold(Sample::NEVER, Sample::earlier)
-    }
-
-    fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 2>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -430,7 +449,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         self.friction[0].depends_on_time()
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory) {
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) {
         let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         for trolley in 0..self.trolleys() {
@@ -439,7 +458,7 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         }
     }
 
-    fn scales(&self) -> [f64; N] {
+    fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [self.friction[0].state_scale(); N];
         scales[CRANE] = 1e-2;
         for trolley in 0..MAX_TROLLEYS {
@@ -448,17 +467,18 @@ impl<const N: usize> HybridSystem<N, 2> for Festoon {
         scales
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
         self.friction.iter().zip(&memory.friction).all(|(friction, law)| friction.fits(law))
     }
-}
 
-impl<const N: usize> Equations<N, 2> for Festoon {
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 2], memory: &Memory, computed: &mut [S]) {
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        memory: &Memory<L::Memory>,
+        computed: &mut [S],
+    ) {
         let u = &Inputs::read(u);
         let rates = self.rates(x, memory);
         let forces = |link| self.link_forces(x, u, &rates, &memory.links, link);
@@ -490,10 +510,10 @@ impl<const N: usize> Equations<N, 2> for Festoon {
         }
     }
 
-    fn state_at(&self, reference: u32) -> Option<usize> {
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let of_trolley = |trolley: usize| {
             let own = reference.checked_sub(trolley_base(trolley)).and_then(State::of);
-            own.map(|state| at(state, trolley, N)).or_else(|| self.friction[trolley].state_at(reference))
+            own.map(|state| at(state, trolley, n)).or_else(|| self.friction[trolley].state_at(reference))
         };
         if reference == CRANE_POSITION { Some(CRANE) } else { (0..self.trolleys()).find_map(of_trolley) }
     }
@@ -503,20 +523,20 @@ impl<const N: usize> Equations<N, 2> for Festoon {
     }
 }
 
+impl<L: Laws> Shortcuts<2> for Festoon<L> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::equations::checks;
+    use crate::models::checks;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        checks::events_are_named::<_, { states(0) }, 2>(build, &indicators(), |_, last| {
-            if last == "link" { "a rope or buffer" } else { last }
-        });
+        checks::events_are_named::<Festoon, 2>(|_, last| if last == "link" { "a rope or buffer" } else { last });
     }
     #[test]
     fn laws_cost_what_they_ask_for() {
-        checks::laws_cost_what_they_ask_for::<_, { states(0) }, 2>(build, [true, false]);
+        checks::laws_cost_what_they_ask_for::<Festoon, 2>([true, false]);
     }
 }

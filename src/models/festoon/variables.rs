@@ -1,14 +1,11 @@
 //! The variable table of the festoon.
 
 use std::f64::consts::PI;
-use std::sync::LazyLock;
 
 use super::MAX_TROLLEYS;
-use crate::co_simulation::counters_table;
-use crate::friction::{Friction, Law, states};
-use crate::models::references;
-use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
+use crate::friction::{Law, Laws, states};
+use crate::system::{Tables, references};
+use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
@@ -38,21 +35,16 @@ states! {
 }
 
 /// Every variable of the festoon.
-pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let mut table = vec![Variable::time()];
-    table.extend(Inputs::table());
-    table.extend(Outputs::<f64>::table());
+pub fn tables<L: Laws>() -> Tables {
+    let mut computed = Outputs::<f64>::table();
     for trolley in 0..MAX_TROLLEYS {
-        table.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
+        computed.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
-        table.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
+        computed.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }
-    table.extend(counters_table(references::COUNTERS));
-    table.extend(Parameters::table());
-    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
-    table.extend(Tuning::grouped(references::SOLVER));
-    Table::new(table)
-});
+    let laws = L::table("friction", references::FRICTION, Law::Stribeck.id());
+    Tables { inputs: Inputs::table(), computed, parameters: [Parameters::table(), laws].concat() }
+}
 
 /// A variable of one trolley, with its dependencies on the states of this trolley and its neighbours.
 fn of_trolley(variable: Variable, trolley: usize) -> Variable {

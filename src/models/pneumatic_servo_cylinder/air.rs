@@ -1,13 +1,14 @@
 //! The air in the chambers: what flows in, and how pressures and temperatures follow.
 
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, lines, of_actuator};
+use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{self, Ports};
+use crate::pneumatics::actuator::{self, Actuators, Ports};
 use crate::pneumatics::chamber::ChamberRates;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState};
 use crate::pneumatics::orifice::{Flow, Inflow};
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
     pub(super) fn gas<S: Scalar>(&self, x: &[S]) -> GasState<Pair<S>> {

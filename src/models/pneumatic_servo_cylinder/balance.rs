@@ -10,15 +10,17 @@
 //! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::variables::{Inputs, State};
-use super::{MOST, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use crate::friction::Laws;
 use crate::hybrid::QUANTITIES;
 use crate::numbers::Pair;
+use crate::pneumatics::actuator::Actuators;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
-    pub(super) fn mass_and_energy(&self, x: &[f64], memory: &Memory) -> [f64; QUANTITIES] {
+    pub(super) fn mass_and_energy(&self, x: &[f64], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(x.len())]));
@@ -35,7 +37,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         time: f64,
         x: &[f64],
         u: &Inputs<f64>,
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
     ) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
@@ -54,7 +56,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
     }
 
     /// Force in N on the carriage that brings energy from outside.
-    fn outer_force(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &Memory) -> f64 {
+    fn outer_force(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &MemoryOf<L, A>) -> f64 {
         let contact = self.contact(time, x, u, self.rate(x, memory));
         let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; MOST]);
         let [area_a, area_b] = self.chambers.areas;

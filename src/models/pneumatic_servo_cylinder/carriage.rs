@@ -1,12 +1,13 @@
 //! The carriage: what pushes it, what friction sees of it, how it moves.
 
 use super::variables::{Inputs, State};
-use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
-use crate::friction::Contact;
+use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use crate::friction::{Contact, Laws};
 use crate::numbers::{Pair, Scalar};
+use crate::pneumatics::actuator::Actuators;
 use crate::variables::Tunable;
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Force on the moving mass other than friction in N, and the stops' part of it.
     #[inline(always)]
     pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
@@ -49,7 +50,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
 
     /// Velocity of the carriage: the state, unless the friction law holds the position.
     #[inline(always)]
-    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &Memory) -> S {
+    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A>) -> S {
         self.friction.rate(x[State::Velocity.at(x.len())], &memory.friction)
     }
 
@@ -60,7 +61,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         time: S,
         x: &[S],
         u: &Inputs<S>,
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
         bristles: &[S],
         bristle_rates: &mut [S],
     ) -> [S; 2] {

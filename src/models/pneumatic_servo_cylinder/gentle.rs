@@ -2,9 +2,10 @@
 
 use super::variables::Inputs;
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, State, of_actuator};
-use crate::friction::FrictionContact;
+use crate::friction::{FrictionContact, Laws};
 use crate::hybrid::LongestSteps;
 use crate::numbers::Pair;
+use crate::pneumatics::actuator::Actuators;
 
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
 const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
@@ -22,7 +23,7 @@ pub(super) struct GentleSteps {
 
 impl GentleSteps {
     /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
-    pub(super) fn new(friction: &FrictionContact, stop: f64, mass: f64) -> Self {
+    pub(super) fn new<L: Laws>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
         let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
         let longest = |swing: f64| LongestSteps::of_swing(swing, damping.max(0.0) / mass).min(LONGEST);
@@ -46,7 +47,7 @@ impl GentleSteps {
     }
 }
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Whether something changes faster within a step than its error estimate can tell: waves in lines, pulses, friction
     /// along the stroke.
     pub(super) fn has_rapid_parts(&self) -> bool {

@@ -6,20 +6,21 @@
 use nalgebra::SMatrix;
 
 use super::variables::{Inputs, State};
-use super::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
+use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
+use crate::friction::Laws;
 use crate::hybrid::jacobian_by_duals;
 use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
-use crate::pneumatics::actuator::{FLOW, STATES};
+use crate::pneumatics::actuator::{Actuators, FLOW, STATES};
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
     pub(super) fn linearise<const N: usize>(
         &self,
         time: f64,
         x: &[f64; N],
         u: &[f64; 3],
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
         // The parts are independent only without options and without leakage between the chambers.
@@ -42,7 +43,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
@@ -56,7 +57,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
@@ -83,7 +84,7 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         time: f64,
         x: &[f64; N],
         u: &[f64; 3],
-        memory: &Memory,
+        memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
@@ -129,10 +130,12 @@ fn scatter<const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::co_simulation::build;
     use crate::friction::{LAWS, MAX_STATES};
     use crate::hybrid::HybridSystem;
     use crate::model::Start;
-    use crate::models::pneumatic_servo_cylinder::{MODEL, build};
+    use crate::models::pneumatic_servo_cylinder::{MODEL, Memory};
+    use crate::system::System;
     use crate::variables::{Role, Variable};
 
     const N: usize = State::OTHERS + MAX_STATES;
@@ -149,8 +152,9 @@ mod tests {
         }
         let inputs = starts(&|it| it.role == Role::Input);
         let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-        let (cylinder, _) = build(&start, &[]).expect("legal parameters");
-        let (mut x, memory) = cylinder.initial_state::<N>(&start);
+        let (cylinder, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
+        let u: [f64; 3] = std::array::from_fn(|place| inputs[place]);
+        let (mut x, memory) = cylinder.start::<N>(&u);
         for spool in [-0.4, 0.3] {
             // A spool, or the pressure behind the regulator.
             x[FLOW] = if x[FLOW] > 1e3 { 4e5 } else { spool };

@@ -6,8 +6,9 @@ use super::options::Options;
 use super::variables::State;
 use super::{PneumaticServoCylinder, of_actuator};
 use crate::enumeration;
+use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{Ports, SUPPLY};
+use crate::pneumatics::actuator::{Actuators, Ports, SUPPLY};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
@@ -189,7 +190,7 @@ impl Restriction {
     }
 }
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Index of the first state of the lines among `n` states.
     pub(super) fn first_of_lines(&self, n: usize) -> usize {
         State::Position.at(n) - self.sensors.states() - STATES
@@ -379,7 +380,7 @@ fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
     depends
 }
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the states of the lines and their rates, and returns the rest of the slots.
     #[inline(always)]
     pub(super) fn write_lines<'s, S: Scalar>(&self, x: &[S], rates: &[S], slots: &'s mut [S]) -> &'s mut [S] {

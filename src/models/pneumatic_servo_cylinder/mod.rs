@@ -33,57 +33,60 @@ use self::gentle::GentleSteps;
 use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
-use self::variables::{Inputs, Parameters, State, TABLE};
-use super::equations::state_name;
-use super::references;
-use crate::co_simulation::Simulation;
-use crate::co_simulation::Simulator;
-use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, MAX_STATES};
-use crate::hybrid::{Groups, HybridSystem, Led, LongestSteps, QUANTITIES, Sample, Stride};
+use self::variables::{Inputs, Outputs, Parameters, State};
+use crate::co_simulation::{Simulation, Simulator, build};
+use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
+use crate::hybrid::{Groups, Indicator, Led, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{self, Actuator, STATES};
+use crate::pneumatics::actuator::{self, Actuator, Actuators, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
 use crate::sensor;
-use crate::solver::{Settings, Tuning};
-use crate::variables::{ParameterError, ParameterSet, Tunable};
+use crate::start_sized;
+use crate::system::{Place, Shortcuts, System, Tables, references, table};
+use crate::variables::{Notice, Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
-pub const MODEL: Model = Model {
-    name: "PneumaticServoCylinder",
-    description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
-    variables: || &TABLE,
-    indicators: || Event::indicators("friction"),
-    start,
-    experiment: Experiment {
-        stop_time: 3.0,
-        step_size: 1e-3,
-        signals: &[Signal {
-            input: "valveVoltage",
-            text: "5 V + 2 V sin(2π t/s)",
-            course: Course::Sine { mean: 5.0, amplitude: 2.0, frequency: 1.0, delay: 0.0 },
-        }],
-        panels: &[
-            Panel { label: "valve voltage", curves: &["valveVoltage"] },
-            Panel { label: "position", curves: &["position"] },
-            Panel { label: "velocity", curves: &["velocity"] },
-            Panel { label: "pressure", curves: &["chamberB.pressure", "chamberA.pressure"] },
-            Panel { label: "friction force", curves: &["frictionForce"] },
-        ],
-    },
-};
+pub const MODEL: Model = model::<Friction, Actuator>();
+
+/// The model with the laws and the actuators of catalogues.
+pub const fn model<L: Laws, A: Actuators>() -> Model {
+    Model {
+        name: "PneumaticServoCylinder",
+        description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
+        variables: table::<PneumaticServoCylinder<L, A>, 3>,
+        indicators: PneumaticServoCylinder::<L, A>::indicator_list,
+        start: start::<L, A>,
+        experiment: Experiment {
+            stop_time: 3.0,
+            step_size: 1e-3,
+            signals: &[Signal {
+                input: "valveVoltage",
+                text: "5 V + 2 V sin(2π t/s)",
+                course: Course::Sine { mean: 5.0, amplitude: 2.0, frequency: 1.0, delay: 0.0 },
+            }],
+            panels: &[
+                Panel { label: "valve voltage", curves: &["valveVoltage"] },
+                Panel { label: "position", curves: &["position"] },
+                Panel { label: "velocity", curves: &["velocity"] },
+                Panel { label: "pressure", curves: &["chamberB.pressure", "chamberA.pressure"] },
+                Panel { label: "friction force", curves: &["frictionForce"] },
+            ],
+        },
+    }
+}
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
 #[derive(Clone, Debug)]
-pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
+pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
     p: Parameters,
     options: Options,
     lines: Lines,
     sensors: Sensors,
-    actuator: Actuator,
+    actuator: A,
     /// Chambers A and B.
     chambers: Chambers,
     /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
@@ -91,7 +94,7 @@ pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
     supply: Reservoir,
     exhaust: Reservoir,
     stops: EndStops,
-    friction: FrictionContact,
+    friction: FrictionContact<L>,
     /// Inverse of the moving mass in 1/kg.
     per_mass: f64,
     /// Constant part of the applied force in N: wire and weight.
@@ -104,11 +107,14 @@ pub struct PneumaticServoCylinder<const EXTENDED: bool = false> {
 
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    actuator: actuator::Memory,
-    friction: friction::Memory,
+pub struct Memory<F = friction::Memory, A = actuator::Memory> {
+    actuator: A,
+    friction: F,
     sensors: sensors::Memory,
 }
+
+/// The memory of a cylinder with laws and actuators of catalogues.
+type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
 
 // In front of the friction law the places do not depend on its number of states.
 const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
@@ -132,79 +138,60 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
-fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (parts, _) = Parts::read(start, &[])?;
-    if parts.need_extension() {
-        let equations = PneumaticServoCylinder::<true>::of(parts);
-        return match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
-            (false, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
-            (false, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
-            (false, _, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + sensors::COUNT }>(start)?)),
-            (true, 0, 0..=2) => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 + lines::STATES }>(start)?)),
-            (true, 0, _) => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES + lines::STATES }>(start)?)),
-            _ => Ok(Box::new(equations.simulator::<MOST>(start)?)),
+fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (equations, settings) = build::<PneumaticServoCylinder<L, A, true>, 3>(start, &[])?;
+    if !equations.needs_extension() {
+        return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [
+            State::OTHERS,
+            State::OTHERS + 1,
+            State::OTHERS + 2,
+            State::OTHERS + 4,
+            State::OTHERS + MAX_STATES
+        ]);
+    }
+    macro_rules! run {
+        ($states:expr) => {
+            Ok(Box::new(Simulator::<_, { $states }, 3>::new(equations, settings, start)))
         };
     }
-    let equations = PneumaticServoCylinder::<false>::of(parts);
-    match equations.friction.count() {
-        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
-        2 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 2 }>(start)?)),
-        3..=4 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 4 }>(start)?)),
-        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
+    match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
+        (false, 0, 0..=2) => run!(State::OTHERS + 2),
+        (false, 0, _) => run!(State::OTHERS + MAX_STATES),
+        (false, _, 0..=2) => run!(State::OTHERS + 2 + sensors::COUNT),
+        (true, 0, 0..=2) => run!(State::OTHERS + 2 + lines::STATES),
+        (true, 0, _) => run!(State::OTHERS + MAX_STATES + lines::STATES),
+        _ => run!(MOST),
     }
-}
-
-/// The equations for the parameters of a start, which vary with slopes or (without any) not at all, and the solver
-/// settings.
-///
-/// # Errors
-/// [`ParameterError`] when values that are legal one by one do not fit together.
-pub fn build<const EXTENDED: bool>(
-    start: &Start,
-    slopes: &[f64],
-) -> Result<(PneumaticServoCylinder<EXTENDED>, Settings), ParameterError> {
-    let (parts, settings) = Parts::read(start, slopes)?;
-    Ok((PneumaticServoCylinder::of(parts), settings))
 }
 
 /// What the equations are made of.
-struct Parts {
+struct Parts<L, A> {
     parameters: Parameters,
     options: Options,
     sensors: Sensors,
-    actuator: Actuator,
-    friction: Friction,
+    actuator: A,
+    friction: L,
 }
 
-impl Parts {
-    fn read(start: &Start, slopes: &[f64]) -> Result<(Self, Settings), ParameterError> {
-        let parameters = TABLE.chosen(start.parameters, slopes);
-        let (own, rest) = parameters.split_at(Parameters::LEN);
-        let (options, rest) = rest.split_at(Options::LEN);
-        let (sensors, rest) = rest.split_at(Sensors::LEN);
-        let (actuator, rest) = rest.split_at(Actuator::LEN);
-        let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-        let parameters = Parameters::read(own)?;
-        let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-        let settings = settings.keeping_balance(parameters.keeps_balance);
+impl<L: Laws, A: Actuators> Parts<L, A> {
+    fn read(values: &mut Values) -> Result<Self, ParameterError> {
+        let parameters: Parameters = values.read()?;
         parameters.check()?;
-        let options = Options::read(options)?;
+        let options: Options = values.read()?;
         options.check(parameters.bore)?;
-        let sensors = Sensors::read(sensors)?;
+        let sensors: Sensors = values.read()?;
         sensors.check()?;
-        let friction = Friction::new(friction, "friction")?;
-        Ok((Self { parameters, options, sensors, actuator: Actuator::new(actuator)?, friction }, settings))
+        Ok(Self { parameters, options, sensors, actuator: A::read(values)?, friction: L::read(values, "friction")? })
     }
+}
 
-    /// Whether any of them is compiled for extended equations only.
-    fn need_extension(&self) -> bool {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Whether any of the parts is compiled for extended equations only.
+    fn needs_extension(&self) -> bool {
         self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
     }
-}
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
-    fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts) -> Self {
+    fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
         let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
@@ -250,14 +237,8 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         }
     }
 
-    /// Number of states that are integrated.
-    pub fn states(&self) -> usize {
-        let lines = if self.lines.are_used() { lines::STATES } else { 0 };
-        State::OTHERS + self.friction.count() + lines + self.sensors.states()
-    }
-
     /// The next point in time at which a part changes by itself.
-    fn next_change(&self, memory: &Memory) -> Sample {
+    fn next_change(&self, memory: &MemoryOf<L, A>) -> Sample {
         let of_friction = self.friction.next_sample(&memory.friction);
         if !EXTENDED {
             return of_friction;
@@ -265,15 +246,30 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         let of_sensors = self.sensors.next_sample(&memory.sensors);
         self.actuator.next_sample(&memory.actuator).earlier(of_friction).earlier(of_sensors)
     }
+}
 
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 3>, ParameterError> {
-        let (x, memory) = self.initial_state(start);
-        Simulator::new(build, start, x, memory)
+impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = MemoryOf<L, A>;
+    type Indicators = Indicators;
+
+    const RESIDUALS: usize = variables::RESIDUALS;
+
+    fn tables() -> Tables {
+        variables::tables::<L, A>()
     }
 
-    /// The states and the memory a run starts with; `N` is [`states`](Self::states) or more.
-    pub fn initial_state<const N: usize>(&self, start: &Start) -> ([f64; N], Memory) {
-        let u = Inputs::read(&std::array::from_fn(|i| start.inputs[i]));
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        Ok(Self::of(Parts::read(values)?))
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, u: &[f64; 3]) -> ([f64; N], Self::Memory) {
+        let u = Inputs::read(u);
         let mut x = [0.0; N];
         x[State::Position.at(N)] = self.p.position0;
         x[State::Velocity.at(N)] = self.p.velocity0;
@@ -298,76 +294,93 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
         }
         (x, Memory { actuator, friction, sensors: self.sensors.start(quantities) })
     }
-}
 
-impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServoCylinder<EXTENDED> {
-    type Memory = Memory;
-    type Indicators = Indicators;
+    fn states(&self) -> usize {
+        let lines = if self.lines.are_used() { lines::STATES } else { 0 };
+        State::OTHERS + self.friction.count() + lines + self.sensors.states()
+    }
 
-    const GROUPS: Groups = if EXTENDED { [0, 0] } else { [STATES, State::FRICTION] };
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        let own = State::of(reference).map(|state| state.at(n));
+        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(n) + place);
+        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
+        own.or_else(|| self.friction.state_at(reference))
+            .or_else(|| self.actuator.state_at(reference))
+            .or_else(of_lines)
+            .or_else(of_sensors)
+    }
 
-    const LED: usize = STATES;
+    fn indicator_list() -> Vec<Indicator> {
+        Event::indicators("friction")
+    }
 
-    const RELAXING: Option<usize> = if N > State::OTHERS { Some(State::FRICTION) } else { None };
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &Self::Memory,
+        computed: &mut [S],
+    ) {
+        self.write_outputs(time, x, &Inputs::read(u), memory, computed);
+    }
 
-    const TURNING: Option<usize> = if N > State::OTHERS { Some(State::Velocity.at(N)) } else { None };
+    fn keeps_balance(&self) -> bool {
+        self.p.keeps_balance
+    }
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory) -> [S; N] {
+    fn notices(&self, u: &[f64; 3]) -> Notices {
+        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
+        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
+        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
+        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
+        [self.friction.law().notice(), low]
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> [S; N] {
         let mut rates = [S::zero(); N];
         self.write_rates(time, x, u, memory, &mut rates);
         rates
     }
 
-    fn driven(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> [f64; N] {
-        let mut rates = [0.0; N];
-        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
-        rates
-    }
-
-    fn jacobian(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &Memory,
-        jacobian: &mut SMatrix<f64, N, N>,
-    ) -> [f64; N] {
-        self.linearise(time, x, u, memory, jacobian)
-    }
-
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> Indicators {
+    fn indicators<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> Indicators {
         let u = &Inputs::read(u);
         let contact = self.contact(time, x, u, self.rate(x, memory));
         self.friction.indicators(&contact, x, &memory.friction)
-    }
-
-    fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
-        act_on_actuator_alone(inputs) && !self.friction.follows()
     }
 
     fn has_events(&self) -> bool {
         self.friction.has_events()
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; 3],
+        memory: &mut MemoryOf<L, A>,
+    ) {
         let u = &Inputs::read(u);
         let contact = self.contact(time, x, u, self.rate(x, memory));
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) -> bool {
+    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
         let u = &Inputs::read(u);
         self.actuator.follow(u.valve_voltage, &mut memory.actuator);
         let rate = self.rate(x, memory);
         self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction)
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample(&self, memory: &MemoryOf<L, A>) -> Sample {
         self.next_change(memory)
-    }
-
-    fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 3>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -382,55 +395,11 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.max_step()
     }
 
-    fn refresh(&self, x: &[f64; N], inputs: [&[f64; 3]; 2], memory: &Memory, derivatives: &mut [f64; N]) -> bool {
-        if !act_on_actuator_alone(inputs) {
-            return false;
-        }
-        let u = Inputs::read(inputs[1]);
-        derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
-        true
-    }
-
-    fn is_gentle(&self) -> bool {
-        self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
-    }
-
-    fn relaxation(&self, time: f64, x: &[f64; N], rates: &[f64; N], u: &[f64; 3], memory: &Memory) -> f64 {
-        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
-        self.friction.relaxation(contact, [x, rates], &memory.friction)
-    }
-
-    fn longest_gentle_steps(&self, x: &[f64; N]) -> LongestSteps {
-        self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
-    }
-
-    fn is_smooth(&self, [x, end]: [&[f64; N]; 2], u: [&[f64; 3]; 2], memory: &Memory, step: f64) -> bool {
-        let [u, u_end] = u.map(Inputs::read);
-        let states = [of_actuator(x), of_actuator(end)];
-        self.piece(x, &u) == self.piece(end, &u_end)
-            && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
-    }
-
-    fn stride(&self, size: f64) -> Stride {
-        Stride { size, half: self.actuator.half(size) }
-    }
-
-    fn led(&self, x: &[f64; N], u: &[f64; 3], memory: &Memory, stride: &Stride) -> Led<[f64; N]> {
-        let voltage = Inputs::read(u).valve_voltage;
-        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
-        let placed = |own: [f64; STATES]| {
-            let mut all = [0.0; N];
-            all[..STATES].copy_from_slice(&own);
-            all
-        };
-        Led { middle: placed(middle), end: placed(end), bend: placed(bend) }
-    }
-
     fn depends_on_time(&self) -> bool {
         self.friction.depends_on_time()
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut Memory) {
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
         let u = &Inputs::read(u);
         if EXTENDED {
             // One part at a time, the earliest; the others follow when they are the earliest.
@@ -450,13 +419,13 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
     }
 
-    fn arrive(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut Memory) {
+    fn arrive<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
         if EXTENDED {
             self.take_readings(time, x, &Inputs::read(u), memory);
         }
     }
 
-    fn admit(&self, x: &[f64; N]) -> Result<(), &'static str> {
+    fn admit<const N: usize>(&self, x: &[f64; N]) -> Result<(), &'static str> {
         /// What has no meaning if one of these is not above 0: volumes, pressures, temperatures.
         const REASONS: [&str; 6] = [
             "the volume of chamber A vanishes",
@@ -481,7 +450,7 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         Ok(())
     }
 
-    fn scales(&self) -> [f64; N] {
+    fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
         scales[..STATES].copy_from_slice(&self.actuator.scales());
         if EXTENDED && self.lines.are_used() {
@@ -494,19 +463,139 @@ impl<const N: usize, const EXTENDED: bool> HybridSystem<N, 3> for PneumaticServo
         scales
     }
 
-    fn content(&self, x: &[f64; N], memory: &Memory) -> [f64; QUANTITIES] {
+    fn content<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
         self.mass_and_energy(x, memory)
     }
 
-    fn inflow(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &Memory) -> [f64; QUANTITIES] {
+    fn inflow<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> [f64; QUANTITIES] {
         let u = &Inputs::read(u);
         self.mass_flow_and_power(time, x, u, memory)
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits(&self, memory: &MemoryOf<L, A>) -> bool {
         self.actuator.fits(&memory.actuator)
             && self.friction.fits(&memory.friction)
             && memory.sensors.iter().all(sensor::Memory::is_sound)
+    }
+}
+
+impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServoCylinder<L, A, EXTENDED> {
+    const GROUPS: Groups = if EXTENDED { [0, 0] } else { [STATES, State::FRICTION] };
+
+    const LED: usize = STATES;
+
+    const RELAXING: Option<Place> = Some(Place::Front(State::FRICTION));
+
+    const TURNING: Option<Place> = Some(Place::Back(0));
+
+    fn at_hand<const N: usize>(&self, place: usize, x: &[f64; N], memory: &Self::Memory) -> Option<f64> {
+        const POSITION: usize = Outputs::PLACES.position;
+        const VELOCITY: usize = Outputs::PLACES.velocity;
+        const IN_A: usize = Outputs::PLACES.pressure_a;
+        const IN_B: usize = Outputs::PLACES.pressure_b;
+        match place {
+            POSITION => Some(x[State::Position.at(N)]),
+            VELOCITY => Some(self.rate(x, memory)),
+            IN_A => Some(x[PRESSURE_A]),
+            IN_B => Some(x[PRESSURE_B]),
+            _ => None,
+        }
+    }
+
+    fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> [f64; N] {
+        let mut rates = [0.0; N];
+        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
+        rates
+    }
+
+    fn jacobian<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+        jacobian: &mut SMatrix<f64, N, N>,
+    ) -> [f64; N] {
+        self.linearise(time, x, u, memory, jacobian)
+    }
+
+    fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
+        act_on_actuator_alone(inputs) && !self.friction.follows()
+    }
+
+    fn refresh<const N: usize>(
+        &self,
+        x: &[f64; N],
+        inputs: [&[f64; 3]; 2],
+        memory: &MemoryOf<L, A>,
+        derivatives: &mut [f64; N],
+    ) -> bool {
+        if !act_on_actuator_alone(inputs) {
+            return false;
+        }
+        let u = Inputs::read(inputs[1]);
+        derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+        true
+    }
+
+    fn is_gentle(&self) -> bool {
+        self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
+    }
+
+    fn relaxation<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        rates: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> f64 {
+        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        self.friction.relaxation(contact, [x, rates], &memory.friction)
+    }
+
+    fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
+        self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
+    }
+
+    fn is_smooth<const N: usize>(
+        &self,
+        [x, end]: [&[f64; N]; 2],
+        u: [&[f64; 3]; 2],
+        memory: &MemoryOf<L, A>,
+        step: f64,
+    ) -> bool {
+        let [u, u_end] = u.map(Inputs::read);
+        let states = [of_actuator(x), of_actuator(end)];
+        self.piece(x, &u) == self.piece(end, &u_end)
+            && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
+    }
+
+    fn stride(&self, size: f64) -> Stride {
+        Stride { size, half: self.actuator.half(size) }
+    }
+
+    fn led<const N: usize>(
+        &self,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+        stride: &Stride,
+    ) -> Led<[f64; N]> {
+        let voltage = Inputs::read(u).valve_voltage;
+        let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
+        let placed = |own: [f64; STATES]| {
+            let mut all = [0.0; N];
+            all[..STATES].copy_from_slice(&own);
+            all
+        };
+        Led { middle: placed(middle), end: placed(end), bend: placed(bend) }
     }
 }
 
@@ -520,14 +609,13 @@ fn act_on_actuator_alone(inputs: [&[f64; 3]; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::equations::checks;
+    use crate::models::checks;
     use crate::variables::Variable;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        let indicators = (MODEL.indicators)();
-        checks::events_are_named::<_, { State::OTHERS }, 3>(build::<false>, &indicators, |_, last| last);
+        checks::events_are_named::<PneumaticServoCylinder, 3>(|_, last| last);
     }
 
     /// With all lines, each of their states is integrated; with a lag, a sensor's.
@@ -550,27 +638,29 @@ mod tests {
                 }
                 _ => variable.start.expect("a start value"),
             };
-            let parameters: Vec<f64> = TABLE.parameters().map(value).collect();
+            let parameters: Vec<f64> = (MODEL.variables)().parameters().map(value).collect();
             let start = Start { time: 0.0, parameters: &parameters, inputs: &[5.0, 0.0, 6e5], tolerance: None };
             let run = (MODEL.start)(&start).expect("legal");
-            let integrated = (0..TABLE.states().count()).filter(|state| run.state_index(*state).is_some());
-            let (equations, _) = build::<true>(&start, &[]).expect("legal");
+            let integrated =
+                (0..(MODEL.variables)().states().count()).filter(|state| run.state_index(*state).is_some());
+            let (equations, _) =
+                build::<PneumaticServoCylinder<Friction, Actuator, true>, 3>(&start, &[]).expect("legal");
             assert_eq!(equations.states(), integrated.count(), "law {law}, {options:?}");
         }
     }
     #[test]
     fn laws_cost_what_they_ask_for() {
-        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 3>(build::<false>, [false; 2]);
+        checks::laws_cost_what_they_ask_for::<PneumaticServoCylinder, 3>([false; 2]);
     }
 
     /// Another voltage changes the rates of the spool alone, so that no others are evaluated anew; other inputs change more.
     #[test]
     fn rates_are_refreshed_where_the_voltage_alone_has_changed() {
-        let parameters: Vec<f64> = TABLE.parameters().filter_map(|it| it.start).collect();
+        let parameters: Vec<f64> = (MODEL.variables)().parameters().filter_map(|it| it.start).collect();
         let before = [6.0, 1.0, 6e5];
         let start = Start { time: 0.0, parameters: &parameters, inputs: &before, tolerance: None };
-        let (equations, _) = build::<false>(&start, &[]).expect("the defaults fit");
-        let (x, memory) = equations.initial_state::<{ State::OTHERS }>(&start);
+        let (equations, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("the defaults fit");
+        let (x, memory) = equations.start::<{ State::OTHERS }>(&before);
         for (inputs, is_refreshed) in
             [([6.5, 1.0, 6e5], true), (before, true), ([6.5, 1.5, 6e5], false), ([6.0, 1.0, 5e5], false)]
         {
@@ -580,8 +670,7 @@ mod tests {
             assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
             let expected = if is_refreshed { equations.derivatives(0.0, &x, &inputs, &memory) } else { unchanged };
             assert_eq!(rates.map(f64::to_bits), expected.map(f64::to_bits), "{inputs:?}");
-            let hold = <PneumaticServoCylinder as HybridSystem<{ State::OTHERS }, 3>>::indicators_hold;
-            assert_eq!(hold(&equations, [&before, &inputs]), is_refreshed, "{inputs:?}");
+            assert_eq!(equations.indicators_hold([&before, &inputs]), is_refreshed, "{inputs:?}");
         }
     }
 }

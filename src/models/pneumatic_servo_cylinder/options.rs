@@ -1,6 +1,6 @@
 //! What a cylinder may have beyond the rig: everything here is off by default.
 //!
-//! Equations of a cylinder that uses some of it are compiled apart (`PneumaticServoCylinder<true>`), so that nothing of it
+//! Equations of a cylinder that uses some of it are compiled apart (`EXTENDED`), so that nothing of it
 //! costs the others an instruction. The diameter of a second rod is a number like others, and costs nobody anything.
 
 use std::f64::consts::TAU;

@@ -1,60 +1,23 @@
 //! The computed variables of the cylinder.
 
-use super::variables::{self, Inputs, Outputs, State, TABLE};
-use super::{MOST, Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
-use crate::models::equations::Equations;
+use super::variables::{Inputs, Outputs, State};
+use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
-use crate::variables::{Notice, Notices, Table};
+use crate::pneumatics::actuator::Actuators;
 
-impl<const N: usize, const EXTENDED: bool> Equations<N, 3> for PneumaticServoCylinder<EXTENDED> {
-    const RESIDUALS: usize = variables::RESIDUALS;
-
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &Memory, computed: &mut [S]) {
-        self.write_outputs(time, x, &Inputs::read(u), memory, computed);
-    }
-
-    fn at_hand(&self, place: usize, x: &[f64; N], memory: &Memory) -> Option<f64> {
-        const POSITION: usize = Outputs::PLACES.position;
-        const VELOCITY: usize = Outputs::PLACES.velocity;
-        const IN_A: usize = Outputs::PLACES.pressure_a;
-        const IN_B: usize = Outputs::PLACES.pressure_b;
-        match place {
-            POSITION => Some(x[State::Position.at(N)]),
-            VELOCITY => Some(self.rate(x, memory)),
-            IN_A => Some(x[PRESSURE_A]),
-            IN_B => Some(x[PRESSURE_B]),
-            _ => None,
-        }
-    }
-
-    fn state_at(&self, reference: u32) -> Option<usize> {
-        let own = State::of(reference).map(|state| state.at(N));
-        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(N) + place);
-        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(N) + place);
-        own.or_else(|| self.friction.state_at(reference))
-            .or_else(|| self.actuator.state_at(reference))
-            .or_else(of_lines)
-            .or_else(of_sensors)
-    }
-
-    fn notices(&self, u: &[f64; 3]) -> Notices {
-        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
-        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
-        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
-        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
-        [self.friction.law().notice(), low]
-    }
-}
-
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the computed variables, of which the table has as many whatever the number of states.
     // Compiled once for all these numbers.
     #[inline(never)]
-    fn write_outputs<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &Memory, computed: &mut [S]) {
+    pub(super) fn write_outputs<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A>,
+        computed: &mut [S],
+    ) {
         let (position, rate) = (x[State::Position.at(x.len())], self.rate(x, memory));
         let contact = self.contact(time, x, u, rate);
         let friction = self.friction.observe(&contact, x, &memory.friction);

@@ -2,16 +2,24 @@
 
 use super::variables::{Inputs, State};
 use super::{
-    Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, of_actuator, sensors,
+    MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, of_actuator, sensors,
 };
+use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::STATES;
+use crate::pneumatics::actuator::{Actuators, STATES};
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the rates of all states; those of states that rest are left as they are.
     // Compiled once for all numbers of states, which make no difference to the equations.
     #[inline(never)]
-    pub(super) fn write_rates<S: Scalar>(&self, time: S, x: &[S], u: &[S; 3], memory: &Memory, rates: &mut [S]) {
+    pub(super) fn write_rates<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A>,
+        rates: &mut [S],
+    ) {
         let u = &Inputs::read(u);
         self.driven_rates(time, x, u, memory, rates);
         rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
@@ -19,7 +27,14 @@ impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
 
     /// Writes the rates of all states but those of the actuator.
     #[inline(always)]
-    pub(super) fn driven_rates<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &Memory, rates: &mut [S]) {
+    pub(super) fn driven_rates<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A>,
+        rates: &mut [S],
+    ) {
         let bristles = self.friction.states();
         let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         let gas = self.gas(x);

@@ -4,10 +4,12 @@
 //! the position; a cylinder whose sensors have none has none of these.
 
 use super::variables::{Inputs, State};
-use super::{MOST, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use crate::friction::Laws;
 use crate::hybrid::Sample;
 use crate::numbers::{Scalar, random};
 use crate::parameters;
+use crate::pneumatics::actuator::Actuators;
 use crate::sensor::{self, Quantity, Sensor};
 use crate::variables::{ParameterError, Variable, units};
 
@@ -152,9 +154,9 @@ impl Sensors {
     }
 }
 
-impl<const EXTENDED: bool> PneumaticServoCylinder<EXTENDED> {
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &mut super::Memory) {
+    pub(super) fn take_readings(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &mut MemoryOf<L, A>) {
         if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
             return;
         }

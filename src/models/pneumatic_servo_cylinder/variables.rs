@@ -1,44 +1,47 @@
 //! The variable table of the cylinder.
 
 use std::f64::consts::PI;
-use std::sync::LazyLock;
 
 use super::lines::{self, Lines};
 use super::options::Options;
 use super::sensors::Sensors;
-use crate::co_simulation::counters_table;
-use crate::friction::{Friction, Law, states};
-use crate::models::references;
-use crate::pneumatics::actuator::{self, Actuator};
+use crate::friction::{Law, Laws, states};
+use crate::pneumatics::actuator::{self, Actuators};
 use crate::pneumatics::chamber::ThermalModel;
-use crate::solver::Tuning;
-use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
+use crate::system::{Tables, references};
+use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 /// Conserved quantities: mass and energy.
 pub const RESIDUALS: usize = 2;
 
 /// Every variable of the cylinder.
-pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let mut table = vec![Variable::time()];
-    table.extend(Inputs::table());
-    table.extend(Outputs::<f64>::table());
-    table.extend(Actuator::computed());
-    table.extend(states::table("friction", references::CONTACT, depends::SLIDING));
+pub fn tables<L: Laws, A: Actuators>() -> Tables {
+    let feeds = [A::feeds(0), A::feeds(1)];
     let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
-    table.extend(Lines::computed([&Actuator::feeds(0), &Actuator::feeds(1)], at_ports));
     let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
-    table.extend(Sensors::computed(measured, [&[], &[], &[], &[depends::FORCE]]));
-    table.extend(residuals_table());
-    table.extend(counters_table(references::COUNTERS));
-    table.extend(Parameters::table());
-    table.extend(Options::table());
-    table.extend(Sensors::table());
-    table.extend(Actuator::parameters(1032));
-    table.extend(Friction::table("friction", references::FRICTION, Law::Stribeck));
-    table.extend(Tuning::grouped(references::SOLVER));
-    Table::new(table)
-});
+    let outputs = Outputs::<f64>::table().into_iter().map(|variable| depends::on_feeds(variable, &feeds));
+    Tables {
+        inputs: Inputs::table(),
+        computed: [
+            outputs.collect(),
+            A::computed(),
+            states::table("friction", references::CONTACT, depends::SLIDING),
+            Lines::computed([&feeds[0], &feeds[1]], at_ports),
+            Sensors::computed(measured, [&[], &[], &[], &[depends::FORCE]]),
+            residuals_table().to_vec(),
+        ]
+        .concat(),
+        parameters: [
+            Parameters::table(),
+            Options::table(),
+            Sensors::table(),
+            A::parameters(1032),
+            L::table("friction", references::FRICTION, Law::Stribeck.id()),
+        ]
+        .concat(),
+    }
+}
 
 inputs! {
     /// The inputs.
@@ -70,8 +73,9 @@ states! {
 
 /// Inputs and states that the computed variables depend on.
 mod depends {
-    use super::{Actuator, State, lines, references, states};
+    use super::{State, lines, references, states};
     pub use crate::pneumatics::actuator::{SUPPLY, VOLTAGE};
+    use crate::variables::Variable;
 
     pub const FORCE: u32 = 2;
     pub const X: u32 = State::Position.reference();
@@ -85,7 +89,20 @@ mod depends {
     /// the position.
     pub fn flow(chamber: usize) -> Vec<u32> {
         let lines = lines::feeds(chamber).to_vec();
-        [Actuator::feeds(chamber), vec![P_A, P_B, [T_A, T_B][chamber], X], lines].concat()
+        [vec![FEED[chamber]], vec![P_A, P_B, [T_A, T_B][chamber], X], lines].concat()
+    }
+
+    /// Stands for what the inflow of a chamber depends on, which is a matter of the actuators.
+    const FEED: [u32; 2] = [u32::MAX - 1, u32::MAX];
+
+    /// A variable that depends on what the actuators say where it depends on an inflow.
+    pub fn on_feeds(variable: Variable, feeds: &[Vec<u32>; 2]) -> Variable {
+        let real = |reference: &u32| match FEED.iter().position(|feed| feed == reference) {
+            Some(chamber) => feeds[chamber].clone(),
+            None => vec![*reference],
+        };
+        let known: Vec<u32> = variable.depends_on.iter().flat_map(real).collect();
+        variable.depends_on(&known)
     }
 
     /// What the rates of a chamber depend on; what leaks past the piston brings the temperature upstream along.

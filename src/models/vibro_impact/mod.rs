@@ -19,37 +19,40 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use self::variables::{Inputs, Outputs, Parameters, State, TABLE};
-use super::equations::{Equations, state_name};
-use super::references;
+use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::Simulation;
-use crate::co_simulation::Simulator;
-use crate::friction::{self, Contact, Drive, Event, FrictionContact, MAX_STATES};
-use crate::hybrid::{HybridSystem, Indicator, Sample, UNUSED};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Laws, MAX_STATES};
+use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::Scalar;
-use crate::solver::{Settings, Tuning};
-use crate::variables::{Notices, ParameterError, ParameterSet, Table, Tunable};
+use crate::start_sized;
+use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
-pub const MODEL: Model = Model {
-    name: "VibroImpact",
-    description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
-    variables: || &TABLE,
-    indicators,
-    start,
-    experiment: Experiment {
-        stop_time: 3.0,
-        step_size: 1e-3,
-        signals: &[],
-        panels: &[
-            Panel { label: "position", curves: &["position"] },
-            Panel { label: "displacement", curves: &["displacement"] },
-            Panel { label: "velocity", curves: &["velocity"] },
-            Panel { label: "friction force", curves: &["frictionForce"] },
-        ],
-    },
-};
+pub const MODEL: Model = model::<Friction>();
+
+/// The model with the laws of a catalogue.
+pub const fn model<L: Laws>() -> Model {
+    Model {
+        name: "VibroImpact",
+        description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
+        variables: table::<VibroImpact<L>, 1>,
+        indicators: VibroImpact::<L>::indicator_list,
+        start: start::<L>,
+        experiment: Experiment {
+            stop_time: 3.0,
+            step_size: 1e-3,
+            signals: &[],
+            panels: &[
+                Panel { label: "position", curves: &["position"] },
+                Panel { label: "displacement", curves: &["displacement"] },
+                Panel { label: "velocity", curves: &["velocity"] },
+                Panel { label: "friction force", curves: &["frictionForce"] },
+            ],
+        },
+    }
+}
 
 /// Everything between the two masses, in SI units or, in the dimensionless form, without units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,16 +72,16 @@ struct Coupling {
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
-pub struct VibroImpact {
+pub struct VibroImpact<L = Friction> {
     p: Parameters,
     coupling: Coupling,
-    friction: FrictionContact,
+    friction: FrictionContact<L>,
 }
 
 /// Memory of the friction law and of the impacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    friction: friction::Memory,
+pub struct Memory<F = friction::Memory> {
+    friction: F,
     /// Whether the mass touches the impact spring.
     touches: bool,
     /// Impacts so far.
@@ -89,32 +92,9 @@ pub struct Memory {
 const IMPACT: usize = 0;
 const CONTACT: usize = 1;
 
-fn indicators() -> Vec<Indicator> {
-    let text = "The impact spring is touched or left";
-    let mut indicators = vec![Indicator { name: "impact.contact".to_owned(), nominal: 1e-3, text }];
-    indicators.extend(Event::indicators("friction"));
-    indicators
-}
-
 /// Starts a run with as many states as the friction law needs.
-fn start(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build(start, &[])?;
-    match equations.friction.count() {
-        0 => Ok(Box::new(equations.simulator::<{ State::OTHERS }>(start)?)),
-        1 => Ok(Box::new(equations.simulator::<{ State::OTHERS + 1 }>(start)?)),
-        _ => Ok(Box::new(equations.simulator::<{ State::OTHERS + MAX_STATES }>(start)?)),
-    }
-}
-
-fn build(start: &Start, slopes: &[f64]) -> Result<(VibroImpact, Settings), ParameterError> {
-    let parameters = TABLE.chosen(start.parameters, slopes);
-    let (own, rest) = parameters.split_at(Parameters::LEN);
-    let (friction, tuning) = rest.split_at(rest.len() - Tuning::LEN);
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance);
-    let p = Parameters::read(own)?;
-    let law = p.friction_forces().build(friction, "friction")?;
-    let friction = FrictionContact::new(law, Drive::Force, State::FRICTION, references::CONTACT);
-    Ok((VibroImpact { coupling: Coupling::new(&p), friction, p }, settings))
+fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    start_sized!(start, VibroImpact<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
 impl Coupling {
@@ -160,18 +140,7 @@ impl Coupling {
     }
 }
 
-impl VibroImpact {
-    fn simulator<const N: usize>(&self, start: &Start) -> Result<Simulator<Self, N, 1>, ParameterError> {
-        let mut x = [0.0; N];
-        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
-        x[State::InternalPosition.at(N)] = self.p.position0 + self.p.displacement0;
-        x[State::InternalVelocity.at(N)] = self.p.velocity0 + self.p.displacement_rate0;
-        let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact(0.0, &x, &Inputs::read(&[start.inputs[0]]), x[State::Velocity.at(N)], touches);
-        let friction = self.friction.start(&contact);
-        Simulator::new(build, start, x, Memory { friction, touches, impacts: 0 })
-    }
-
+impl<L: Laws> VibroImpact<L> {
     /// Displacement of the internal mass on the body and its rate, for a velocity of the body.
     fn displacement<S: Scalar, const N: usize>(&self, x: &[S; N], rate: S) -> (S, S) {
         (x[State::InternalPosition.at(N)] - x[State::Position.at(N)], x[State::InternalVelocity.at(N)] - rate)
@@ -204,21 +173,70 @@ impl VibroImpact {
     }
 
     /// The contact in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>, memory: &Memory) -> Contact<S> {
+    fn contact_at<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &Inputs<S>,
+        memory: &Memory<L::Memory>,
+    ) -> Contact<S> {
         self.contact(time, x, u, self.rate(x, memory), memory.touches)
     }
 
     /// Velocity of the body: the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory) -> S {
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
         self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
     }
 }
 
-impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
-    type Memory = Memory;
+impl<L: Laws> System<1> for VibroImpact<L> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = Memory<L::Memory>;
     type Indicators = [f64; CONTACT + Event::COUNT];
 
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory) -> [S; N] {
+    fn tables() -> Tables {
+        variables::tables::<L>()
+    }
+
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        let p: Parameters = values.read()?;
+        let law = p.friction_forces().read(values, "friction")?;
+        let friction = FrictionContact::new(law, Drive::Force, State::FRICTION, references::CONTACT);
+        Ok(Self { coupling: Coupling::new(&p), friction, p })
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
+        let mut x = [0.0; N];
+        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
+        x[State::InternalPosition.at(N)] = self.p.position0 + self.p.displacement0;
+        x[State::InternalVelocity.at(N)] = self.p.velocity0 + self.p.displacement_rate0;
+        let touches = self.p.displacement0 > self.coupling.gap;
+        let contact = self.contact(0.0, &x, &Inputs::read(u), x[State::Velocity.at(N)], touches);
+        (x, Memory { friction: self.friction.start(&contact), touches, impacts: 0 })
+    }
+
+    fn states(&self) -> usize {
+        State::OTHERS + self.friction.count()
+    }
+
+    fn indicator_list() -> Vec<Indicator> {
+        let text = "The impact spring is touched or left";
+        let impact = Indicator { name: "impact.contact".to_owned(), nominal: 1e-3, text };
+        [vec![impact], Event::indicators("friction")].concat()
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory>,
+    ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
         let rate = self.rate(x, memory);
@@ -231,7 +249,13 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         rates
     }
 
-    fn indicators(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &Memory) -> Self::Indicators {
+    fn indicators<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 1],
+        memory: &Memory<L::Memory>,
+    ) -> Self::Indicators {
         let u = &Inputs::read(u);
         let mut indicators = [UNUSED; CONTACT + Event::COUNT];
         let (d, _) = self.displacement(x, 0.0);
@@ -241,7 +265,14 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         indicators
     }
 
-    fn switch(&self, event: usize, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; 1],
+        memory: &mut Memory<L::Memory>,
+    ) {
         let u = &Inputs::read(u);
         if event == IMPACT {
             memory.touches = !memory.touches;
@@ -252,25 +283,21 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory) -> bool {
+    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
         let u = &Inputs::read(u);
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         let contact = || self.contact(time, x, u, rate, touches);
         self.friction.follow(contact, x, &mut memory.friction)
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
         self.friction.next_sample(&memory.friction)
     }
 
-    fn sample(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory) {
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
         let u = &Inputs::read(u);
         let (rate, touches) = (self.rate(x, memory), memory.touches);
         self.friction.sample(|| self.contact(time, x, u, rate, touches), time, x, &mut memory.friction);
-    }
-
-    fn state_name(&self, state: usize) -> &'static str {
-        state_name::<Self, N, 1>(self, state)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -290,23 +317,24 @@ impl<const N: usize> HybridSystem<N, 1> for VibroImpact {
         true
     }
 
-    fn scales(&self) -> [f64; N] {
+    fn scales<const N: usize>(&self) -> [f64; N] {
         let mut scales = [self.friction.state_scale(); N];
         State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
         scales
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
         self.friction.fits(&memory.friction)
     }
-}
 
-impl<const N: usize> Equations<N, 1> for VibroImpact {
-    fn table() -> &'static Table {
-        &TABLE
-    }
-
-    fn outputs<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; 1], memory: &Memory, computed: &mut [S]) {
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory>,
+        computed: &mut [S],
+    ) {
         let u = &Inputs::read(u);
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
@@ -332,8 +360,8 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
         friction.write(outputs.write(computed));
     }
 
-    fn state_at(&self, reference: u32) -> Option<usize> {
-        State::of(reference).map(|state| state.at(N)).or_else(|| self.friction.state_at(reference))
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        State::of(reference).map(|state| state.at(n)).or_else(|| self.friction.state_at(reference))
     }
 
     fn notices(&self, _u: &[f64; 1]) -> Notices {
@@ -341,20 +369,20 @@ impl<const N: usize> Equations<N, 1> for VibroImpact {
     }
 }
 
+impl<L: Laws> Shortcuts<1> for VibroImpact<L> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::equations::checks;
+    use crate::models::checks;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
     #[test]
     fn events_are_named_as_their_indicators() {
-        checks::events_are_named::<_, { State::OTHERS }, 1>(build, &indicators(), |place, last| {
-            if place == IMPACT { "impact" } else { last }
-        });
+        checks::events_are_named::<VibroImpact, 1>(|place, last| if place == IMPACT { "impact" } else { last });
     }
     #[test]
     fn laws_cost_what_they_ask_for() {
-        checks::laws_cost_what_they_ask_for::<_, { State::OTHERS }, 1>(build, [true; 2]);
+        checks::laws_cost_what_they_ask_for::<VibroImpact, 1>([true; 2]);
     }
 }

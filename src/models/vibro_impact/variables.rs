@@ -1,35 +1,28 @@
 //! The variable table of the vibro-impact system.
 
-use std::sync::LazyLock;
-
-use crate::co_simulation::counters_table;
 use crate::friction::parts::shared::{SharedForce, SharedForces};
-use crate::friction::{Law, states};
-use crate::models::references;
-use crate::solver::Tuning;
-use crate::variables::{Table, Tunable, Variable, units};
+use crate::friction::{Law, Laws, states};
+use crate::system::{Tables, references};
+use crate::variables::{Choice, ParameterSet, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
 
 const BREAK_AWAY: f64 = 6.8;
 const COULOMB_RATIO: f64 = 0.5;
 
 /// Every variable of the system.
-pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    use crate::variables::ParameterSet;
-    let mut table = vec![Variable::time()];
-    table.extend(Inputs::table());
-    table.extend(Outputs::<f64>::table());
-    table.extend(states::table("friction", references::CONTACT, &[depends::V2]));
-    table.extend(counters_table(references::COUNTERS));
-    table.extend(Parameters::table());
-    table.extend(friction_table());
-    table.extend(Tuning::grouped(references::SOLVER));
-    Table::new(table)
-});
+pub fn tables<L: Laws>() -> Tables {
+    let states = states::table("friction", references::CONTACT, &[depends::V2]);
+    Tables {
+        inputs: Inputs::table(),
+        computed: [Outputs::<f64>::table(), states].concat(),
+        parameters: [Parameters::table(), friction_table::<L>()].concat(),
+    }
+}
 
 /// The friction laws, with the exponential Stribeck curve of the source.
-fn friction_table() -> Vec<Variable> {
-    let table = SharedForces::table("friction", references::FRICTION, Law::Stribeck, COULOMB_RATIO * BREAK_AWAY);
+fn friction_table<L: Laws>() -> Vec<Variable> {
+    let coulomb = COULOMB_RATIO * BREAK_AWAY;
+    let table = SharedForces::table::<L>("friction", references::FRICTION, Law::Stribeck.id(), coulomb);
     let exponential = |variable: Variable| match variable.name.ends_with(".delta") {
         true => Variable { start: Some(1.0), ..variable },
         false => variable,
@@ -64,7 +57,7 @@ states! {
 mod depends {
     use super::State;
     use crate::friction::states;
-    use crate::models::references;
+    use crate::system::references;
 
     pub const TIME: u32 = references::TIME;
     pub const FORCE: u32 = 1;

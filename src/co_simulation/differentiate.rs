@@ -1,0 +1,45 @@
+//! Derivatives of the computed variables of a model, exactly, by dual numbers.
+
+use crate::numbers::{Dual, Scalar, Tangent};
+use crate::system::System;
+
+/// Writes the derivatives of the computed variables of a model, the solver's counters included, in a direction of time,
+/// states and inputs.
+pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
+    equations: &E,
+    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    seeds: (f64, &[f64; N], &[f64; U]),
+    computed: &mut [f64],
+) {
+    let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
+    write_slopes(equations, at, seeds, (dual, |number| number.slope[0]), computed);
+}
+
+/// The same in a direction in which the parameters, with which the equations have been built, may vary, too.
+pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
+    equations: &E,
+    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    seeds: (f64, &[f64; N], &[f64; U]),
+    computed: &mut [f64],
+) {
+    let tangent = |value: f64, slope: f64| Tangent { value, slope };
+    write_slopes(equations, at, seeds, (tangent, |number| number.slope), computed);
+}
+
+/// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.
+fn write_slopes<E: System<U>, S: Scalar, const N: usize, const U: usize>(
+    equations: &E,
+    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+    (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
+    (number, slope): (impl Fn(f64, f64) -> S, impl Fn(S) -> f64),
+    computed: &mut [f64],
+) {
+    // Residuals and counters, which the equations do not write, have no slopes.
+    let mut values = vec![S::zero(); computed.len()];
+    let x: [S; N] = std::array::from_fn(|i| number(x[i], x_seeds[i]));
+    let u = std::array::from_fn(|i| number(u[i], u_seeds[i]));
+    equations.outputs(number(time, time_seed), &x, &u, memory, &mut values);
+    for (slot, value) in computed.iter_mut().zip(values) {
+        *slot = slope(value);
+    }
+}

@@ -1,0 +1,219 @@
+//! What a model is: equations with tables. Nothing here knows how a model is run.
+//!
+//! | place | what lives there |
+//! |---|---|
+//! | [`System`] | what a model has to say: its tables, how it starts, how it changes, what it shows |
+//! | [`Shortcuts`] | what makes its runs faster; a model may leave all of it out |
+//! | [`Event`] | what can end a mode: its name, its indicator, and what it does |
+//! | [`Tables`], [`table`] | the variables of a model, and its table |
+//! | `sized` | a model as the solver sees it, with a number of states that is known when compiling |
+
+mod event;
+mod shortcuts;
+mod sized;
+mod tables;
+
+use serde::{Serialize, de::DeserializeOwned};
+
+pub use self::event::{Event, Happening, Watch};
+pub use self::shortcuts::{Place, Shortcuts};
+pub use self::tables::{Tables, references, state_name, table};
+use crate::hybrid::{Indicator, QUANTITIES, Sample};
+use crate::numbers::Scalar;
+use crate::variables::{Notices, ParameterError, StateSet, Values};
+
+/// A model with `U` inputs: a hybrid system that is built from parameters and shows computed variables.
+///
+/// Between events the states follow [`derivatives`](Self::derivatives) with a constant memory; a mode is valid while all
+/// [indicators](Self::indicators) are positive or zero. A model without events writes the methods that have no default, and
+/// an empty `impl` of [`Shortcuts`].
+///
+/// Arrays of states have a length `N` that the library chooses: at least the number of [states](Self::states), and more where
+/// a friction law has states. [`states!`](crate::states) knows the place of each.
+pub trait System<const U: usize>: Clone + Send + 'static {
+    /// The parameters of the model itself, without those of parts like a friction law.
+    type Parameters;
+
+    /// The states of the model itself, made by [`states!`](crate::states).
+    type State: StateSet<Self::Parameters>;
+
+    /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only; `()` for nothing.
+    type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
+
+    /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[f64; 0]` for none.
+    type Indicators: AsRef<[f64]> + AsMut<[f64]> + Default + Copy + Send;
+
+    /// The events, in the order of their indicators. A model whose parts have events says more in
+    /// [`indicator_list`](Self::indicator_list), [`indicators`](Self::indicators) and [`switch`](Self::switch).
+    const EVENTS: &'static [Event<Self, U>] = &[];
+
+    /// Conserved quantities whose residuals are the last of the computed variables.
+    const RESIDUALS: usize = 0;
+
+    /// The variables.
+    fn tables() -> Tables;
+
+    /// Builds the equations from the values of the parameters, in the order of the table.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values that are legal one by one do not fit together.
+    fn new(values: &mut Values) -> Result<Self, ParameterError>;
+
+    /// The parameters of the model itself.
+    fn parameters(&self) -> &Self::Parameters;
+
+    /// The states and the memory a run starts with, under inputs.
+    fn start<const N: usize>(&self, u: &[f64; U]) -> ([f64; N], Self::Memory);
+
+    /// Time derivatives of the states. They must be smooth functions of the states within a mode.
+    fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
+
+    /// Writes the computed variables in the order of the table, but for the residuals.
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; U],
+        memory: &Self::Memory,
+        computed: &mut [S],
+    );
+
+    /// How many states there are under these parameters.
+    fn states(&self) -> usize {
+        Self::State::OTHERS
+    }
+
+    /// Magnitudes of the states: the solver keeps the error per step of state `i` below
+    /// `relative tolerance * max(scale, |x|)`.
+    fn scales<const N: usize>(&self) -> [f64; N] {
+        let mut scales = [1.0; N];
+        Self::State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(self.parameters()));
+        scales
+    }
+
+    /// The index among `n` states of the one that a variable stands for, if it is integrated: with other parameters
+    /// (another friction law, another rig) it may not be, and keeps its start value.
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        Self::State::of(reference).map(|state| state.at(n))
+    }
+
+    /// What is to be said of the indicators, in the order of their places.
+    fn indicator_list() -> Vec<Indicator> {
+        Self::EVENTS.iter().map(Event::indicator).collect()
+    }
+
+    /// The event indicators: positive or zero while the present mode is valid, [`UNUSED`](crate::hybrid::UNUSED) where the mode has no use for them.
+    fn indicators<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; U],
+        memory: &Self::Memory,
+    ) -> Self::Indicators {
+        let mut indicators = Self::Indicators::default();
+        for (slot, event) in indicators.as_mut().iter_mut().zip(Self::EVENTS) {
+            *slot = (event.indicator)(self, time, x, u, memory);
+        }
+        indicators
+    }
+
+    /// Handles the event in a place of the indicators, whose value fell below zero.
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; U],
+        memory: &mut Self::Memory,
+    ) {
+        (Self::EVENTS[event].happens)(self, time, x, u, memory);
+    }
+
+    /// Name of the event in a place of the indicators, for messages.
+    fn event_name(&self, event: usize) -> &'static str {
+        Self::EVENTS[event].name
+    }
+
+    /// Whether any mode can end: if not, nobody looks at the indicators.
+    fn has_events(&self) -> bool {
+        !Self::EVENTS.is_empty()
+    }
+
+    /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
+    /// whether the derivatives may have changed, apart from those that [`refresh`](Shortcuts::refresh) renews.
+    fn follow<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+        false
+    }
+
+    /// Takes notice of a communication step of a duration in s that begins here, with its inputs; returns whether the
+    /// memory may have changed.
+    fn begin(&self, _duration: f64, _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+        false
+    }
+
+    /// The next sample of a sampled part.
+    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
+        Sample::NEVER
+    }
+
+    /// Takes the samples that are due at a time in s.
+    fn sample<const N: usize>(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
+    /// alone all that the equations depend on.
+    fn arrive<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+
+    /// Longest step in s the solver may take.
+    fn max_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Whether the equations have a meaning at these states (positive pressures, for example).
+    ///
+    /// # Errors
+    /// What has no meaning, as part of a sentence.
+    fn admit<const N: usize>(&self, _x: &[f64; N]) -> Result<(), &'static str> {
+        Ok(())
+    }
+
+    /// The choice on which the equations depend most, for messages: the friction law, for example.
+    fn variant(&self) -> &'static str {
+        ""
+    }
+
+    /// Whether the equations depend on time other than through the inputs.
+    fn depends_on_time(&self) -> bool {
+        false
+    }
+
+    /// Whether an account of the conserved quantities is kept.
+    fn keeps_balance(&self) -> bool {
+        false
+    }
+
+    /// What the system holds of each conserved quantity; quantities it does not have stay 0.
+    fn content<const N: usize>(&self, _x: &[f64; N], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
+
+    /// What it receives of each per second.
+    fn inflow<const N: usize>(
+        &self,
+        _time: f64,
+        _x: &[f64; N],
+        _u: &[f64; U],
+        _memory: &Self::Memory,
+    ) -> [f64; QUANTITIES] {
+        [0.0; QUANTITIES]
+    }
+
+    /// Whether a memory, read from a saved state, can belong to this system.
+    fn fits(&self, _memory: &Self::Memory) -> bool {
+        true
+    }
+
+    /// What is unusual about the parameters and the inputs.
+    fn notices(&self, _u: &[f64; U]) -> Notices {
+        Notices::default()
+    }
+}

@@ -1,0 +1,58 @@
+//! The variables of a model, and the table that is made of them once per process.
+
+use std::any::TypeId;
+use std::collections::HashMap;
+use std::sync::{LazyLock, Mutex};
+
+use super::System;
+use crate::solver::{Counters, Tuning};
+use crate::variables::{Table, Variable};
+
+/// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
+/// the numbers that stand for enumerations.
+pub mod references {
+    /// The independent variable, time.
+    pub const TIME: u32 = 0;
+    /// The states of the first contact; those of further contacts follow. References from 400 on once had other meanings.
+    pub const CONTACT: u32 = 460;
+    /// The parameters of the solver.
+    pub const SOLVER: u32 = 5_000;
+    /// The counters of the solver.
+    pub const COUNTERS: u32 = 5_100;
+    /// The event indicators, where they are variables.
+    pub const INDICATORS: u32 = 6_000;
+    /// The friction law and its parameters.
+    pub const FRICTION: u32 = 10_000;
+}
+
+/// The variables of a model, by what they are for. Time, the solver's counters and its parameters come with every model.
+#[derive(Clone, Debug)]
+pub struct Tables {
+    /// The inputs.
+    pub inputs: Vec<Variable>,
+    /// Outputs, states and their rates, in the order in which [`System::outputs`] writes them; residuals last.
+    pub computed: Vec<Variable>,
+    /// The parameters, in the order in which [`System::new`] takes their values.
+    pub parameters: Vec<Variable>,
+}
+
+/// The table of a model.
+pub fn table<E: System<U>, const U: usize>() -> &'static Table {
+    /// The tables made so far, by the types of the equations: a generic function has no static of its own for each type.
+    static MADE: LazyLock<Mutex<HashMap<TypeId, &'static Table>>> = LazyLock::new(Mutex::default);
+    let mut made = MADE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    made.entry(TypeId::of::<E>()).or_insert_with(|| {
+        let Tables { inputs, computed, parameters } = E::tables();
+        let counters = Counters::table(references::COUNTERS);
+        let own = [vec![Variable::time()], inputs, computed, counters, parameters].concat();
+        Box::leak(Box::new(Table::new([own, Tuning::grouped(references::SOLVER)].concat())))
+    })
+}
+
+/// Name of the variable of a model that is a state, by its index among `n` states.
+pub fn state_name<E: System<U>, const U: usize>(equations: &E, state: usize, n: usize) -> &'static str {
+    let table = table::<E, U>();
+    let reference = table.states().find(|reference| equations.state_at(*reference, n) == Some(state));
+    let entry = reference.and_then(|reference| table.by_reference(reference));
+    entry.map_or("an internal state", |entry| entry.variable.name.as_str())
+}
