@@ -26,6 +26,7 @@
 //! | [`friction`], [`pneumatics`], [`mechanics`], [`sensor`] | the physics |
 //! | [`system`] | what a model is: equations with tables |
 //! | [`models`] | the models of this library |
+//! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
 //! | [`model`] | a model built by name |
 //! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
 
@@ -46,6 +47,7 @@ pub mod model_exchange;
 pub mod models;
 pub mod numbers;
 pub mod pneumatics;
+pub mod prelude;
 pub mod sensor;
 pub mod solver;
 pub mod system;

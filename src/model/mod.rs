@@ -10,7 +10,8 @@ pub use self::setting::{SettingError, Value};
 pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
-use crate::system::references;
+use crate::start_sized;
+use crate::system::{Shortcuts, references, table};
 use crate::variables::{ParameterError, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
@@ -31,6 +32,22 @@ pub struct Model {
 }
 
 impl Model {
+    /// The model of equations with `U` inputs, run with `N` states: as many as they have.
+    pub const fn of<E: Shortcuts<U>, const U: usize, const N: usize>(
+        name: &'static str,
+        description: &'static str,
+        experiment: Experiment,
+    ) -> Self {
+        Self {
+            name,
+            description,
+            variables: table::<E, U>,
+            indicators: E::indicator_list,
+            start: |start| start_sized!(start, E, U, [N]),
+            experiment,
+        }
+    }
+
     /// The event indicators as variables, scaled as a solver outside sees them ([`seen`](crate::model_exchange::seen)).
     /// They are no part of the table, since nothing else needs them.
     pub fn indicator_variables(&self) -> Vec<Variable> {

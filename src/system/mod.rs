@@ -136,7 +136,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
-        !Self::EVENTS.is_empty()
+        !Self::Indicators::default().as_ref().is_empty()
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
