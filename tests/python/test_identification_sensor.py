@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification.sensor import Sensor, converter
 from scipy.optimize import brentq
@@ -19,9 +20,9 @@ def rounded(values: Array, step: float = STEP) -> Array:
 def test_step_of_a_converter_is_found_through_decimals_and_none_where_there_is_none() -> None:
     rng = np.random.default_rng(0)
     smooth = 0.25 + 0.05 * np.sin(np.arange(0.0, 6.0, 1e-3)) + 1e-5 * rng.standard_normal(6000)
-    assert converter(rounded(smooth)) == pytest.approx(STEP, rel=1e-6)
+    assert_close(converter(rounded(smooth)), STEP, rel=2e-14, what="step")
     # A table with three decimals of a millimetre.
-    assert converter(np.round(rounded(smooth), 6)) == pytest.approx(STEP, rel=1e-4)
+    assert_close(converter(np.round(rounded(smooth), 6)), STEP, rel=9e-6, what="step through decimals")
     assert converter(smooth) == 0.0
     assert converter(np.full(100, 0.3)) == 0.0
 
@@ -33,8 +34,8 @@ def test_slopes_are_those_of_the_residuals(noise: float) -> None:
     differences = np.linspace(-5.0, 5.0, 401) * STEP
     by = 1e-5 * STEP
     quotient = (sensor.residuals(differences + by) - sensor.residuals(differences - by)) / (2.0 * by)
-    # Rounding of the likelihood, 1e-16, comes to 1e-8 in its root, a thousandth of the quotient's numerator.
-    assert np.allclose(sensor.slopes(differences), quotient, rtol=2e-3, atol=2e-3 / STEP)
+    # Rounding of the likelihood, 1e-16, comes to 1e-8 in its root where that vanishes.
+    assert_close(sensor.slopes(differences), quotient, rel=5e-5, within=5e-5 / STEP, what="slopes")
 
 
 @pytest.mark.parametrize("noise", [0.08, 0.4, 1.3])
@@ -55,9 +56,11 @@ def test_noise_is_found_below_the_step_that_hides_it() -> None:
     true = np.linspace(0.0, 0.01, 3000)
     differences = rounded(true + 0.08 * STEP * rng.standard_normal(len(true))) - true
     found = Sensor(STEP, STEP).with_noise_of(differences)
-    assert found.is_coarse and found.noise == pytest.approx(0.08 * STEP, rel=0.1)
+    assert found.is_coarse
+    assert_close(found.noise, 0.08 * STEP, rel=0.1, what="noise below the step")
     fine = Sensor(STEP, STEP).with_noise_of(30.0 * STEP * rng.standard_normal(3000))
-    assert not fine.is_coarse and fine.noise == pytest.approx(30.0 * STEP, rel=0.1)
+    assert not fine.is_coarse
+    assert_close(fine.noise, 30.0 * STEP, rel=0.08, what="noise above the step")
 
 
 def test_speed_of_a_slow_carriage_is_found_without_the_bias_of_rounding() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.compression import ROWS, compressed, triangle
@@ -26,7 +27,7 @@ def test_triangle_has_the_products_of_the_columns(rows: int) -> None:
     matrix = np.random.default_rng(rows).standard_normal((rows, 5))
     found = triangle(matrix)
     assert found.shape == (5, 5) and np.array_equal(found, np.triu(found))
-    assert np.allclose(found.T @ found, matrix.T @ matrix, rtol=0.0, atol=1e-12 * rows)
+    assert_close(found.T @ found, matrix.T @ matrix, within=1e-14 * rows, what="products")
 
 
 def test_short_problem_ends_where_the_long_one_does() -> None:
@@ -45,8 +46,9 @@ def test_short_problem_ends_where_the_long_one_does() -> None:
     function, derivatives = compressed(residuals, slopes)
     short = least_squares(function, jac=derivatives, **options)
     # The second parameter ends at its bound. Rounding, 1e-16 in 2000 residuals, may not turn a step.
-    assert short.nfev == long.nfev and np.allclose(short.x, long.x, rtol=1e-9)
-    assert short.cost == pytest.approx(long.cost, rel=1e-12)
+    assert short.nfev == long.nfev
+    assert_close(short.x, long.x, rel=1.5e-14, what="x")
+    assert_close(short.cost, long.cost, rel=1e-14, what="cost")
 
 
 def test_start_that_leaves_only_noise_needs_no_others() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bounds import assert_close
 from fmpy import simulate_fmu
 from numpy.typing import NDArray
 
@@ -38,7 +39,7 @@ def test_cvode_outside_agrees_with_the_solver_inside(fmu: Path, law: str, number
         # FMPy also records both sides of events; of values at one instant the last counts.
         instants, last = np.unique(outside["time"][::-1], return_index=True)
         found = np.interp(times, instants, outside[name][::-1][last])
-        assert np.max(np.abs(found - inside[name])) < bound, f"{law}: {name}"
+        assert_close(found, inside[name], within=bound, what=name.rpartition(".")[2])
 
 
 def test_stuck_carriage_does_not_move_by_a_bit(fmu: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from pneumatic_servo.data_sheet import DataSheet, nominal_flow
 
 COMMAND = [sys.executable, "-c", "import sys; from pneumatic_servo.cli import main; sys.exit(main())"]
@@ -24,7 +25,7 @@ def conductance(**flow: float) -> float:
 def test_default_valve_has_a_nominal_flow_of_100_litres_per_minute() -> None:
     defaults = ps.Model().parameters
     flow = nominal_flow(defaults["valve.C"].default, defaults["valve.b"].default)
-    assert flow * 60_000.0 == pytest.approx(100.0, rel=1e-3)
+    assert_close(flow * 60_000.0, 100.0, rel=1e-3, what="flow")
 
 
 def test_nominal_flow_is_what_the_model_lets_through() -> None:
@@ -45,16 +46,16 @@ def test_nominal_flow_is_what_the_model_lets_through() -> None:
         outputs=["chamberA.massFlow"],
     )
     # The chamber of a cubic metre gains some 100 Pa meanwhile.
-    assert run["chamberA.massFlow"][-1] / 1.185 * 60_000.0 == pytest.approx(700.0, rel=1e-3)
+    assert_close(run["chamberA.massFlow"][-1] / 1.185 * 60_000.0, 700.0, rel=1e-3, what="flow")
 
 
 def test_flows_are_stated_in_different_ways() -> None:
-    assert conductance(conductance=1.5) == pytest.approx(1.5e-8)
+    assert_close(conductance(conductance=1.5), 1.5e-8, rel=1e-14, what="C")
     # 1 US gallon per minute at 1 psi is 0.865 m3/h at 1 bar.
-    assert conductance(cv=1.0) == pytest.approx(conductance(kv=0.865), rel=1e-4)
+    assert_close(conductance(cv=1.0), conductance(kv=0.865), rel=1e-4, what="Cv")
     # Water and air through the same hole: 1/3600 m3/s*sqrt(1000 kg/m3*7.146 kg/m3), in kg/s.
     flow = nominal_flow(conductance(kv=1.0), 0.3)
-    assert flow * 1.185 == pytest.approx((1000.0 * 6.01325e5 / (287.05 * 293.15)) ** 0.5 / 3600.0, rel=1e-9)
+    assert_close(flow * 1.185, (1000.0 * 6.01325e5 / (287.05 * 293.15)) ** 0.5 / 3600.0, rel=1e-14, what="Kv")
 
 
 @pytest.mark.parametrize(

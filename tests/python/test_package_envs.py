@@ -8,6 +8,8 @@ import gymnasium
 import numpy as np
 import pneumatic_servo.envs as envs
 import pytest
+from bounds import assert_close, largest
+from pneumatic_servo.envs.task import Task, rewards
 
 NAME = "pneumatic_servo/Positioning-v0"
 
@@ -54,7 +56,7 @@ def test_observations_are_in_units_of_the_stroke_that_is_set() -> None:
     # Drawn in one go, uniformly between the targets.
     target, start = np.random.default_rng(3).uniform(0.1, 0.7, 2)
     assert info["target"] == target
-    assert [0.8 * position, 0.8 * error] == pytest.approx([start, target - start], abs=1e-7)
+    assert_close([0.8 * position, 0.8 * error], [start, target - start], within=1e-7, what="observation")
 
 
 def test_vector_of_plants_does_what_single_ones_do() -> None:
@@ -70,6 +72,115 @@ def test_vector_of_plants_does_what_single_ones_do() -> None:
         steps = [single.step(action) for single, action in zip(singles, actions, strict=True)]
         assert np.array([step[0] for step in steps]).tobytes() == observations.tobytes()
         assert [step[1] for step in steps] == rewards.tolist()
+
+
+def test_vector_of_plants_does_what_single_ones_do_beyond_the_end_of_an_episode() -> None:
+    """A single plant is reset where the vector begins the next episode by itself, at a step without reward."""
+    task = {"duration": 0.02, "laws": ["Stribeck", "LuGre"], "ranges": envs.RANDOM}
+    fleet = gymnasium.make_vec(NAME, num_envs=2, **task)
+    fleet.reset(seed=[11, 12])
+    singles = [gymnasium.make(NAME, **task).unwrapped for _ in range(2)]
+    for single, seed in zip(singles, [11, 12], strict=True):
+        single.reset(seed=seed)
+    actions = np.array([[0.9], [-0.7]], dtype=np.float32)
+    begun = 0
+    over = np.zeros(2, dtype=bool)
+    for _ in range(65):
+        observations, rewards, _, truncated, info = fleet.step(actions)
+        for index, single in enumerate(singles):
+            if over[index]:
+                (seen, own), reward, end = single.reset(), 0.0, False
+                begun += 1
+            else:
+                seen, reward, _, end, own = single.step(actions[index])
+            assert seen.tobytes() == observations[index].tobytes()
+            assert (reward, end, own["target"]) == (rewards[index], truncated[index], info["target"][index])
+        over = truncated
+    assert begun == 2 * 3
+
+
+def test_reward_is_worked_out_by_hand() -> None:
+    """10 for each metre, and the weight times the square of an action, of which what is beyond 1 counts as 1."""
+    seen = np.array([[0.2, 9.0, 9e5, 9e5], [0.3, 9.0, 9e5, 9e5], [0.3, 9.0, 9e5, 9e5]])
+    found = rewards(Task(effort=0.5), seen, np.array([0.25, 0.25, 0.3]), np.array([0.4, -0.4, -3.0]))
+    # -0.5 - 0.08, -0.5 - 0.08, -0 - 0.5
+    assert_close(found, np.array([-0.58, -0.58, -0.5]), rel=1e-14, what="reward")
+
+
+def test_reward_of_a_step_is_that_of_where_it_ends() -> None:
+    environment = gymnasium.make(NAME, effort=0.25).unwrapped
+    environment.reset(seed=1)
+    (error, *_), reward, *_ = environment.step(np.array([-0.8], dtype=np.float32))
+    # The error is in units of the stroke, 0.5 m, in single precision.
+    expected = -10.0 * 0.5 * abs(float(error)) - 0.25 * 0.8**2
+    assert_close(reward, expected, within=3e-7, what="reward")
+
+
+def test_substeps_divide_the_period() -> None:
+    """Four steps of 1 ms at one action are one of 4 ms in four substeps, bit for bit; in one it is nearly the same."""
+    ends = {}
+    for period, substeps, steps in ((1e-3, 1, 400), (4e-3, 4, 100), (4e-3, 1, 100)):
+        environment = gymnasium.make(NAME, law="LuGre", period=period, substeps=substeps).unwrapped
+        environment.reset(seed=2)
+        for step in range(steps):
+            action = 0.5 * np.sin(2.0 * np.pi * 4e-3 * (step * 100 // steps) * np.ones(1, dtype=np.float32))
+            seen, *_ = environment.step(action)
+        ends[period, substeps] = seen
+    assert ends[4e-3, 4].tobytes() == ends[1e-3, 1].tobytes()
+    assert_close(ends[4e-3, 1], ends[4e-3, 4], within=1e-7, what="observation")
+
+
+@pytest.mark.parametrize(
+    ("changed", "word"),
+    [({"law": "LuGre"}, "law"), ({"parameters": {"mass.moving": 2.0}}, "parameters"), ({"period": 2e-3}, "period")],
+)
+def test_task_changes_the_motion(changed: dict[str, object], word: str) -> None:
+    ends = []
+    for task in ({}, changed):
+        environment = gymnasium.make(NAME, **task).unwrapped
+        environment.reset(seed=4)
+        for _ in range(50):
+            seen, *_ = environment.step(np.ones(1, dtype=np.float32))
+        ends.append(seen)
+    assert largest(ends[0] - ends[1]) > 1e-4, word
+
+
+def test_number_of_threads_changes_no_bit() -> None:
+    ends = []
+    for workers in (1, 3):
+        fleet = envs.VectorPositioning(num_envs=5, workers=workers)
+        fleet.reset(seed=6)
+        for _ in range(20):
+            seen, *_ = fleet.step(np.full((5, 1), 0.7, dtype=np.float32))
+        ends.append(seen.tobytes())
+    assert ends[0] == ends[1]
+
+
+GAINS = {"gain.position": 10.0, "feedForward.gain": 5.0, "gain.velocity": 0.0, "gain.integral": 0.0,
+         "valve.deadZone": 0.0}  # fmt: skip
+"""A controller without memory: 50 V for each metre."""
+ASIDE = np.array([[0.04, 0.5, 0.0, 0.1, 0.1]], dtype=np.float32)
+"""An observation at rest, 4 % of the stroke aside."""
+
+
+@pytest.mark.parametrize("stroke", [None, 0.8])
+def test_baseline_is_the_controller_of_its_parameters(stroke: float | None) -> None:
+    baseline = envs.PositionControllers(1, parameters=GAINS, stroke=stroke)
+    # A digital controller answers the sample before.
+    actions = [baseline(ASIDE) for _ in range(3)]
+    # In units of 5 V.
+    expected = 50.0 * 0.04 * (stroke or 0.5) / 5.0
+    assert_close(actions[-1], np.full((1, 1), expected), rel=1e-6, what="action")
+
+
+def test_baseline_runs_for_its_period_at_each_call() -> None:
+    """Ten calls of 5 ms are fifty of 1 ms, as the integral part shows."""
+    ends = {}
+    for period, calls in ((5e-3, 10), (1e-3, 50), (1e-3, 10)):
+        baseline = envs.PositionControllers(1, period, GAINS | {"gain.integral": 20.0})
+        ends[period, calls] = [baseline(ASIDE) for _ in range(calls)][-1]
+    assert ends[5e-3, 10].tobytes() == ends[1e-3, 50].tobytes()
+    assert float(ends[1e-3, 10][0, 0]) < 0.9 * float(ends[1e-3, 50][0, 0])
 
 
 def test_episodes_end_and_begin_anew() -> None:

@@ -1,0 +1,101 @@
+"""Plans against the closed form of a regression: a sine under Coulomb and viscous friction.
+
+With ``n`` samples over whole periods of a speed of amplitude ``V`` and a noise ``s``
+
+```text
+sum |v| = 2/pi n V,  sum v^2 = n V^2/2
+var(Fc) = s^2 (1/2)/(n q),  var(sigma2) = s^2/(n V^2 q),  q = 1/2 - 4/pi^2
+```
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from bounds import assert_close
+from pneumatic_servo.cli import main
+from pneumatic_servo.identification.planning import NOISE, Candidate, Plan
+
+LEVEL, VISCOUS = FREE = ["friction.coulomb.Fc", "friction.coulomb.sigma2"]
+DEFAULTS = {name: float(ps.Model("FrictionBench").parameters[name].default) for name in FREE}
+SPEED = 2.0 * np.pi * 0.5 * 0.05
+"""Amplitude in m/s of 50 mm at 0.5 Hz."""
+Q = 0.5 - 4.0 / np.pi**2
+
+
+def of_sine(**options: object) -> Candidate:
+    """A plan's sine of 50 mm at 0.5 Hz."""
+    given = {"law": "Coulomb", "fit": FREE, "experiment": "motion", "step": 2e-3} | options
+    found = ps.plan(**given)  # type: ignore[arg-type]
+    return next(one for one in found.candidates if one.name == "a sine of 50 mm at 0.5 Hz")
+
+
+def expected(samples: float = 5_000, noise: float = NOISE["frictionForce"], speed: float = SPEED) -> dict[str, float]:
+    """Half intervals of 95 %; that of the logarithm of Fc goes up further than down."""
+    level, viscous = noise * np.sqrt(0.5 / (samples * Q)), noise / speed / np.sqrt(samples * Q)
+    return {LEVEL: DEFAULTS[LEVEL] * np.expm1(1.96 * level / DEFAULTS[LEVEL]), VISCOUS: 1.96 * viscous}
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_intervals_to_expect_are_those_of_the_regression(name: str) -> None:
+    """Fc is free by its logarithm, sigma2 by its value."""
+    # Speeds are differences over 2 ms: the last of their errors, some millionths.
+    assert_close(of_sine().half[name], expected()[name], rel=2e-5, what="half interval")
+
+
+def test_information_is_the_logarithm_of_the_determinant() -> None:
+    scale = DEFAULTS[LEVEL] * DEFAULTS[VISCOUS] * SPEED * 5_000 / NOISE["frictionForce"] ** 2
+    assert_close(of_sine().information, np.log(scale**2 * Q), within=1e-4, what="information")
+
+
+def test_noise_that_is_given_counts() -> None:
+    plain, loud = of_sine(), of_sine(noise={"frictionForce": 100.0 * NOISE["frictionForce"]})
+    assert_close(loud.half[VISCOUS], 100.0 * plain.half[VISCOUS], rel=2e-14, what="half interval of sigma2")
+    assert_close(loud.half[LEVEL], expected(noise=5.0)[LEVEL], rel=2e-5, what="half interval of Fc")
+    # Each of both parameters is told by 1/100.
+    assert_close(loud.information, plain.information - 4.0 * np.log(100.0), within=2e-13, what="information")
+
+
+def test_longer_and_denser_samples_tell_more() -> None:
+    assert_close(of_sine(duration=20.0).half[VISCOUS], expected(10_000)[VISCOUS], rel=2e-5, what="longer")
+    assert_close(of_sine(step=4e-3).half[VISCOUS], expected(2_500)[VISCOUS], rel=1e-4, what="less dense")
+
+
+def test_stroke_is_the_largest_amplitude() -> None:
+    found = ps.plan(law="Coulomb", fit=FREE, experiment="motion", stroke=0.2, duration=4.0, step=0.01)
+    assert max(np.max(np.abs(one.course)) for one in found.candidates) == pytest.approx(0.2, rel=1e-3)
+
+
+def test_what_is_known_is_not_planned_for() -> None:
+    found = ps.plan(law="Coulomb", experiment="motion", settings={LEVEL: 5.0}, duration=4.0, step=0.01)
+    assert list(found.values) == [VISCOUS]
+
+
+def test_progress_names_each_candidate() -> None:
+    told: list[str] = []
+    found = ps.plan(law="Coulomb", experiment="motion", duration=4.0, step=0.01, progress=told.append)
+    assert sorted(told) == sorted(one.name for one in found.candidates)
+
+
+def test_verdict_is_half_of_the_value() -> None:
+    half = {"told": 0.49, "untold": 0.51, "offset": 3.0, "blind": np.inf}
+    values = {"told": -1.0, "untold": 1.0, "offset": 0.0, "blind": 0.0}
+    best = Candidate("a sine", "valveVoltage", np.zeros(2), np.zeros(2), half, 1.0)
+    verdict = Plan((best,), values, dict.fromkeys(half, "N"))
+    assert verdict.determined == {"told": True, "untold": False, "offset": True, "blind": False}
+    assert [line.endswith("not determined") for line in repr(verdict).splitlines()[3:]] == [False, True, False, True]
+
+
+def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    given = ["plan", "--experiment", "motion", "--law", "Coulomb", "--fit", ",".join(FREE), "--duration", "4",
+             "--step", "0.01"]  # fmt: skip
+    printed = []
+    for noise in ([], ["--noise", "frictionForce=0.05[kN]"]):
+        assert main([*given, *noise]) == 0
+        printed.append(capsys.readouterr().out)
+    assert "not determined" not in printed[0] and "not determined" in printed[1]
+    # What the best candidate was without noise, it is with more of it.
+    assert printed[0].splitlines()[1].split("  ")[-1] == printed[1].splitlines()[1].split("  ")[-1]

@@ -1,0 +1,53 @@
+"""Tables of pandas made from runs and comparisons."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.comparison import COLUMNS
+
+OUTPUTS = ["position", "chamberA.pressure", "sticking"]
+
+
+@pytest.fixture(scope="module")
+def run() -> ps.Run:
+    return ps.Model().simulate(inputs={"valveVoltage": 6.5}, stop=0.2, step=1e-3, outputs=OUTPUTS, every=10)
+
+
+@pytest.fixture(scope="module")
+def comparison() -> ps.Comparison:
+    laws = ["Stribeck", "LuGre"]
+    return ps.Model().compare(laws, inputs={"valveVoltage": 6.5}, stop=0.2, step=1e-3, progress=False)
+
+
+def test_run_is_a_table_over_time(run: ps.Run) -> None:
+    table = run.to_pandas()
+    assert table.index.name == "time" and list(table.columns) == OUTPUTS
+    assert table.index.to_numpy().tobytes() == run.time.tobytes() and len(table) == 21
+    for name in OUTPUTS:
+        assert table[name].to_numpy().tobytes() == run[name].tobytes(), name
+    # Numbers, with which pandas computes.
+    assert set(table.dtypes) == {np.dtype(float)}
+    assert table["position"].diff().max() > 0.0
+
+
+def test_comparison_is_a_table_of_laws(comparison: ps.Comparison) -> None:
+    table = comparison.to_pandas()
+    assert table.index.name == "law" and list(table.index) == ["Stribeck", "LuGre"]
+    assert list(table.columns) == COLUMNS[1:]
+    for law, *facts in comparison.rows():
+        assert table.loc[law].tolist() == facts
+    assert isinstance(table, pd.DataFrame) and table["travel (m)"].min() > 0.0
+
+
+@pytest.mark.parametrize("of", ["run", "comparison"])
+def test_missing_pandas_is_named(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest, of: str) -> None:
+    to_pandas: Callable[[], object] = request.getfixturevalue(of).to_pandas
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ps.MissingPackage, match=r"this needs pandas: pip install 'pneumatic-servo\[pandas\]'"):
+        to_pandas()
