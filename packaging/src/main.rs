@@ -2,6 +2,7 @@
 
 mod archive;
 mod build;
+mod deny;
 mod describe;
 mod description;
 mod docs;
@@ -21,8 +22,10 @@ mod platform;
 mod platform_test;
 mod playground;
 mod process;
+mod rehearse;
 mod release;
 mod sanitizer;
+mod site;
 mod ssc;
 mod ssp;
 mod stress;
@@ -63,6 +66,7 @@ enum Command {
     Join(package::Join),
     Release(release::Release),
     Playground(playground::Playground),
+    Site(site::Site),
     Describe(describe::Describe),
     Record(valgrind::Record),
     Stress(stress::Stress),
@@ -92,6 +96,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Join(it) => it.run(&workspace),
         Command::Release(it) => it.run(&workspace),
         Command::Playground(it) => it.run(&workspace),
+        Command::Site(it) => it.run(&workspace),
         Command::Describe(it) => it.run(&workspace),
         Command::Record(it) => it.run(&workspace),
         Command::Docs(it) => it.run(&workspace),

@@ -38,6 +38,19 @@ pub fn page(workspace: &Workspace) -> Result<PathBuf> {
     build(workspace)
 }
 
+/// Builds the page and says where it is; where a tool is missing, that is an error under CI and otherwise said.
+///
+/// # Errors
+/// When a tool is missing under CI, or fails.
+pub fn page_if_possible(workspace: &Workspace) -> Result<Option<PathBuf>> {
+    if let Err(problem) = tools::require([("the playground", needed()?)]) {
+        process::leave_out("Playground", &problem.to_string())?;
+        return Ok(None);
+    }
+    heading("Build the playground");
+    build(workspace).map(Some)
+}
+
 /// Builds the page and uses it in Chromium as a visitor does, its Python programs in an environment that has the package;
 /// where a tool is missing, that is an error under CI and otherwise said.
 ///
@@ -66,7 +79,11 @@ pub fn check(workspace: &Workspace, venv: &Venv) -> Result<()> {
     process::run(test.env("PYTHON", venv.program("python")))
 }
 
-fn needed() -> Result<Vec<Tool>> {
+/// What this machine lacks for the page.
+///
+/// # Errors
+/// When the Rust compiler in use does not answer.
+pub fn needed() -> Result<Vec<Tool>> {
     Ok(wasm::missing()?.into_iter().chain(Tool::unless_found("npm", "nodejs npm")).collect())
 }
 
@@ -89,7 +106,8 @@ fn sources(workspace: &Workspace) -> PathBuf {
     workspace.root.join("playground")
 }
 
-fn npm() -> Command {
+/// The package manager that JavaScript comes with.
+pub fn npm() -> Command {
     Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
 }
 
@@ -101,7 +119,10 @@ fn cargo(workspace: &Workspace, arguments: &[&str]) -> Command {
 }
 
 /// Installs what the lock file of a folder states, unless that is done.
-fn install(folder: &Path) -> Result<()> {
+///
+/// # Errors
+/// When npm fails.
+pub fn install(folder: &Path) -> Result<()> {
     let changed = |file: &str| fs::metadata(folder.join(file)).and_then(|file| file.modified()).ok();
     let installed = changed("node_modules/.package-lock.json");
     if installed.is_some() && installed >= changed("package-lock.json") {

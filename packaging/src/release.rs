@@ -13,6 +13,7 @@ use crate::package::{self, Package};
 use crate::platform::{self, Binary, Platform};
 use crate::playground;
 use crate::process::{self, heading};
+use crate::rehearse;
 use crate::ssp;
 use crate::workspace::Workspace;
 
@@ -26,9 +27,15 @@ Examples:
   cargo xtask release                                   build everything here (docs/platforms.md says what that needs)
   cargo xtask release --binary win64=plant.dll --binary darwin64=plant.dylib   libraries from native machines
 
+  cargo xtask release --rehearse                        versions, crate, wheel and source distribution, before a tag is pushed
+
 Afterwards:
   cd target/release-files && sha256sum --check SHA256SUMS")]
 pub struct Release {
+    /// Publish nothing: try what can be tried of a release on this machine; needs `package`.
+    #[arg(long, conflicts_with = "binaries")]
+    rehearse: bool,
+
     /// A library that was built elsewhere from the same source.
     #[arg(long = "binary", value_name = "PLATFORM=PATH")]
     binaries: Vec<Binary>,
@@ -40,6 +47,9 @@ impl Release {
     /// # Errors
     /// When `package` fails or a file cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        if self.rehearse {
+            return rehearse::run(workspace);
+        }
         let page = playground::page(workspace)?;
         Package::for_everybody(&self.binaries).run(workspace)?;
         heading("Collect the files");

@@ -7,12 +7,14 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use crate::deny;
 use crate::gallery::Gallery;
 use crate::package::Package;
 use crate::platform_test;
 use crate::playground;
 use crate::process::{self, heading};
 use crate::sanitizer;
+use crate::site;
 use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
@@ -21,7 +23,7 @@ use crate::workspace::Workspace;
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
 /// Takes about 25 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
-/// CI set that is an error, but for the address sanitizer's nightly compiler, which no package manager has.
+/// CI set that is an error, but for the address sanitizer's nightly compiler and cargo-deny, which no package manager has.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -55,6 +57,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     heading("Python: format and lints");
     checks.python(&venv, &["ruff", "format", "--check"])?;
     checks.python(&venv, &["ruff", "check"])?;
+
+    deny::check(workspace)?;
 
     heading("Lints");
     // The benchmark's rivals take longer to compile than everything else together; `cargo bench` compiles them.
@@ -97,6 +101,7 @@ impl Checks<'_> {
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)?;
+        site::check(self.workspace)?;
         heading("Import with the crate fmi");
         self.cargo(&["test", "--package", "importer", "--features", "fmi"])
     }

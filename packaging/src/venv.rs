@@ -24,6 +24,11 @@ impl Requirements {
     pub const FIGURES: Self = Self("venv", &["requirements.txt", "requirements-figures.txt"]);
     /// The tests too.
     pub const TESTS: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-tests.txt"]);
+    /// The site too.
+    pub const SITE: Self = Self(
+        "venv",
+        &["requirements.txt", "requirements-figures.txt", "requirements-tests.txt", "requirements-site.txt"],
+    );
     /// Linking for other machines.
     pub const ZIG: Self = Self("venv-zig", &["requirements-zig.txt"]);
 }

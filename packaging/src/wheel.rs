@@ -1,4 +1,4 @@
-//! `cargo xtask wheel`: the Python package with the FMUs inside, as a wheel in `target/wheels`.
+//! `cargo xtask wheel`: the Python package with the FMUs and the playground inside, as a wheel in `target/wheels`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,11 +7,14 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use crate::gates;
+use crate::playground;
 use crate::process::{self, heading};
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
 /// Build the Python package with the FMUs of target/fmu inside, as a wheel in target/wheels.
+///
+/// The playground is inside too, where this machine can build it; otherwise the missing tools are named.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -34,9 +37,11 @@ impl Wheel {
 /// # Errors
 /// When there are no FMUs yet, or a tool is missing or fails.
 pub fn build(workspace: &Workspace) -> Result<PathBuf> {
-    heading("Build the wheel");
     let package = workspace.root.join("python");
+    let page = playground::page_if_possible(workspace)?;
+    heading("Build the wheel");
     bundle(&workspace.fmus(), &package.join("pneumatic_servo/fmu_files"))?;
+    bundle_page(page.as_deref(), &package.join("pneumatic_servo/playground_files"))?;
     let wheels = workspace.target.join("wheels");
     if wheels.exists() {
         fs::remove_dir_all(&wheels).with_context(|| format!("cannot remove the old {}", wheels.display()))?;
@@ -70,12 +75,25 @@ pub fn install(venv: &Venv, wheel: &Path) -> Result<()> {
     process::run(venv.command().args(["-m", "pip", "install"]).args(options).arg(wheel))
 }
 
+/// An empty folder in place of what was there.
+fn renew(folder: &Path) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+}
+
+/// Copies the page into the package, if there is one.
+fn bundle_page(page: Option<&Path>, to: &Path) -> Result<()> {
+    renew(to)?;
+    let Some(page) = page else { return Ok(()) };
+    fs::copy(page, to.join("index.html")).with_context(|| format!("cannot copy {}", page.display()))?;
+    Ok(())
+}
+
 /// Copies the FMUs and the drive into the package, and nothing else.
 fn bundle(from: &Path, to: &Path) -> Result<()> {
-    if to.exists() {
-        fs::remove_dir_all(to).with_context(|| format!("cannot remove the old {}", to.display()))?;
-    }
-    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
+    renew(to)?;
     let mut copied = 0;
     for file in files(from).with_context(|| format!("no FMUs in {}: run `cargo xtask package`", from.display()))? {
         if file.extension().is_some_and(|extension| extension == "fmu" || extension == "ssp") {

@@ -3,6 +3,7 @@
 import { Clock } from "./clock";
 import type { Context, Files, Page } from "./context";
 import { element, segments } from "./dom";
+import { startsByItself } from "./embedded";
 import { Refusal } from "./library";
 import { Run, STEP, type Exchange, type Member } from "./run";
 import { signalEditor, type Scale } from "./signal-editor";
@@ -23,7 +24,7 @@ export abstract class LivePage implements Page {
   private readonly clock = new Clock(STEP);
   private readonly play = element("button", { type: "button", class: "primary", onclick: () => this.toggle() });
   private readonly status = element("output", { class: "status", "data-status": "" });
-  private isRunning = true;
+  private isRunning = startsByItself;
   private isStale = true;
   private turn = 0;
 

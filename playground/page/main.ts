@@ -1,8 +1,10 @@
 // The page: loads the plant, and shows what the visitor chooses.
 
+import "./language"; // first: what is loaded after it asks for the language
 import type { Context, Page } from "./context";
 import { byId } from "./dom";
 import { offerFiles } from "./downloads";
+import { embed } from "./embedded";
 import { Library, Refusal } from "./library";
 import { Parameters } from "./parameters";
 import { MODELS, Settings, VIEWS, type View } from "./settings";
@@ -126,6 +128,7 @@ class Playground implements Context {
   }
 }
 
+embed();
 const plant = byId("plant").textContent ?? "";
 Library.load(plant.trim()).then(
   (library) => {

@@ -17,6 +17,7 @@ from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.errors import Interrupted, MissingPackage, NotConverged, SimulationError
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
+from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.trim import TrimError
@@ -48,6 +49,7 @@ __all__ = [
     "fmus",
     "models",
     "plan",
+    "play",
 ]
 
 _FITTING = ("Fit", "compare_fits", "fit", "plan")

@@ -21,10 +21,13 @@ export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"];
 
 export const launch = () => chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
 
-/** Opens the page at a fragment; `close` fails if there was an error in the console or a request left the page. */
+/** Opens the page at a query and a fragment; `close` fails if there was an error in the console or a request left the page. */
 export async function open(browser, fragment = "", options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const page = await context.newPage();
+  if (options.language) {
+    await page.addInitScript((language) => Object.defineProperty(navigator, "language", { value: language, configurable: true }), options.language);
+  }
   const problems = [];
   const note = (kind, text) => problems.push(`${kind}: ${text}`);
   page.on("console", (message) => {
@@ -34,7 +37,7 @@ export async function open(browser, fragment = "", options = {}) {
   page.on("request", (request) => {
     const address = request.url();
     if (!["file:", "data:", "blob:"].includes(new URL(address).protocol)) note("request", address);
-    if (address.startsWith("file:") && address.split("#")[0] !== PAGE) note("request", address);
+    if (address.startsWith("file:") && address.split(/[?#]/)[0] !== PAGE) note("request", address);
   });
   await page.goto(PAGE + fragment);
   await page.waitForSelector("html[data-ready]");

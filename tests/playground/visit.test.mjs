@@ -244,3 +244,37 @@ test("light and dark are chosen by a button", async () => {
   assert.equal(await page.locator("#theme").textContent(), "Light");
   await close();
 });
+
+test("a language that the browser cannot write numbers in does not leave the page empty", async () => {
+  // WebKit names the locale C so.
+  const { page, close } = await open(browser, "", { language: "c" });
+  await runFor(page, 0.1);
+  assert.ok((await inked(page)).every((count) => count > 1000));
+  await close();
+});
+
+test("in the frame of another page only the plant shows, in its colours", async () => {
+  const { page, close } = await open(browser, "?embedded&theme=dark", { colorScheme: "light", viewport: { width: 400, height: 800 } });
+  await runFor(page, 0.1);
+  const isShown = (selector) => page.locator(selector).first().isVisible();
+  for (const hidden of ["header", "aside", "footer", ".chart:nth-child(2)"]) assert.equal(await isShown(hidden), false, hidden);
+  for (const shown of [".cylinder", ".transport", ".signal-editor", ".chart"]) assert.equal(await isShown(shown), true, shown);
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
+  const back = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const dark = await back();
+  await page.evaluate(() => postMessage({ theme: "light" }, "*"));
+  await page.waitForFunction((before) => getComputedStyle(document.body).backgroundColor !== before, dark);
+  await page.evaluate(() => postMessage({ theme: "nonsense" }, "*"));
+  await page.waitForTimeout(100);
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
+  await close();
+});
+
+test("a visitor who wants less motion starts the embedded plant himself", async () => {
+  const { page, close } = await open(browser, "?embedded", { reducedMotion: "reduce" });
+  await page.waitForTimeout(300);
+  assert.equal(Number((await status(page)).time), 0);
+  await page.getByRole("button", { name: "Play" }).click();
+  await runFor(page, 0.1);
+  await close();
+});

@@ -34,6 +34,7 @@ def test_wheel_is_for_every_python_and_every_linux(wheel: Path, fmus: Path) -> N
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         assert "pneumatic_servo/py.typed" in names and "pneumatic_servo/_native.pyi" in names
+        assert "pneumatic_servo/playground_files/index.html" in names
         for fmu in [*fmus.glob("*.fmu"), *fmus.glob("*.ssp")]:
             assert archive.read(f"pneumatic_servo/fmu_files/{fmu.name}") == fmu.read_bytes()
 
@@ -56,3 +57,5 @@ def test_wheel_runs_in_a_fresh_environment_without_rust(wheel: Path, tmp_path: P
     (tmp_path / "out").mkdir()
     run(programs / "pneumatic-servo", "fmu", "--out", "out")
     assert (tmp_path / "out" / "PneumaticServoCylinder.fmu").is_file()
+    page = Path(run(programs / "pneumatic-servo", "play", "--show-file").strip())
+    assert "playground" in page.read_text(encoding="utf-8")

@@ -17,6 +17,10 @@ ROOT = Path(__file__).parents[2]
 NOT_HERE = {
     "README.md": "its commands are those that build, and run these tests",
     "CONTRIBUTING.md": "the same",
+    "RELEASING.md": "its commands publish",
+    "docs/start/python.md": "its command installs, and the environment of the tests has the package",
+    "docs/start/data.md": "the same",
+    "docs/start/rust.md": "its command changes a crate, and its program is that of the README",
     "python/README.md": "its command installs, and the environment of the tests has the package",
     "docs/platforms.md": "its commands build and install",
     "docs/realtime.md": "its host is compiled and run by test_realtime.py",
@@ -31,8 +35,7 @@ KNOWN = {"python", "sh", "rust", "text"}
 
 def pages() -> Iterator[str]:
     """Every page that people read, as a path in the repository."""
-    first = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "python" / "README.md"]
-    for file in [*first, *sorted((ROOT / "docs").rglob("*.md"))]:
+    for file in [*sorted(ROOT.glob("*.md")), ROOT / "python" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
         yield file.relative_to(ROOT).as_posix()
 
 

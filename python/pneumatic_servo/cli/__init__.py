@@ -11,10 +11,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, simulate, variables
+from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, simulate, variables
 from pneumatic_servo.errors import MissingPackage, NotConverged, SimulationError
 
-COMMANDS = [simulate, compare, linearise, configure, fit, plan, variables, fmu]
+COMMANDS = [simulate, compare, linearise, configure, fit, plan, variables, fmu, play]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
 
 EPILOG = r"""examples:
@@ -27,6 +27,7 @@ EPILOG = r"""examples:
       --columns time=t,valveVoltage=u,position=x[mm] --out rig.ssv --report rig.html
   pneumatic-servo plan --law Stribeck --fit valve.deadZone,friction.stribeck.Fc
   pneumatic-servo fmu --out .
+  pneumatic-servo play                            the plant, live in your browser
 
 my.csv has a column `time` in s and one per input, named as the input and in its SI unit:
   time,valveVoltage

@@ -1,0 +1,184 @@
+//! `cargo xtask release --rehearse`: what can be tried of a release before its tag is pushed.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail, ensure};
+use cargo_metadata::MetadataCommand;
+
+use crate::package;
+use crate::process::{self, heading};
+use crate::venv::{Requirements, Venv};
+use crate::wheel;
+use crate::workspace::Workspace;
+
+/// The crate that is published; the others are parts of what is handed out in other forms.
+const CRATE: &str = "pneumatic-servo";
+/// Versions of Python that the package says it runs with.
+const PYTHONS: [&str; 5] = ["3.10", "3.11", "3.12", "3.13", "3.14"];
+
+/// What a user does first; the FMUs and the playground are in wheels only.
+const PROGRAM: &str = "
+import sys
+import pneumatic_servo as ps
+run = ps.Model('PneumaticServoCylinder').simulate({'friction.law': 'LuGre'}, inputs={'valveVoltage': 6.0}, stop=0.5)
+assert run['position'][-1] > 0.25, run['position'][-1]
+if sys.argv[1] == 'wheel':
+    assert ps.play(browser=False).stat().st_size > 1_000_000 and len(ps.fmus()) > 5
+print('Python', sys.version.split()[0], 'runs the plant of the', sys.argv[1])
+";
+
+/// Checks versions, packs the crate, and installs wheel and source distribution in fresh environments.
+///
+/// # Errors
+/// When something would go wrong with the release.
+pub fn run(workspace: &Workspace) -> Result<()> {
+    let wheel = wheel::build(workspace)?;
+    heading("Release: one version everywhere");
+    versions(workspace, &wheel)?;
+    heading("Release: the crate, built of its package alone");
+    let mut cargo = process::cargo();
+    cargo.args(["package", "--locked", "--package", CRATE]).current_dir(&workspace.root);
+    process::run(cargo.env("CARGO_TARGET_DIR", &workspace.target))?;
+    heading("Release: the wheel in fresh environments");
+    let mut left = Vec::new();
+    for version in PYTHONS {
+        match python(version) {
+            Some(python) => try_out(workspace, &python, version, "wheel", &wheel)?,
+            None => left.push(format!("the wheel with Python {version}, which is not on this machine")),
+        }
+    }
+    heading("Release: the source distribution in a fresh environment");
+    let sources = source_distribution(workspace)?;
+    let newest = PYTHONS.into_iter().rev().find_map(|version| Some((version, python(version)?)));
+    let (version, python) = newest.context("no Python from 3.10 on is on the search path")?;
+    try_out(workspace, &python, version, "source distribution", &sources)?;
+
+    heading("Release: not tried here");
+    left.push("the wheels for other systems and processors; the workflow runs each where it builds it".to_owned());
+    left.push("the upload".to_owned());
+    left.iter().for_each(|what| println!("- {what}"));
+    Ok(())
+}
+
+/// Everything that states a version, with what it states.
+fn versions(workspace: &Workspace, wheel: &Path) -> Result<()> {
+    let wanted = env!("CARGO_PKG_VERSION");
+    let mut stated = Vec::new();
+    let metadata = MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps().exec()?;
+    for package in &metadata.packages {
+        stated.push((format!("the crate {}", package.name), package.version.to_string()));
+    }
+    let name = wheel.file_name().unwrap_or_default().to_string_lossy();
+    stated.push(("the wheel".to_owned(), name.split('-').nth(1).unwrap_or_default().to_owned()));
+    for fmu in package::fmus(workspace) {
+        let description = entry(&fmu, "modelDescription.xml")?;
+        stated.push((fmu.display().to_string(), between(&description, " version=\"", "\"").to_owned()));
+    }
+    let citation = read(&workspace.root.join("CITATION.cff"))?;
+    stated.push(("CITATION.cff".to_owned(), between(&citation, "\nversion: ", "\n").to_owned()));
+    let changes = read(&workspace.root.join("CHANGELOG.md"))?;
+    stated.push(("CHANGELOG.md".to_owned(), between(&changes, "\n## [", "]").to_owned()));
+    let site = workspace.target.join("site/index.html");
+    if site.is_file() {
+        let title = between(&read(&site)?, "<title>", "</title>").to_owned();
+        stated.push(("the site".to_owned(), title.rsplit(' ').next().unwrap_or_default().to_owned()));
+    } else {
+        println!("left out: the site, which `cargo xtask site` builds");
+    }
+    agree(wanted, &stated)?;
+    println!("{wanted} in {} places", stated.len());
+    Ok(())
+}
+
+/// # Errors
+/// Names every place that states another version.
+fn agree(wanted: &str, stated: &[(String, String)]) -> Result<()> {
+    let others: Vec<_> = stated.iter().filter(|(_, version)| version != wanted).collect();
+    let lines: Vec<_> = others.iter().map(|(place, version)| format!("  {place}: {version:?}")).collect();
+    ensure!(others.is_empty(), "the version is {wanted}, but not everywhere:\n{}", lines.join("\n"));
+    Ok(())
+}
+
+/// What is between two texts, or nothing.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
+    let rest = text.split_once(before).map_or("", |(_, rest)| rest);
+    rest.split_once(after).map_or("", |(found, _)| found)
+}
+
+fn read(file: &Path) -> Result<String> {
+    fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
+fn entry(archive: &Path, name: &str) -> Result<String> {
+    let file = fs::File::open(archive).with_context(|| format!("cannot open {}", archive.display()))?;
+    let mut text = String::new();
+    zip::ZipArchive::new(file)?.by_name(name)?.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// A Python of a version, if it starts and can make environments.
+fn python(version: &str) -> Option<PathBuf> {
+    let python = which::which(format!("python{version}")).ok()?;
+    let check =
+        format!("import sys, ensurepip, venv; sys.exit(sys.version_info[:2] != ({}))", version.replace('.', ", "));
+    let mut command = Command::new(&python);
+    command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success()).then_some(python)
+}
+
+/// Installs a package with what it asks for into an environment that holds nothing else, and runs the plant.
+fn try_out(workspace: &Workspace, python: &Path, version: &str, kind: &str, package: &Path) -> Result<()> {
+    let folder = workspace.target.join("rehearsal").join(format!("{}-{version}", kind.replace(' ', "-")));
+    process::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&folder))?;
+    let programs = folder.join(if cfg!(windows) { "Scripts" } else { "bin" });
+    let python = programs.join("python").with_extension(std::env::consts::EXE_EXTENSION);
+    let mut pip = Command::new(&python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).arg(package);
+    process::run(pip.env("CARGO_TARGET_DIR", workspace.target.join("rehearsal/build")))?;
+    let mut program = Command::new(&python);
+    program.args(["-c", PROGRAM, kind]).current_dir(&folder);
+    process::run(program.env_remove("PYTHONPATH").env("PYTHONNOUSERSITE", "1").env("MPLBACKEND", "Agg"))
+}
+
+/// Packs the sources of the package, which are built where there is no wheel for a machine.
+fn source_distribution(workspace: &Workspace) -> Result<PathBuf> {
+    let folder = workspace.target.join("sdist");
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
+    }
+    let venv = Venv::prepare(workspace, Requirements::ZIG)?;
+    let mut maturin = venv.command();
+    maturin.args(["-m", "maturin", "sdist", "--out"]).arg(&folder).current_dir(workspace.root.join("python"));
+    process::run(&mut maturin)?;
+    let files = fs::read_dir(&folder)?.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
+    match &files[..] {
+        [file] => Ok(file.clone()),
+        found => bail!("{} files in {}, not one source distribution", found.len(), folder.display()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_version_is_named_with_its_place() {
+        let stated = |version: &str| {
+            vec![("the wheel".to_owned(), "1.2.3".to_owned()), ("CITATION.cff".to_owned(), version.to_owned())]
+        };
+        assert!(agree("1.2.3", &stated("1.2.3")).is_ok());
+        let problem = agree("1.2.3", &stated("1.2.2")).unwrap_err().to_string();
+        assert!(problem.contains("CITATION.cff: \"1.2.2\"") && !problem.contains("wheel"), "{problem}");
+        assert!(agree("1.2.3", &stated("")).is_err(), "a place without a version");
+    }
+
+    #[test]
+    fn versions_are_found_in_the_texts_that_state_them() {
+        assert_eq!(between("cff-version: 1.2.0\nversion: 0.1.0\nlicense:", "\nversion: ", "\n"), "0.1.0");
+        assert_eq!(between("# Changes\n\n## [0.1.0]\n", "\n## [", "]"), "0.1.0");
+        assert_eq!(between("# Changes\n", "\n## [", "]"), "");
+    }
+}

@@ -1,0 +1,11 @@
+// A language that this browser can write numbers in. Where the system has the locale C, WebKit names it "c" as the user's
+// language, which its own `Intl` refuses with a RangeError. uPlot asks for that language as soon as it is loaded, so this
+// module comes before it.
+
+try {
+  new Intl.NumberFormat(navigator.language);
+} catch {
+  Object.defineProperty(navigator, "language", { value: "en-US", configurable: true });
+}
+
+export {};

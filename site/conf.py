@@ -1,0 +1,48 @@
+"""How Sphinx makes the site of the pages that `gather.py` has laid out; run by `cargo xtask site`."""
+
+from importlib.metadata import version as installed
+
+project = "Pneumatic servo cylinder"
+project_copyright = "the Pneumatic servo cylinder developers, MIT or Apache-2.0"
+version = release = installed("pneumatic-servo")
+language = "en"
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+exclude_patterns = ["extra"]
+
+# Anchors as a forge makes them, down to the headings that pages link to.
+myst_heading_anchors = 4
+myst_enable_extensions = ["colon_fence"]
+
+# The tutorial runs while the site is made; a cell that fails ends the build.
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+# Docstrings are those that `help` shows: NumPy's sections, and names between single backticks.
+default_role = "code"
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Input", "Inputs", "Parameters", "Progress", "Value", "Values")}
+autodoc_default_options = {"members": True, "show-inheritance": True}
+napoleon_google_docstring = False
+
+html_theme = "furo"
+html_title = f"Pneumatic servo cylinder {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_extra_path = ["extra"]
+html_copy_source = False
+html_show_sphinx = False
+# The excerpts of found pages are fetched, which a browser refuses to a page that is opened from a folder.
+html_show_search_summary = False
+html_theme_options = {
+    "navigation_with_keys": True,
+    "light_css_variables": {"color-brand-primary": "#0b5c98", "color-brand-content": "#0b5c98"},
+    "dark_css_variables": {"color-brand-primary": "#7fc1f5", "color-brand-content": "#7fc1f5"},
+}
+pygments_style = "a11y-high-contrast-light"
+pygments_dark_style = "a11y-high-contrast-dark"
+copybutton_exclude = ".linenos, .gp, .go"

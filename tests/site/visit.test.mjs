@@ -1,0 +1,96 @@
+// What a visitor finds, in Chromium.
+import assert from "node:assert/strict";
+import { readFileSync, statSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import { after, before, test } from "node:test";
+import { launch, open, pages, plant } from "./site.mjs";
+
+const AXE = readFileSync(fileURLToPath(import.meta.resolve("axe-core/axe.min.js")), "utf8");
+/** In bytes: what the landing page may weigh before the plant is asked for. */
+const LIGHT = 300_000;
+
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+/** What axe finds that keeps people out. */
+async function findings(page) {
+  await page.evaluate(AXE);
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"], iframes: false }));
+  return violations
+    .filter(({ impact }) => impact === "serious" || impact === "critical")
+    .flatMap(({ id, nodes }) => nodes.slice(0, 3).map((node) => `${id}: ${node.html.slice(0, 200)} ${node.any[0]?.message ?? ""}`));
+}
+
+test("every page opens without an error, fits on 400 pixels and keeps nobody out, light and dark", async () => {
+  const names = await pages();
+  assert.ok(names.length > 30, String(names.length));
+  for (const name of names) {
+    // Half of the pages each way: the colours are those of the same style sheets.
+    const colorScheme = names.indexOf(name) % 2 ? "dark" : "light";
+    const { page, close } = await open(browser, name, { colorScheme, viewport: { width: 400, height: 800 } });
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 400, `${name} is ${width} pixels wide`);
+    assert.deepEqual(await findings(page), [], `${name}, ${colorScheme}`);
+    await close();
+  }
+});
+
+test("the landing page is light until the plant is asked for", async (context) => {
+  const { asked, close } = await open(browser, "index.html");
+  const own = [...asked].filter((file) => !file.endsWith("playground.html"));
+  const bytes = own.reduce((sum, file) => sum + statSync(file).size, 0);
+  assert.ok(own.length > 3 && bytes < LIGHT, `${bytes} bytes: ${own}`);
+  context.diagnostic(`${bytes} bytes in ${own.length} files`);
+  await close();
+});
+
+test("the plant runs on the landing page, in its colours and without a bar to scroll", async () => {
+  const { page, close } = await open(browser, "index.html", { colorScheme: "light" });
+  const frame = await plant(page);
+  await frame.waitForFunction(() => Number(document.querySelector("[data-status]").dataset.time) > 0.2);
+  const back = () => frame.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await back();
+  // Furo's button goes from the system's choice to the next.
+  for (let press = 0; press < 3 && (await back()) === light; press += 1) {
+    await page.locator(".theme-toggle").first().click();
+    await page.waitForTimeout(200);
+  }
+  assert.notEqual(await back(), light);
+  await page.waitForFunction(() => document.getElementById("plant").clientHeight > 500);
+  const hidden = await frame.evaluate(() => document.documentElement.scrollHeight - innerHeight);
+  assert.ok(hidden <= 1, `${hidden} pixels are out of sight`);
+  await close();
+});
+
+test("the search finds a variable, a law, an item of the crate and a page of docs without a server", async () => {
+  for (const [words, page] of [
+    ["deadZone", "docs/parameters.html"],
+    ["MaxwellSlip", "gallery.html"],
+    ["sticking interval", "docs/"],
+    ["Setup", "reference/rust.html"],
+    ["simulate_many", "reference/python.html"],
+  ]) {
+    const { page: found, close } = await open(browser, "index.html");
+    await found.locator(".sidebar-search").first().fill(words);
+    await found.keyboard.press("Enter");
+    await found.waitForSelector("#search-results li a");
+    await found.waitForFunction(() => !document.querySelector(".search-summary")?.textContent.includes("Searching"));
+    const links = await found.locator("#search-results li a").evaluateAll((all) => all.map((one) => one.getAttribute("href")));
+    assert.ok(links.some((link) => link.includes(page)), `${words}: ${links}`);
+    await close();
+  }
+});
+
+test("a visitor without a mouse gets into the text and to every starting point", async () => {
+  const { page, close } = await open(browser, "index.html");
+  await page.keyboard.press("Tab");
+  assert.match(await page.evaluate(() => document.activeElement.textContent), /skip to content/i);
+  const starts = await page.locator(".starts a").count();
+  assert.equal(starts, 5);
+  await page.locator(".starts a").first().focus();
+  await page.keyboard.press("Enter");
+  await page.waitForLoadState();
+  assert.match(page.url(), /docs\/start\/fmu\.html$/);
+  await close();
+});
