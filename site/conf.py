@@ -1,6 +1,12 @@
 """How Sphinx makes the site of the pages that `gather.py` has laid out; run by `cargo xtask site`."""
 
+from __future__ import annotations
+
 from importlib.metadata import version as installed
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 project = "Pneumatic servo cylinder"
 project_copyright = "the Pneumatic servo cylinder developers, MIT or Apache-2.0"
@@ -25,7 +31,8 @@ default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {name: name for name in ("ArrayLike", "Input", "Inputs", "Parameters", "Progress", "Value", "Values")}
+ALIASES = ["ArrayLike", "Input", "Inputs", "Parameters", "Progress", "Value", "Values"]
+autodoc_type_aliases = {name: name for name in ALIASES}
 autodoc_default_options = {"members": True, "show-inheritance": True}
 napoleon_google_docstring = False
 
@@ -46,3 +53,13 @@ html_theme_options = {
 pygments_style = "a11y-high-contrast-light"
 pygments_dark_style = "a11y-high-contrast-dark"
 copybutton_exclude = ".linenos, .gp, .go"
+
+
+def setup(app: Sphinx) -> None:
+    """Give the headings of the side bar a level, which a screen reader asks for."""
+    app.connect("html-page-context", _level, priority=900)
+
+
+def _level(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _doctree: object) -> None:
+    tree = context.get("furo_navigation_tree", "")
+    context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')

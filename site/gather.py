@@ -100,8 +100,9 @@ def copy_rustdoc(source: Path, target: Path) -> None:
 def pages(out: Path) -> Iterator[str]:
     """Every page that was laid out, by its path without an ending."""
     for file in sorted(out.rglob("*")):
-        if file.suffix in (".md", ".ipynb"):
-            yield file.relative_to(out).with_suffix("").as_posix()
+        name = file.relative_to(out)
+        if file.suffix in (".md", ".ipynb") and name.parts[0] != "extra":
+            yield name.with_suffix("").as_posix()
 
 
 def toctrees(parts: list[dict[str, list[str]]], out: Path) -> str:

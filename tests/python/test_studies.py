@@ -60,3 +60,10 @@ def test_parameter_study_gives_the_same_rows_on_any_cluster(tmp_path: Path) -> N
     # A wider valve moves the carriage further, whatever the law and the dead zone.
     strokes = [float(row["stroke"]) for row in rows]
     assert all(a < b < c for a, b, c in zip(strokes[::3], strokes[1::3], strokes[2::3], strict=True))
+
+
+def test_the_moving_picture_of_the_readme_is_what_its_study_draws(tmp_path: Path) -> None:
+    run("moving_picture.py", tmp_path / "picture.svg")
+    drawn = (tmp_path / "picture.svg").read_bytes()
+    assert drawn == (STUDIES.parent / "docs" / "images" / "stick_slip.svg").read_bytes()
+    assert len(drawn) < 1_000_000

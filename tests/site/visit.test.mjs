@@ -25,15 +25,17 @@ async function findings(page) {
 test("every page opens without an error, fits on 400 pixels and keeps nobody out, light and dark", async () => {
   const names = await pages();
   assert.ok(names.length > 30, String(names.length));
+  const found = [];
   for (const name of names) {
     // Half of the pages each way: the colours are those of the same style sheets.
     const colorScheme = names.indexOf(name) % 2 ? "dark" : "light";
     const { page, close } = await open(browser, name, { colorScheme, viewport: { width: 400, height: 800 } });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
-    assert.ok(width <= 400, `${name} is ${width} pixels wide`);
-    assert.deepEqual(await findings(page), [], `${name}, ${colorScheme}`);
+    if (width > 400) found.push(`${name} is ${width} pixels wide`);
+    found.push(...(await findings(page)).map((finding) => `${name}, ${colorScheme}: ${finding}`));
     await close();
   }
+  assert.deepEqual(found, []);
 });
 
 test("the landing page is light until the plant is asked for", async (context) => {
@@ -53,7 +55,7 @@ test("the plant runs on the landing page, in its colours and without a bar to sc
   const light = await back();
   // Furo's button goes from the system's choice to the next.
   for (let press = 0; press < 3 && (await back()) === light; press += 1) {
-    await page.locator(".theme-toggle").first().click();
+    await page.locator(".theme-toggle:visible").first().click();
     await page.waitForTimeout(200);
   }
   assert.notEqual(await back(), light);
