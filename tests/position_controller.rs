@@ -3,7 +3,7 @@
 mod bounds;
 mod rig;
 
-use bounds::{larger, within};
+use bounds::{close, larger, within};
 use pneumatic_servo::models::position_controller;
 use pneumatic_servo::pneumatics::valve::{Opening, Spool, Valve};
 use pneumatic_servo::solver::StepError;
@@ -177,6 +177,22 @@ fn difference_of_the_reference_is_its_slope() {
     assert_eq!(controller.get("samples"), 100.0);
     // The difference of two positions is exact to their last place, over a millisecond.
     assert!((controller.get("valveVoltage") - 5.6).abs() < 3.0 * 1e3 * 1e-16);
+}
+
+/// The wanted velocity is that of the reference plus what makes up for the error, and the feed-forward adds its voltage.
+#[test]
+fn velocity_of_the_reference_is_fed_forward_with_its_sign() {
+    for (slope, error) in [(0.2, 0.0), (-0.2, 0.0), (0.3, 0.01), (-0.1, 0.02)] {
+        let rig = bare().set("feedForward.gain", 3.0).set("gain.position", 10.0);
+        let rig = rig.set("referenceVelocity", slope).set("referencePosition", 0.25 + error).set("position", 0.25);
+        let mut controller = rig.start().expect("legal");
+        let wanted = slope + 10.0 * error;
+        close(voltage(&mut controller, 0), 5.0 + 3.0 * wanted, ROUNDING, "V");
+        close(controller.get("wantedVelocity"), wanted, ROUNDING, "m/s");
+        // Differences of samples, which the input takes the place of, would be 0.
+        controller.set("referenceVelocity", -slope);
+        close(voltage(&mut controller, 1), 5.0 + 3.0 * (wanted - 2.0 * slope), ROUNDING, "V at the next sample");
+    }
 }
 
 /// Hosts that add up steps, multiply them, or count nanoseconds arrive a little early or late; all get the same.

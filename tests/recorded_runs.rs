@@ -32,6 +32,7 @@ fn runs_repeat_those_of_the_record_bit_for_bit() {
         })
     };
     if std::env::var_os("SERVO_RECORD").is_some() {
+        assert!(std::env::var_os("CI").is_none(), "SERVO_RECORD renews what is expected, which CI must not");
         let lines: Vec<_> = runs().collect();
         std::fs::write(RECORD, format!("{HEADER}{}\n", lines.join("\n"))).unwrap();
         return;
@@ -82,8 +83,8 @@ fn settings(model: &Model) -> Vec<Changes> {
     schemes.chain(tolerances).collect()
 }
 
-/// Each parameter changed alone, if the model takes it so: halved, or 0 no longer. Those of the friction laws, under their
-/// law, are the same in all models, so they are changed on the bench alone. A limit of the work ends runs.
+/// Each parameter changed alone, if the model takes it so: halved, 0 no longer, or another item of an enumeration. Those of
+/// the friction laws, under their law, are the same in all models, so they are changed on the bench alone. A limit of the work ends runs.
 fn parameters(model: &'static Model) -> Vec<Changes> {
     let table = (model.variables)();
     let law_of = |group: &str| {
@@ -96,23 +97,29 @@ fn parameters(model: &'static Model) -> Vec<Changes> {
             ["friction", group, _] => law_of(group),
             _ => None,
         };
-        let start =
-            variable.start.filter(|_| variable.chooses.is_none() && !variable.name.starts_with("solver.max"))?;
+        let is_stated = ["friction.law", "solver.scheme"].contains(&variable.name.as_str())
+            || variable.name.starts_with("solver.max")
+            || variable.chooses.is_some();
+        let start = variable.start.filter(|_| !is_stated);
         let least = variable.nominal.unwrap_or(1.0) * 1e-2;
-        let value = match variable.kind {
-            Kind::Real(_) if start == 0.0 => least,
-            Kind::Real(_) => 0.5 * start,
-            Kind::Boolean => 1.0 - start,
-            Kind::Integer => start + 1.0,
-            Kind::Enumeration(_) => return None,
+        let values = |start: f64| match variable.kind {
+            Kind::Real(_) if start == 0.0 => vec![least],
+            Kind::Real(_) => vec![0.5 * start],
+            Kind::Boolean => vec![1.0 - start],
+            Kind::Integer => vec![start + 1.0],
+            Kind::Enumeration(of) => {
+                of.items.iter().map(|(id, ..)| f64::from(*id)).filter(|item| *item != start).collect()
+            }
         };
-        let changes: Changes = law.into_iter().chain([(variable.name.as_str(), value)]).collect();
-        let mut setup = Setup::of(model);
-        let is_legal =
-            changes.iter().all(|(name, value)| setup.change(name, *value).is_ok()) && setup.start(0.0).is_ok();
-        (is_legal && (law.is_none() || model.name == "FrictionBench")).then_some(changes)
+        let changes = move |value| law.into_iter().chain([(variable.name.as_str(), value)]).collect::<Changes>();
+        let is_legal = move |changes: &Changes| {
+            let mut setup = Setup::of(model);
+            let is_set = changes.iter().all(|(name, value)| setup.change(name, *value).is_ok());
+            is_set && setup.start(0.0).is_ok() && (law.is_none() || model.name == "FrictionBench")
+        };
+        start.map(values).unwrap_or_default().into_iter().map(changes).filter(is_legal)
     };
-    table.parameters().filter_map(changed).collect()
+    table.parameters().flat_map(changed).collect()
 }
 
 /// Many parameters changed at once: four sets for each law (or for the model), each with factors of 1/2 to 2 on the

@@ -2,9 +2,9 @@
 
 mod random;
 
-use pneumatic_servo::co_simulation::Plant;
-use pneumatic_servo::model::Setup;
-use pneumatic_servo::models;
+use pneumatic_servo::co_simulation::{Plant, Simulation};
+use pneumatic_servo::model::{Setup, Start};
+use pneumatic_servo::models::{self, friction_bench};
 
 use random::Random;
 
@@ -71,6 +71,48 @@ fn saved_states_are_taken_where_the_clock_changes_its_sign() {
         times.sort_by(f64::total_cmp);
         assert_eq!(saves(&mut start("FrictionBench", "Stribeck", begin), &mut other, times.into_iter()), 50);
     }
+}
+
+/// A mass pulled by a spring, which sticks and slips, its clock at a time in s.
+fn stick_slip(time: f64) -> Box<dyn Simulation> {
+    let table = (friction_bench::MODEL.variables)();
+    let changed = [("friction.law", 7.0), ("bench.drive", 1.0), ("driveVelocity", 0.01), ("spring.stiffness", 1e4)];
+    let value = |name: &str, start: Option<f64>| {
+        changed.iter().find(|(changed, _)| *changed == name).map_or(start.expect("a start value"), |(_, value)| *value)
+    };
+    let parameters: Vec<f64> = table.parameters().map(|it| value(&it.name, it.start)).collect();
+    let inputs: Vec<f64> = table.inputs().map(|it| value(&it.name, it.start)).collect();
+    let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
+    (friction_bench::MODEL.start)(&start).expect("legal values")
+}
+
+/// A step to an event, or to one or two places of the clock beside it, ends on the event but for rounding.
+#[test]
+fn saved_states_are_taken_at_events() {
+    let (mut random, mut events) = (Random(1), 0);
+    for round in 0..300 {
+        let begin = if round % 3 == 0 { random.spread(1e-3, 1e9) } else { -random.between(0.0, 0.5) };
+        let mut first = stick_slip(begin);
+        for _ in 0..6 {
+            let before = first.save();
+            assert!(first.advance_to_event(begin + 10.0).expect("a run"), "it sticks and slips");
+            let event = first.time();
+            for places in -2..=2 {
+                let end = (0..i32::abs(places))
+                    .fold(event, |time, _| if places > 0 { time.next_up() } else { time.next_down() });
+                let mut other = stick_slip(begin);
+                other.restore(&before).expect("a state of the same model");
+                if end > before.time {
+                    other.advance(end).expect("a step");
+                    let saved = other.save();
+                    other.restore(&saved).unwrap_or_else(|error| panic!("from {begin} s at {end} s: {error}"));
+                    events += 1;
+                }
+            }
+            first.update().expect("an event");
+        }
+    }
+    assert!(events > 8_000, "{events}");
 }
 
 /// The clock that hosts use at 1.7e9 s resolves 0.24 us: a state whose clock is a microsecond off is none of a run.

@@ -196,9 +196,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         let (memory, progress, start): (E::Memory, Progress, f64) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
         let is_plain = states.iter().all(|value| value.is_finite()) && start.is_finite();
-        // The clock of the host and that of the run agree but for rounding: that of their difference when the run came here,
-        // `EPSILON/2*(|start| + |time|)` at most, and that of the sum below, `EPSILON/2*|time|`.
-        let rounding = f64::EPSILON * (start.abs() + snapshot.time.abs());
+        // The clock of the host and that of the run agree but for rounding: of their difference, of the last step, which may
+        // end at an event one rounding behind the end, and of the sum.
+        let rounding = f64::EPSILON * (2.0 * progress.time().abs() + snapshot.time.abs());
         let is_timely = (start + progress.time() - snapshot.time).abs() <= rounding;
         if !is_plain
             || !progress.is_sound(self.run.indicators().as_ref().len())

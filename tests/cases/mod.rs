@@ -1,5 +1,7 @@
 //! Models under every law and on rigs that differ in which variables have an effect.
 
+#![allow(dead_code, reason = "each test uses a part of it")]
+
 use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::variables::{Kind, Variable};
