@@ -56,6 +56,10 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// Whether it changes by itself at points in time.
     const IS_SAMPLED: bool = false;
 
+    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the voltage is held. Without
+    /// it runs take implicit steps only, which cost two to four times as much.
+    const HAS_CLOSED_FORM: bool = false;
+
     /// Builds it.
     ///
     /// # Errors
@@ -75,13 +79,13 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
 
     /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
-    /// Sampled actuators are not asked.
+    /// Asked of actuators with a [closed form](Self::HAS_CLOSED_FORM).
     fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
         [[0.0; STATES]; STATES]
     }
 
-    /// The states in a step, under a voltage that is held and that the memory has followed. Sampled actuators are not
-    /// asked.
+    /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
+    /// [closed form](Self::HAS_CLOSED_FORM).
     fn later(
         &self,
         states: [f64; STATES],
@@ -192,6 +196,12 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
 
     /// Whether it changes by itself at points in time.
     fn is_sampled(&self) -> bool;
+
+    /// Whether its states have a closed form while the voltage is held.
+    fn has_closed_form(&self) -> bool;
+
+    /// Whether what flows depends on the state that as a rule only leads to the other one.
+    fn feeds_by_both_states(&self) -> bool;
 
     /// What flows into the chambers. Compiled without `SAMPLED`, it is for the other actuators only, which then pay nothing
     /// for those that change by themselves.
@@ -381,6 +391,17 @@ macro_rules! actuator_items {
 
                 fn is_sampled(&self) -> bool {
                     match self { $(Self::$item(_) => <$type as Actuating>::IS_SAMPLED),* }
+                }
+
+                fn has_closed_form(&self) -> bool {
+                    match self { $(Self::$item(_) => <$type as Actuating>::HAS_CLOSED_FORM),* }
+                }
+
+                fn feeds_by_both_states(&self) -> bool {
+                    let (leading, feeds) = match self {
+                        $(Self::$item(_) => (<$type as Actuating>::VARIABLES[0], <$type as Actuating>::FEEDS)),*
+                    };
+                    leading.is_some_and(|state| feeds.concat().contains(&state))
                 }
 
                 #[inline(always)]

@@ -83,6 +83,7 @@ impl Actuating for PressureRegulator {
     const VARIABLES: [Option<u32>; STATES] = [None, Some(PRESSURE)];
     const FEEDS: [&'static [u32]; 2] = [&[PRESSURE], &[]];
     const COMPUTED: usize = Outputs::<f64>::LEN;
+    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         if p.max_pressure < p.min_pressure {

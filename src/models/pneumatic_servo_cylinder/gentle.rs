@@ -48,12 +48,6 @@ impl GentleSteps {
 }
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Whether something changes faster within a step than its error estimate can tell: waves in lines, pulses, friction
-    /// along the stroke.
-    pub(super) fn has_rapid_parts(&self) -> bool {
-        self.lines.are_used() || self.actuator.is_sampled() || self.options.waviness != 0.0
-    }
-
     /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, the side of
     /// [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that bends
     /// bristles.

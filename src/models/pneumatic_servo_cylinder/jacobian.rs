@@ -23,8 +23,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
-        // The parts are independent only without options and without leakage between the chambers.
-        if EXTENDED || self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
+        // The parts are independent only without options, without leakage between the chambers, and where one state of the
+        // actuator sets the flow.
+        if EXTENDED || self.p.piston_leakage != 0.0 || self.friction.count() > 2 || self.actuator.feeds_by_both_states()
+        {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];

@@ -101,7 +101,9 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
     carriage_weight: f64,
-    /// How long explicit steps may be.
+    /// Whether explicit steps may be taken.
+    is_gentle: bool,
+    /// How long they may be.
     gentle: GentleSteps,
 }
 
@@ -214,7 +216,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         };
         let slope = GRAVITY * libm::sin(p.incline);
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
+        // Waves in lines, pulses, friction along the stroke: they change faster within a step than its error estimate can tell.
+        let has_rapid_parts = lines.are_used() || actuator.is_sampled() || options.waviness != 0.0;
         Self {
+            is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
             actuator,
             chambers,
@@ -545,7 +550,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
     }
 
     fn is_gentle(&self) -> bool {
-        self.friction.is_gentle() && !(EXTENDED && self.has_rapid_parts())
+        self.is_gentle
     }
 
     fn relaxation<const N: usize>(

@@ -190,6 +190,7 @@ impl Actuating for ProportionalValve {
     const VARIABLES: [Option<u32>; STATES] = [Some(SPOOL_VELOCITY), Some(SPOOL)];
     const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, SPOOL]; 2];
     const COMPUTED: usize = Outputs::<f64>::LEN;
+    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         if p.polarity == 0 {

@@ -1,0 +1,26 @@
+//! Two friction laws of one's own. In one line each they join the laws of the library, and the cylinder and the friction bench
+//! have them all.
+
+mod hyperbolic_stribeck;
+mod loaded_dahl;
+
+use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
+use pneumatic_servo::pneumatics::actuator::Actuator;
+use pneumatic_servo::prelude::*;
+
+laws! {
+    /// The laws of the library and two more.
+    pub mod catalogue {
+        ..builtin;
+        1000 HyperbolicStribeck "hyperbolicStribeck" StickSlip<hyperbolic_stribeck::HyperbolicStribeck>,
+            "Hyperbolic Stribeck curve with true stiction";
+        1001 LoadedDahl "loadedDahl" OneBristle<loaded_dahl::LoadedDahl>,
+            "Dahl's bristle with a stiffness in proportion to the load";
+    }
+}
+
+/// The cylinder with all these laws.
+pub static CYLINDER: Model = pneumatic_servo_cylinder::model::<catalogue::Friction, Actuator>();
+
+/// The friction bench with all these laws.
+pub static BENCH: Model = friction_bench::model::<catalogue::Friction>();

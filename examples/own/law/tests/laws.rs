@@ -1,0 +1,81 @@
+//! What the two laws do, by closed forms, in models of the library.
+
+use own_law::{BENCH, CYLINDER};
+use pneumatic_servo::models;
+use pneumatic_servo::prelude::*;
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+/// A bench under a law, moved as prescribed.
+fn moved(law: &str, velocity: f64) -> Result<Setup, Box<dyn std::error::Error>> {
+    let setup = Setup::of(&BENCH).set("friction.law", law)?.set("bench.drive", "PrescribedMotion")?;
+    Ok(setup.set("driveVelocity", velocity)?)
+}
+
+#[test]
+fn contact_breaks_away_at_the_static_friction_and_slides_at_the_curve() -> Outcome {
+    let mut bench =
+        Setup::of(&BENCH).set("friction.law", "HyperbolicStribeck")?.set("bench.drive", "Free")?.start(0.0)?;
+    bench.set("appliedForce", 10.999)?;
+    bench.step(1.0)?;
+    assert_eq!((bench.get("sticking")?, bench.get("position")?), (1.0, 0.0));
+    bench.set("appliedForce", 11.001)?;
+    bench.step(1e-3)?;
+    assert_eq!(bench.get("sticking")?, 0.0);
+    for (velocity, force) in [(0.01, 8.3 + 1.35 + 0.3), (0.03, 8.3 + 0.27 + 0.9), (-0.01, -9.95)] {
+        let mut bench = moved("HyperbolicStribeck", velocity)?.start(0.0)?;
+        bench.step(0.01)?;
+        let found = bench.get("frictionForce")?;
+        assert!((found - force).abs() < 1e-12, "{found} N at {velocity} m/s, not {force} N");
+    }
+    Ok(())
+}
+
+/// From rest the force follows the way: `F = lambda*F_c*(1 - exp(-s/z_c))`. The solver's tolerance of 1e-6 remains.
+#[test]
+fn bristle_yields_over_the_same_distance_at_any_load() -> Outcome {
+    for level in [0.5, 1.0, 3.0] {
+        let mut bench = moved("LoadedDahl", 1e-3)?.set("friction.level", level)?.start(0.0)?;
+        for step in 1..=50 {
+            bench.step(1e-3)?;
+            let expected = level * 10.0 * (1.0 - (-f64::from(step) * 1e-6 / 1e-5f64).exp());
+            let found = bench.get("frictionForce")?;
+            assert!((found - expected).abs() < 1e-5 * level * 10.0, "{found} N, not {expected} N, at level {level}");
+        }
+    }
+    Ok(())
+}
+
+/// A law of the library gives the same bits beside laws of one's own.
+#[test]
+fn laws_of_the_library_keep_their_bits() -> Outcome {
+    let ended = |model: &'static Model, law: &str| -> Result<[u64; 2], Box<dyn std::error::Error>> {
+        let mut plant = Setup::of(model).set("friction.law", law)?.start(0.0)?;
+        for step in 0..200 {
+            plant.set("valveVoltage", 5.0 + 0.02 * f64::from(step))?;
+            plant.step(1e-3)?;
+        }
+        Ok([plant.get("position")?.to_bits(), plant.get("frictionForce")?.to_bits()])
+    };
+    for law in ["Stribeck", "LuGre", "GMS"] {
+        assert_eq!(ended(&CYLINDER, law)?, ended(&models::pneumatic_servo_cylinder::MODEL, law)?, "{law}");
+    }
+    Ok(())
+}
+
+/// The new laws do what every law does: they move the cylinder, and saved states repeat to the bit.
+#[test]
+fn cylinder_runs_under_the_new_laws_and_repeats_from_saved_states() -> Outcome {
+    for law in ["HyperbolicStribeck", "LoadedDahl"] {
+        let mut plant = Setup::of(&CYLINDER).set("friction.law", law)?.set("valveVoltage", 6.5)?.start(0.0)?;
+        plant.advance_to(0.1)?;
+        let saved = plant.save();
+        plant.advance_to(0.3)?;
+        let there = plant.get("position")?;
+        assert!(there > 0.26, "{law}: {there} m");
+        plant.restore(&saved)?;
+        plant.advance_to(0.3)?;
+        assert_eq!(plant.get("position")?.to_bits(), there.to_bits(), "{law}");
+    }
+    Ok(())
+}

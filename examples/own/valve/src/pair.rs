@@ -1,0 +1,126 @@
+//! The valves, their lag and what they let through.
+
+use pneumatic_servo::hybrid::{Led, Stride};
+use pneumatic_servo::numbers::Pair;
+use pneumatic_servo::pneumatics::actuator::{Ports, STATES, SUPPLY, VOLTAGE};
+use pneumatic_servo::pneumatics::gas::GasState;
+use pneumatic_servo::pneumatics::orifice::{Inflow, Orifice, edge_pieces, is_above};
+use pneumatic_servo::prelude::*;
+
+parameters! {
+    /// The parameters of [`ValvePair`].
+    Parameters {
+        conductance: f64 = Variable::parameter(40_001, "valvePair.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 4e-9)
+            .range(1e-13, 1e-5).shown_in("dm3/(s.bar)").text("Sonic conductance of a fully open valve, either way");
+        critical_ratio: f64 = Variable::parameter(40_002, "valvePair.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio of the valves");
+        time_constant: f64 = Variable::parameter(40_003, "valvePair.tau", units::SECOND, 0.005).range(1e-5, 10.0)
+            .shown_in("ms").text("Time constant of the spools");
+    }
+}
+
+/// Value references of the states, the spools.
+const SPOOLS: [u32; STATES] = [40_011, 40_012];
+
+outputs! {
+    /// The computed variables of [`ValvePair`].
+    Outputs {
+        spool_a = Variable::output(SPOOLS[0], "valvePair.spoolA", units::ONE).local().nominal(1.0)
+            .depends_on(&[SPOOLS[0]]).text("Spool of the valve of chamber A: above 0 it feeds, below it vents");
+        spool_b = Variable::output(SPOOLS[1], "valvePair.spoolB", units::ONE).local().nominal(1.0)
+            .depends_on(&[SPOOLS[1]]).text("Spool of the valve of chamber B: above 0 it feeds, below it vents");
+        rate_a = Variable::output(40_013, "der(valvePair.spoolA)", units::PER_SECOND).local().nominal(100.0)
+            .derivative_of(SPOOLS[0]).depends_on(&[VOLTAGE, SPOOLS[0]]).text("Rate of that spool");
+        rate_b = Variable::output(40_014, "der(valvePair.spoolB)", units::PER_SECOND).local().nominal(100.0)
+            .derivative_of(SPOOLS[1]).depends_on(&[VOLTAGE, SPOOLS[1]]).text("Rate of that spool");
+    }
+}
+
+/// A 3/2 proportional valve for each chamber, on one voltage: above 5 V chamber A is fed and B vented, below B is fed.
+///
+/// ```text
+/// e = clamp((u - 5 V)/5 V, -1, 1),   tau*ds_A/dt = e - s_A,   tau*ds_B/dt = -e - s_B
+/// mdot = C*max(s, 0) from the supply, C*max(-s, 0) to the exhaust    (ISO 6358)
+/// ```
+#[derive(Clone, Debug)]
+pub struct ValvePair {
+    conductance: f64,
+    orifice: Orifice,
+    time_constant: f64,
+}
+
+impl ValvePair {
+    fn commands<S: Scalar>(voltage: S) -> [S; STATES] {
+        let command = ((voltage - 5.0) / 5.0).clamp(S::constant(-1.0), S::constant(1.0));
+        [command, -command]
+    }
+
+    fn supplied<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let open = Pair(spools.map(|spool| spool.max(S::zero()) * self.conductance));
+        Inflow::from(self.orifice.flow(open, ports.supply.at(Pair([ports.supply_pressure; 2])), gas))
+    }
+}
+
+impl Actuating for ValvePair {
+    type Memory = ();
+    type Parameters = Parameters;
+
+    const VARIABLES: [Option<u32>; STATES] = [Some(SPOOLS[0]), Some(SPOOLS[1])];
+    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, SPOOLS[0]], &[SUPPLY, SPOOLS[1]]];
+    const COMPUTED: usize = Outputs::<f64>::LEN;
+    const HAS_CLOSED_FORM: bool = true;
+
+    fn new(p: Parameters) -> Result<Self, ParameterError> {
+        let Parameters { conductance, critical_ratio, time_constant } = p;
+        Ok(Self { conductance, orifice: Orifice::new(critical_ratio), time_constant })
+    }
+
+    fn computed() -> Vec<Variable> {
+        Outputs::<f64>::table()
+    }
+
+    fn scales(&self) -> [f64; STATES] {
+        [1.0; STATES]
+    }
+
+    fn start(&self, _voltage: f64) -> ([f64; STATES], ()) {
+        ([0.0; STATES], ())
+    }
+
+    fn rates<S: Scalar>(&self, [a, b]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
+        let [to_a, to_b] = Self::commands(voltage);
+        [(to_a - a) / self.time_constant, (to_b - b) / self.time_constant]
+    }
+
+    fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
+        let left = Scalar::exp(-0.5 * step / self.time_constant);
+        [[left, 0.0], [0.0, left]]
+    }
+
+    fn later(&self, spools: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
+        let commands = Self::commands(voltage);
+        let left = stride.half[0][0];
+        let towards = |left: f64| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
+        Led { middle: towards(left), end: towards(left * left), bend: [0.0; STATES] }
+    }
+
+    fn feed<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
+        let open = Pair(spools.map(|spool| (-spool).max(S::zero()) * self.conductance));
+        let exhaust = ports.exhaust.at(Pair([S::constant(ports.exhaust_pressure); 2]));
+        self.supplied(spools, ports, gas) + Inflow::from(self.orifice.flow(open, exhaust, gas))
+    }
+
+    fn drawn<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        self.supplied(spools, ports, gas).mass
+    }
+
+    fn piece(&self, spools: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
+        edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures)
+            + is_above(Pair(spools), Pair([0.0; 2])) * 16.0
+    }
+
+    fn write<S: Scalar>(&self, spools: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
+        let ([spool_a, spool_b], [rate_a, rate_b]) = (spools, self.rates(spools, voltage, memory));
+        Outputs { spool_a, spool_b, rate_a, rate_b }.write(slots);
+    }
+}
