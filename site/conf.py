@@ -40,6 +40,7 @@ html_theme = "furo"
 html_title = f"Pneumatic servo cylinder {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["scroll.js"]
 html_extra_path = ["extra"]
 html_copy_source = False
 html_show_sphinx = False

@@ -1,0 +1,14 @@
+// What is wider than the page scrolls by itself; the keyboard reaches it, too.
+"use strict";
+
+(() => {
+  const WIDE = 'pre, .table-wrapper, .scroll, .output, math[display="block"]';
+  const mark = () => {
+    for (const one of document.querySelectorAll(WIDE)) {
+      if (one.scrollWidth > one.clientWidth) one.setAttribute("tabindex", "0");
+      else one.removeAttribute("tabindex");
+    }
+  };
+  addEventListener("load", mark);
+  addEventListener("resize", mark);
+})();
