@@ -157,7 +157,7 @@ def slug(heading: str) -> str:
 
 
 def raw(text: str) -> str:
-    """A block of HTML; the fence is longer than any inside. The search takes texts without a space between for one word."""
+    """A block of HTML with a fence longer than any inside; the search takes cells without a space for one word."""
     text = re.sub(r"(</(?:td|th|li|p|h3|figcaption|text)>)(?=\S)", r"\1\n", text)
     return f"``````{{raw}} html\n{text}\n``````\n"
 
