@@ -52,9 +52,9 @@ def test_cluster_finds_the_same() -> None:
     here = ps.fit(bench(), **given)
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         there = ps.fit(bench(), **given, cluster=client)
-    # Both searches end where the cost changes by less than a millionth.
+    # Where the cost changes by less than a millionth, both are at its bottom but for this.
     assert there.values.keys() == here.values.keys()
-    assert_close(list(there.values.values()), list(here.values.values()), rel=1e-5, what="values")
+    assert_close(list(there.values.values()), list(here.values.values()), rel=2e-10, what="values")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="interrupts are sent differently there")

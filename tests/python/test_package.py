@@ -86,7 +86,7 @@ def test_points_functions_and_steps_by_hand_give_the_same_bits(plant: ps.Model) 
     for name in arguments["outputs"]:
         assert points[name].tobytes() == function[name].tobytes()
     # Added up, the communication points differ by rounding, and so do the results.
-    assert_close(simulation["position"], points["position"][-1], within=1e-9, what="position")
+    assert_close(simulation["position"], points["position"][-1], within=5e-15, what="position")
 
 
 def test_many_runs_have_the_bits_of_single_ones(plant: ps.Model) -> None:
