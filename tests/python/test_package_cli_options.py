@@ -200,6 +200,7 @@ KNOWN = {"friction.stribeck.Fs": 11.0, "friction.stribeck.vs": 0.012}
     ("options", "arguments"),
     [
         ([], {}),
+        (["--fit", "friction.stribeck.Fc=8:1:20"], {"fit": "friction.stribeck.Fc=8:1:20"}),
         (["--hold-out", "0.4"], {"hold_out": 0.4}),
         (["--window", "2"], {"window": 2.0}),
         (["--play", "1e-4"], {"play": 1e-4}),
@@ -269,3 +270,15 @@ def test_variables(capsys: pytest.CaptureFixture[str]) -> None:
         for variable in variables.values():
             assert (f"  {variable}\n" in shown) is (variable.name in matching), variable.name
     assert "driveVelocity" in shown
+
+
+def test_play(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    page = folder / "index.html"
+    page.write_text("<html>", encoding="utf-8")
+    opened: list[str] = []
+    monkeypatch.setattr("pneumatic_servo.playground.PAGE", page)
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    assert main(["play", "--show-file"]) == 0 and not opened
+    assert main(["play"]) == 0 and opened == [page.as_uri()]
+    assert capsys.readouterr().out == f"{page}\n" * 2
+    assert ps.play(browser=False) == page and len(opened) == 1
