@@ -57,3 +57,8 @@ pub mod variables;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The Rust programs of the page on laws, actuators and models of one's own, which are run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/own.md")]
+struct Own;

@@ -111,8 +111,10 @@ pub fn force<L: FrictionLaw, S: Scalar>(
 ///     }
 /// }
 ///
-/// assert_eq!(with_drag::LAWS.id("Drag"), Some(1000));
-/// assert_eq!(with_drag::LAWS.id("LuGre"), Some(14));
+/// fn main() {
+///     assert_eq!(with_drag::LAWS.id("Drag"), Some(1000));
+///     assert_eq!(with_drag::LAWS.id("LuGre"), Some(14));
+/// }
 /// ```
 #[macro_export]
 macro_rules! laws {

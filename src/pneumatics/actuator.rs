@@ -401,7 +401,7 @@ macro_rules! actuator_items {
                     let (leading, feeds) = match self {
                         $(Self::$item(_) => (<$type as Actuating>::VARIABLES[0], <$type as Actuating>::FEEDS)),*
                     };
-                    leading.is_some_and(|state| feeds.concat().contains(&state))
+                    leading.is_some_and(|state| feeds.iter().any(|of_chamber| of_chamber.contains(&state)))
                 }
 
                 #[inline(always)]
