@@ -1,4 +1,4 @@
-// A language that this browser can write numbers in. Where the system has the locale C, WebKit names it "c" as the user's
+// A language that this browser can write numbers in. Where the locale is C.UTF-8, WebKit names "C" as the user's
 // language, which its own `Intl` refuses with a RangeError. uPlot asks for that language as soon as it is loaded, so this
 // module comes before it.
 

@@ -246,8 +246,8 @@ test("light and dark are chosen by a button", async () => {
 });
 
 test("a language that the browser cannot write numbers in does not leave the page empty", async () => {
-  // WebKit names the locale C so.
-  const { page, close } = await open(browser, "", { language: "c" });
+  // WebKit names the locale C.UTF-8 so.
+  const { page, close } = await open(browser, "", { language: "C" });
   await runFor(page, 0.1);
   assert.ok((await inked(page)).every((count) => count > 1000));
   await close();

@@ -1,4 +1,4 @@
-// The landing page in browsers other than Chromium, where they are installed: the plant runs in each, also where the locale is C.
+// The landing page in browsers other than Chromium, where they are installed: the plant runs in each, also where the locale is C.UTF-8.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -49,7 +49,7 @@ test("the plant runs on the landing page in Firefox", { skip: FIREFOX ? false : 
 });
 
 const lacking = [...WEBKIT.filter((file) => !existsSync(file)), ...(MINI_BROWSER ? [] : ["MiniBrowser"])];
-test("the plant runs in WebKit with the locale C", { skip: lacking.length ? `not installed: ${lacking}` : false }, async () => {
+test("the plant runs in WebKit with the locale C.UTF-8", { skip: lacking.length ? `not installed: ${lacking}` : false }, async () => {
   const started = [];
   const start = (program, words, environment = {}) => {
     const child = spawn(program, words, { env: { ...process.env, ...environment }, stdio: ["ignore", "pipe", "ignore"] });
@@ -62,7 +62,7 @@ test("the plant runs in WebKit with the locale C", { skip: lacking.length ? `not
     started.push(server);
     const [display] = await once(server.stdout, "data");
     const port = 4400 + (process.pid % 1000);
-    const environment = { DISPLAY: `:${String(display).trim()}`, LC_ALL: "C", LANG: "C", WEBKIT_DISABLE_SANDBOX_THIS_IS_DANGEROUS: "1" };
+    const environment = { DISPLAY: `:${String(display).trim()}`, LC_ALL: "C.UTF-8", WEBKIT_DISABLE_SANDBOX_THIS_IS_DANGEROUS: "1" };
     start(WEBKIT[0], [`--port=${port}`], environment);
     const ask = async (method, address, body) => {
       const answer = await fetch(`http://127.0.0.1:${port}${address}`, { method, body: body && JSON.stringify(body) });
