@@ -86,6 +86,8 @@ impl Checks<'_> {
     fn plant(&self) -> Result<()> {
         heading("Library: unit tests, published numbers, C interface");
         self.cargo(&["test"])?;
+        heading("Crates from outside: laws, valves and models of one's own");
+        self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;
         valgrind::check(self.workspace)?;
         sanitizer::check(self.workspace)?;
         Stress::SHORT.run()?;
