@@ -1,4 +1,4 @@
-"""A friction-loaded pneumatic servo cylinder: simulate, compare friction laws, linearise, roll out, learn.
+"""A friction-loaded pneumatic servo cylinder: simulate, compare friction laws, linearise, identify, roll out, learn.
 
 >>> import pneumatic_servo as ps
 >>> plant = ps.Model("PneumaticServoCylinder")
@@ -6,34 +6,53 @@
 >>> bool(run["position"][-1] > 0.25)
 True
 
-All quantities are in SI units. The same inputs give the same bits on every machine, and those of the FMU.
+All quantities are in SI units, unless a unit is given, as in ``{"supplyPressure": "6 bar"}``. The same inputs give the
+same bits on every machine, and those of the FMU.
 """
 
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from importlib import import_module as _import_module
+from importlib.metadata import PackageNotFoundError as _NotInstalled
+from importlib.metadata import version as _version
+from importlib.util import find_spec as _find_spec
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from pneumatic_servo.bundled import fmus
+from pneumatic_servo.bundled import fmus, parameter_sets
 from pneumatic_servo.comparison import Comparison
-from pneumatic_servo.errors import Interrupted, MissingPackage, NotConverged, SimulationError
+from pneumatic_servo.data_sheet import DataSheet
+from pneumatic_servo.errors import (
+    Interrupted,
+    MissingPackage,
+    NotConverged,
+    PlantWarning,
+    Refused,
+    SimulationError,
+)
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.simulation import SavedState, Simulation
+from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
-if TYPE_CHECKING:
-    from pneumatic_servo.identification import Fit, compare_fits, fit, plan
+if _TYPE_CHECKING:
+    from pneumatic_servo.identification import Fit, Options, Plan, Ranking, compare_fits, fit, plan
 
 __all__ = [
     "Comparison",
+    "DataSheet",
     "Fit",
     "Interrupted",
     "Linearisation",
     "MissingPackage",
     "Model",
     "NotConverged",
+    "Options",
+    "Plan",
+    "PlantWarning",
+    "Ranking",
+    "Refused",
     "Run",
     "Runs",
     "SavedState",
@@ -47,26 +66,51 @@ __all__ = [
     "compare_fits",
     "fit",
     "fmus",
+    "linearise",
     "models",
+    "parameter_sets",
     "plan",
     "play",
+    "read_ssv",
 ]
 
-_FITTING = ("Fit", "compare_fits", "fit", "plan")
+_FITTING = ("Fit", "Options", "Plan", "Ranking", "compare_fits", "fit", "plan")
+
+try:
+    __version__ = _version("pneumatic-servo")
+except _NotInstalled:
+    __version__ = "not installed"
 
 
-def __getattr__(name: str) -> Any:
+def linearise(at: object = None, *, model: str = "PneumaticServoCylinder", **options: object) -> Linearisation:
+    """Linearise a model at an operating point: `Model.linearise` of the model of a name.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> ps.linearise({"velocity": 0.05, "valve.hysteresis": 0}).states[:2]
+    ('position', 'velocity')
+    """
+    return Model(model).linearise(at, **options)  # type: ignore[arg-type]
+
+
+def __getattr__(name: str) -> object:
     """Load what needs SciPy when it is asked for."""
     if name not in _FITTING:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        from pneumatic_servo import identification
+        identification = _import_module("pneumatic_servo.identification")
     except ImportError as error:
         raise MissingPackage("SciPy", "identification") from error
     return getattr(identification, name)
 
 
-if find_spec("gymnasium") is not None:
-    from pneumatic_servo import envs
+def __dir__() -> list[str]:
+    """Show what there is, and what is loaded when it is asked for."""
+    return sorted([*__all__, "__doc__", "__version__", "bundled", "envs", "errors"])
+
+
+if _find_spec("gymnasium") is not None:
+    from pneumatic_servo import envs as envs
 
     envs.register()

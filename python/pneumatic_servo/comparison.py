@@ -11,7 +11,8 @@ import numpy as np
 
 from pneumatic_servo import checks
 from pneumatic_servo.files import write_csv
-from pneumatic_servo.run import Run, Runs
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.run import Run, Runs, table
 
 if TYPE_CHECKING:
     import pandas
@@ -40,7 +41,9 @@ class Comparison:
     def __getitem__(self, law: str) -> Run:
         """Return the run under a law."""
         if law not in self.laws:
-            raise KeyError(f"{law} was not compared; there are {', '.join(self.laws)}")
+            raise KeyError(
+                f"{law} was not compared{did_you_mean(str(law), self.laws)}; there are {', '.join(self.laws)}"
+            )
         return self.runs[self.laws.index(law)]
 
     def rows(self) -> list[tuple[str, float, float, float, float, float]]:
@@ -77,6 +80,12 @@ class Comparison:
         from pneumatic_servo.figures import draw_laws
 
         return draw_laws(dict(zip(self.laws, self.runs, strict=True)), names or RECORDED[:3])
+
+    def _repr_html_(self) -> str:
+        return table(COLUMNS, ([law, *(f"{fact:.6g}" for fact in facts)] for law, *facts in self.rows()))
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.laws)
 
     def __repr__(self) -> str:
         width = max(len(law) for law in self.laws)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 AMBIENT = 101_325.0
 """Ambient pressure in Pa, by which pressures above ambient become absolute."""
@@ -60,6 +61,14 @@ class DataSheet:
         Pressure in bar above ambient at which the maker says that the unloaded piston starts to move.
     supply : float, optional
         Supply pressure in bar above ambient.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> sheet = ps.DataSheet(bore=32, rod=12, stroke=200, mass=5, qn=700, supply=6)
+    >>> round(sheet.settings["supplyPressure"])
+    701325
+    >>> run = ps.Model().simulate(sheet.settings, inputs={"valveVoltage": 6}, stop=0.1)
     """
 
     bore: float
@@ -93,6 +102,7 @@ class DataSheet:
         for name, value in numbers:
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value}: it must be positive")
+        self._check_magnitudes()
         for name in ("rod", "rod_a", "clearance"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
@@ -102,6 +112,33 @@ class DataSheet:
                 raise ValueError(f"{name} = {getattr(self, name)}: it must be smaller than the bore, {self.bore}")
         if not 0.0 <= self.critical_ratio < 1.0:
             raise ValueError(f"critical_ratio = {self.critical_ratio}: it must be at least 0 and below 1")
+
+    def _check_magnitudes(self) -> None:
+        """Refuse what is in another unit than data sheets use."""
+        for name, (low, high, unit, meant) in MAGNITUDES.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                si, factor = meant
+                hint = f"; did you give it in {si}? that would be {value * factor:g} {unit}"
+                is_meant = low <= value * factor <= high
+                raise ValueError(
+                    f"{name} = {value:g} {unit} is refused: it must be from {low:g} to {high:g} {unit}"
+                    + (hint if is_meant else "")
+                )
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """The parameters by name, in SI units, as every run takes them."""
+        return {entry.name: entry.value for entry in self.entries()}
+
+    def to_ssv(self, file: str | Path) -> None:
+        """Write the parameters as a set of values that tools load into the FMU; `read_ssv` reads it."""
+        from pneumatic_servo.files import write
+        from pneumatic_servo.model import Model
+        from pneumatic_servo.ssv import ssv
+
+        text = ssv(Path(file).stem, "Parameters from data sheets", Model(), self.settings)
+        write(Path(file), lambda part: part.write_text(text, encoding="utf-8"))
 
     def entries(self) -> Iterator[Entry]:
         """Yield the parameters, and the supply pressure if it is given."""
@@ -153,6 +190,15 @@ class DataSheet:
         yield Entry(
             "friction.stribeck.Fc", 0.75 * force, "3/4 Fs", assumption="the ratio of the default set, 8.3 N to 11 N"
         )
+
+
+MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
+    "bore": (1.0, 1000.0, "mm", ("m", 1e3)),
+    "stroke": (1.0, 20_000.0, "mm", ("m", 1e3)),
+    "supply": (0.1, 100.0, "bar", ("Pa", 1e-5)),
+    "min_pressure": (1e-4, 20.0, "bar", ("Pa", 1e-5)),
+}
+"""What machines have, in the units of data sheets, and the unit and factor of those who write SI units."""
 
 
 def nominal_flow(conductance: float, critical_ratio: float) -> float:

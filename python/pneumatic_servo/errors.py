@@ -1,11 +1,62 @@
-"""What can go wrong, and what is left when it does."""
+"""What can go wrong, what is left when it does, and what is only unusual."""
 
 from __future__ import annotations
 
+import sys
+import warnings
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pneumatic_servo.run import Run, Runs
+
+PACKAGE = str(Path(__file__).parent)
+
+
+class PlantWarning(UserWarning):
+    """Something that is accepted, but hardly means what its user thinks: the text names variable, value and unit.
+
+    >>> import warnings
+    >>> warnings.simplefilter("error", PlantWarning)     # for those who want it refused
+    >>> warnings.simplefilter("default", PlantWarning)   # told once at each place
+    """
+
+
+def warn(text: str) -> None:
+    """Tell something unusual, at the place outside the package that called it."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(PACKAGE):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, PlantWarning, stacklevel=level + 1)
+
+
+class Refused(ValueError):
+    """A value that a variable cannot have, by itself or beside the others.
+
+    Attributes
+    ----------
+    variable : str
+        Its name.
+    value : float
+        The value.
+    reason : str
+        What it must be.
+    time : float or None
+        When it was to be applied, in s.
+    """
+
+    def __init__(self, variable: str, value: float, reason: str, time: float | None = None, unit: str = "1") -> None:
+        self.variable, self.value, self.reason, self.time, self.unit = variable, value, reason, time, unit
+        when = "" if time is None else f"at t = {time} s "
+        shown = f"{value:g}" if float(f"{value:g}") == value else repr(value)
+        super().__init__(f"{when}{variable} = {shown}{'' if unit == '1' else ' ' + unit} is refused: {reason}")
+
+    def __reduce__(self) -> tuple[type[Refused], tuple[object, ...]]:
+        return Refused, (self.variable, self.value, self.reason, self.time, self.unit)
+
+    def with_unit(self, unit: str) -> Refused:
+        """Return the same with the unit of the value."""
+        return Refused(self.variable, self.value, self.reason, self.time, unit)
 
 
 class SimulationError(RuntimeError):
@@ -21,15 +72,15 @@ class SimulationError(RuntimeError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """An interrupt from the keyboard (Ctrl-C) during a run.
+    """An interrupt from the keyboard (Ctrl-C) during long work.
 
     Attributes
     ----------
     finished : Run, Runs or None
-        What was recorded until then.
+        What was recorded until then; of a fit the best one found until then.
     """
 
-    finished: Run | Runs | None = None
+    finished: object = None
 
 
 class MissingPackage(ImportError):

@@ -3,41 +3,151 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from reprlib import repr as shortened
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneumatic_servo import values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.errors import Refused
 from pneumatic_servo.grid import Grid
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.noticed import tell_ends, tell_saturation
+from pneumatic_servo.run import Run
+from pneumatic_servo.tables import Table, of_frame, read_table
+from pneumatic_servo.units import is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
 Array = NDArray[np.float64]
-Input = float | tuple[ArrayLike, ArrayLike] | Callable[[float], float]
-"""An input over time: a constant, points ``(t, u)``, or a function of time in s.
+
+Input = Any
+"""An input over time: a constant, points ``(t, u)`` or ``(t, u, "bar")``, a function of time in s, an array with the
+columns t and u, or a pandas Series over time. A constant may have a unit, ``"6 bar"`` or ``(6, "bar")``.
 
 It is applied as a host applies it to an FMU: the value at each communication point is held over the step that begins
 there. Between points it lies on a straight line, beyond them it keeps the value at the end; of points at the same time
 the last counts, so that a pair of them makes a step.
 """
-Values = Value | Sequence[Value] | Array
-"""A value that all runs share, or one per run."""
+Values = Any
+"""A value that all runs share, or one per run; with a unit as for one."""
 Inputs = Mapping[str, Input]
+
+
+def inputs_of(argument: str, variables: Variables, given: object) -> dict[str, Input]:
+    """Return inputs by name, from a mapping, a table in a file, a DataFrame, or a run whose inputs are to be replayed.
+
+    Of tables and runs only the columns of inputs are taken; what else the model has is ignored.
+    """
+    if isinstance(given, Run):
+        return replayed(variables, given)
+    if isinstance(given, str | Path):
+        return of_table(variables, read_table(given))[0]
+    if hasattr(given, "columns") and hasattr(given, "iloc"):
+        recorded = getattr(given, "attrs", {}).get(Run.RECORDED, False)
+        return of_table(variables, of_frame(given, Path("the DataFrame")), is_recorded=recorded)[0]
+    return mapping(argument, given)  # type: ignore[arg-type]
+
+
+def replayed(variables: Variables, run: Run) -> dict[str, Input]:
+    """Return the inputs of a run as they were given: a row shows what was in force up to it."""
+    names = [name for name in run.variables if variables.get(name) is not None and variables[name].role == "input"]
+    if not names:
+        raise ValueError(f"the run has no input among what it recorded: {', '.join(run.variables)}")
+    return {name: (run.time, held_from(run[name])) for name in names}
+
+
+def held_from(recorded: Array) -> Array:
+    """Return what is held from each row on, of what was in force up to it."""
+    return np.append(recorded[1:], recorded[-1:])
+
+
+def of_table(variables: Variables, table: Table, *, is_recorded: bool = False) -> tuple[dict[str, Input], float]:
+    """Return the inputs of a table, and its last time in s; errors name file, line, column, variable and value."""
+    times, chosen = _columns(variables, table)
+    inputs: dict[str, Input] = {}
+    for name, place in chosen.items():
+        variable = variables[name]
+        column = table.in_si(place, table.units[place] or variable.unit, variable.unit)
+        if is_recorded:
+            column = held_from(column)
+        _check_column(variable, column, table, place)
+        inputs[name] = (times, column)
+    return inputs, float(times[-1])
+
+
+def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]:
+    place = f"{table.file}:{table.first}"
+    for number, name in enumerate(table.names):
+        if table.names.index(name) != number:
+            raise ValueError(f"{place}, column {number + 1}: {name} is there twice")
+    if "time" not in table.names:
+        hint = did_you_mean("time", table.names) or (
+            f"; did you mean {table.names[0]}?" if "t" in table.names[:1] else ""
+        )
+        raise ValueError(
+            f"{place}: there is no column `time`, only {', '.join(filter(None, table.names)) or 'an empty line'}{hint}"
+        )
+    inputs = [name for name in variables if variables[name].role == "input"]
+    chosen = {name: number for number, name in enumerate(table.names) if name in inputs}
+    for number, name in enumerate(table.names, start=1):
+        if name != "time" and name not in variables:
+            raise ValueError(
+                f"{place}, column {number}: {name} is not an input{did_you_mean(name, variables)}; "
+                f"the inputs are {', '.join(inputs)}"
+            )
+    at = table.names.index("time")
+    if not len(table.values):
+        raise ValueError(f"{table.file}: there are no rows below the header")
+    if not chosen:
+        raise ValueError(f"{place}: there is no column of an input; the inputs are {', '.join(inputs)}")
+    times = table.in_si(at, table.units[at] or "s", "s")
+    falls = np.flatnonzero(np.diff(times) < 0.0)
+    if len(falls):
+        row = int(falls[0]) + 1
+        raise ValueError(f"{table.where(row, at)}: time falls from {times[row - 1]} s to {times[row]} s")
+    if times[0] > 0.0:
+        raise ValueError(f"{table.file}: the first time is {times[0]} s; a run starts at 0 s")
+    return times, chosen
+
+
+def _check_column(variable: Variable, column: Array, table: Table, place: int) -> None:
+    wrong = _illegal(variable, column)
+    if wrong is not None:
+        try:
+            values.check_range(variable, float(column[wrong]))
+        except Refused as error:
+            raise ValueError(
+                f"{table.where(wrong, place)}: {column[wrong]} {variable.unit} is refused: {error.reason}"
+            ) from None
+
+
+def _illegal(variable: Variable, column: Array) -> int | None:
+    legal = np.isfinite(column)
+    if variable.minimum is not None:
+        legal &= column >= variable.minimum
+    if variable.maximum is not None:
+        legal &= column <= variable.maximum
+    return None if legal.all() else int(np.argmin(legal))
 
 
 def course(inputs: Variables, name: str, given: Input) -> float | tuple[Array, Array] | Callable[[float], float]:
     """Check one input of a single run."""
     variable = _find(inputs, name)
+    given = _as_points(given)
     if callable(given):
-        return given
+        return given  # type: ignore[no-any-return]
+    if _is_constant_with_unit(given):
+        return values.number(variable, given)
     if isinstance(given, tuple):
-        times, values = points(variable, given)
-        if values.ndim != 1:
+        times, column = points(variable, given)
+        if column.ndim != 1:
             raise ValueError(
-                f"{name}: values have the shape {values.shape}, but one run takes as many as there are times"
+                f"{name}: values have the shape {column.shape}, but one run takes as many as there are times"
             )
-        return times, values
+        return times, column
     return _constant(variable, given)
 
 
@@ -46,30 +156,73 @@ def courses(
 ) -> float | Array | tuple[Array, Array]:
     """Check one input of many runs; a function is called once per communication point, for all runs."""
     variable = _find(inputs, name)
+    given = _as_points(given)
     if callable(given):
         times = grid.points()
-        return times, np.array([[_at(variable, given, time) for time in times.tolist()]])
+        rows = np.array([[_at(variable, given, time) for time in times.tolist()]])
+        return times, rows
+    if _is_constant_with_unit(given):
+        return values.number(variable, given)
+    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        return _one_per_run(variable, _numbers(variable, given[0], given[1]), number)
     if isinstance(given, tuple):
-        times, values = points(variable, given)
-        rows = values.reshape(1, -1) if values.ndim == 1 else values
+        times, column = points(variable, given)
+        rows = column.reshape(1, -1) if column.ndim == 1 else column
         if rows.shape[0] not in (1, number):
-            raise ValueError(f"{name}: values have the shape {values.shape}, but there are {number} runs")
+            raise ValueError(f"{name}: values have the shape {column.shape}, but there are {number} runs")
         return times, np.ascontiguousarray(rows)
     if len(shape(name, given)) == 0:
         return _constant(variable, given)
-    values = _numbers(variable, given)
-    if values.shape != (number,):
-        raise ValueError(f"{name}: there are {number} runs, but the values have the shape {values.shape}")
-    return values
+    return _one_per_run(variable, _numbers(variable, given), number)
 
 
-def points(variable: Variable, given: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+def tell_unusual(variables: Variables, driven: Mapping[str, Any], grid: Grid) -> None:
+    """Warn of inputs, as `course` and `courses` return them, that end early or begin late, or saturate."""
+    for name, given in driven.items():
+        variable = variables[name]
+        if callable(given):
+            continue
+        if isinstance(given, tuple):
+            tell_ends(variable, given[0], grid)
+        column = given[1] if isinstance(given, tuple) else given
+        tell_saturation(variable, float(np.min(column)), float(np.max(column)))
+
+
+def _one_per_run(variable: Variable, column: Array, number: int) -> Array:
+    if column.shape != (number,):
+        raise ValueError(f"{variable.name}: there are {number} runs, but the values have the shape {column.shape}")
+    for value in column:
+        values.check_range(variable, float(value))
+    return column
+
+
+def _as_points(given: Any) -> Any:
+    """Return points for a Series over time and for an array with two columns; all else as it is."""
+    if hasattr(given, "index") and hasattr(given, "to_numpy"):
+        return np.asarray(given.index, dtype=float), given.to_numpy()
+    if isinstance(given, np.ndarray) and given.ndim == 2 and given.shape[1] == 2:
+        return given[:, 0], given[:, 1]
+    return given
+
+
+def _is_constant_with_unit(given: Any) -> bool:
+    """Tell whether something is ``"6 bar"``, ``(6, "bar")``, or a single quantity of pint."""
+    if isinstance(given, str):
+        return any(letter.isalpha() for letter in given)
+    if isinstance(given, tuple):
+        return len(given) == 2 and isinstance(given[1], str) and np.ndim(given[0]) == 0
+    return is_quantity(given) and np.ndim(given.magnitude) == 0
+
+
+def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     """Check times and values; the last axis of the values is that of the times."""
-    if len(given) != 2:
+    unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
+    if len(given) != 2 and unit is None:
         raise ValueError(f"{variable.name}: points are a pair of times and values, not {len(given)} arrays")
-    times, values = (_numbers(variable, array) for array in given)
-    if times.ndim != 1 or not len(times) or values.ndim not in (1, 2) or values.shape[-1] != len(times):
-        raise ValueError(f"{variable.name}: times of shape {times.shape} do not fit values of shape {values.shape}")
+    times = _numbers(variable, magnitude(given[0], "s", "time") if is_quantity(given[0]) else given[0])
+    column = _numbers(variable, given[1], unit)
+    if times.ndim != 1 or not len(times) or column.ndim not in (1, 2) or column.shape[-1] != len(times):
+        raise ValueError(f"{variable.name}: times of shape {times.shape} do not fit values of shape {column.shape}")
     wrong = np.flatnonzero(~np.isfinite(times))
     if len(wrong):
         raise ValueError(f"{variable.name}: time {wrong[0]} is {times[wrong[0]]}")
@@ -78,19 +231,11 @@ def points(variable: Variable, given: tuple[ArrayLike, ArrayLike]) -> tuple[Arra
         raise ValueError(
             f"{variable.name}: time falls from {times[back[0]]} s to {times[back[0] + 1]} s at point {back[0] + 1}"
         )
-    legal = np.isfinite(values)
-    if variable.minimum is not None:
-        legal &= values >= variable.minimum
-    if variable.maximum is not None:
-        legal &= values <= variable.maximum
-    if not legal.all():
-        place = tuple(np.argwhere(~legal)[0])
-        limits = f" ({variable.range})" if variable.range else ""
-        raise ValueError(
-            f"{variable.name} = {values[place]} at t = {times[place[-1]]} s is refused: "
-            f"it must be a finite number in {variable.unit}{limits}"
-        )
-    return times, values
+    bad = _illegal(variable, column.reshape(-1))
+    if bad is not None:
+        place = np.unravel_index(bad, column.shape)
+        values.check_range(variable, float(column[place]), float(times[place[-1]]))
+    return times, column
 
 
 FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
@@ -99,11 +244,14 @@ FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
 def _constant(variable: Variable, given: object) -> float:
     """Return the value of an input that stays the same."""
     if isinstance(given, str) or not isinstance(given, SupportsFloat) or getattr(given, "ndim", 0) != 0:
-        raise ValueError(f"{variable.name} = {shortened(given)} is refused: it must be {FORMS}")
+        raise ValueError(
+            f"{variable.name} = {shortened(given)} is refused: it must be {FORMS}, in {variable.unit} or with a unit"
+        )
+    values.check_range(variable, float(given))
     return float(given)
 
 
-def shape(name: str, given: ArrayLike) -> tuple[int, ...]:
+def shape(name: str, given: Any) -> tuple[int, ...]:
     """Return the shape of what an input is given as."""
     try:
         return np.shape(given)
@@ -116,42 +264,74 @@ def _at(variable: Variable, given: Callable[[float], float], time: float) -> flo
     value = given(time)
     if isinstance(value, str) or not isinstance(value, SupportsFloat):
         raise ValueError(f"at t = {time} s {variable.name} = {shortened(value)} is refused: it must be a number")
+    values.check_range(variable, float(value), time)
     return float(value)
 
 
-def _numbers(variable: Variable, given: ArrayLike) -> Array:
-    """Return an array of numbers."""
+def _numbers(variable: Variable, given: Any, unit: str | None = None) -> Array:
+    """Return an array of numbers in SI units."""
+    if is_quantity(given):
+        given = magnitude(given, variable.unit, variable.name)
     try:
-        return np.ascontiguousarray(given, dtype=float)
+        numbers = np.ascontiguousarray(given, dtype=float)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{variable.name} = {shortened(given)} is refused: {error}") from None
+    if unit is None:
+        return numbers
+    convert = np.vectorize(lambda value: to_si(value, unit, variable.unit, variable.name), otypes=[float])
+    return np.asarray(convert(numbers))
 
 
-def settings_of_runs(
-    parameters: Sequence[Mapping[str, Value]] | Mapping[str, Values], number: int | None
-) -> list[dict[str, Value]]:
+def settings_of_runs(variables: Variables, parameters: Any, number: int | None) -> list[dict[str, Value]]:
     """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run."""
     if isinstance(parameters, str) or not isinstance(parameters, Mapping | Sequence):
         raise TypeError(f"parameters must be mappings of names to values, not {shortened(parameters)}")
     if not isinstance(parameters, Mapping) and len(parameters):
-        return [mapping(f"parameters[{run}]", settings) for run, settings in enumerate(parameters)]
-    several: dict[str, list[Value]] = {}
+        return [_settings_of_run(variables, own, run, len(parameters)) for run, own in enumerate(parameters)]
+    several: dict[str, list[object]] = {}
     shared: dict[str, Value] = {}
     for name, value in parameters.items() if isinstance(parameters, Mapping) else ():
-        if isinstance(value, bool | int | float | str) or np.ndim(value) == 0:
-            shared[name] = value  # type: ignore[assignment]
+        each = _per_run(value)
+        if each is None:
+            shared[name] = values.value_of(variables, name, value)
         else:
-            several[name] = list(value)
-    lengths = {name: len(values) for name, values in several.items()}
+            several[name] = each
+    lengths = {name: len(every) for name, every in several.items()}
     counts = set(lengths.values()) | (set() if number is None else {number})
     if len(counts) > 1:
-        raise ValueError(f"how many runs? The inputs are for {number}, the parameters for {lengths}")
+        told = "" if number is None else f" The inputs, or `number`, are for {number} runs,"
+        raise ValueError(f"how many runs?{told} The parameters have values for {lengths}".replace(", The", ", the"))
     runs = range(counts.pop() if counts else 1)
-    return [shared | {name: values[run] for name, values in several.items()} for run in runs]
+    own = {name: [values.value_of(variables, name, value) for value in every] for name, every in several.items()}
+    return [shared | {name: every[run] for name, every in own.items()} for run in runs]
+
+
+def _settings_of_run(variables: Variables, given: Any, run: int, number: int) -> dict[str, Value]:
+    """Return the settings of one run; a refusal tells which it is."""
+    own = mapping(f"parameters[{run}]", given)
+    try:
+        return values.settings("parameters", variables, own)
+    except ValueError as error:
+        raise ValueError(f"run {run} of {number}: {error}") from None
+
+
+def _per_run(value: Any) -> list[object] | None:
+    """Return the values of all runs, or nothing for one that they share."""
+    if isinstance(value, bool | int | float | str):
+        return None
+    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) and _is_unit(value):
+        return None if np.ndim(value[0]) == 0 else [(one, value[1]) for one in value[0]]
+    if is_quantity(value):
+        return None if np.ndim(value.magnitude) == 0 else list(value)
+    return None if np.ndim(value) == 0 else list(value)
+
+
+def _is_unit(pair: tuple[Any, Any]) -> bool:
+    """Tell whether a pair is numbers with a unit, and not two names, for example of laws."""
+    return not isinstance(pair[0], str)
 
 
 def _find(inputs: Variables, name: str) -> Variable:
-    try:
-        return inputs[name]
-    except KeyError as error:
-        raise ValueError(f"{name} is not an input; the inputs are {', '.join(inputs)}") from error
+    if name not in inputs:
+        raise ValueError(f"{name} is not an input{did_you_mean(str(name), inputs)}; the inputs are {', '.join(inputs)}")
+    return inputs[name]

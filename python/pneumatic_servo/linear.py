@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.errors import MissingPackage, warn
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.trim import OperatingPoint
 from pneumatic_servo.variables import Value, Variables
 
@@ -37,6 +38,8 @@ class Linearisation:
         The operating point, in SI units.
     variables : Variables
         All variables of the model.
+    is_scaled : bool
+        Whether all is in units of nominal values instead of SI units; see `scaled`.
     """
 
     A: Array
@@ -50,6 +53,7 @@ class Linearisation:
     u: Array
     y: Array
     variables: Variables
+    is_scaled: bool = False
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.A, self.B, self.C, self.D))
@@ -73,6 +77,7 @@ class Linearisation:
             self.u / u,
             self.y / y,
             self.variables,
+            is_scaled=True,
         )
 
     def _nominal(self, names: Sequence[str]) -> Array:
@@ -98,12 +103,22 @@ class Linearisation:
             _block("C", self.C, self.outputs, self.states),
             _block("D", self.D, self.outputs, self.inputs),
         ]
-        return "\n".join([*self._point(), *blocks])
+        scaled = ["in units of nominal values:"] if self.is_scaled else []
+        return "\n".join([*scaled, *self._point(), *blocks])
 
     def _point(self) -> Iterator[str]:
         for names, values in [(self.states, self.x), (self.inputs, self.u)]:
             for name, value in zip(names, values, strict=True):
-                yield f"{name} = {value:.6g} {self.variables[name].unit}"
+                yield f"{name} = {value:.6g}{self._unit(name)}"
+
+    def _unit(self, name: str) -> str:
+        """Return what a value of the operating point is in, for people."""
+        variable = self.variables[name]
+        unit = "" if variable.unit == "1" else f" {variable.unit}"
+        if not self.is_scaled:
+            return unit
+        nominal = 1.0 if variable.nominal is None else variable.nominal
+        return f" times {nominal:g}{unit}"
 
 
 def _block(title: str, matrix: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
@@ -127,8 +142,10 @@ def linearise(
     """Linearise a model; see `Model.linearise`."""
     unknown = next((name for name in inputs if name not in model.inputs), None)
     if unknown is not None:
+        hint = did_you_mean(unknown, model.inputs)
         raise ValueError(
-            f"inputs: {unknown!r} is not an input of {model.name}; the inputs are {', '.join(model.inputs) or 'none'}"
+            f"inputs: {unknown!r} is not an input of {model.name}{hint}; "
+            f"the inputs are {', '.join(model.inputs) or 'none'}"
         )
     point = OperatingPoint(model, at, inputs)
     if trim:
@@ -137,13 +154,21 @@ def linearise(
     chosen = tuple(states if states is not None else simulation.states)
     unknown = next((name for name in chosen if name not in simulation.states), None)
     if unknown is not None:
-        raise ValueError(f"{unknown} is no state of this run; the states are {', '.join(simulation.states)}")
+        raise ValueError(
+            f"{unknown} is no state of this run{did_you_mean(unknown, simulation.states)}; "
+            f"the states are {', '.join(simulation.states)}"
+        )
     rates = [point.rates[name] for name in chosen]
+    driven = simulation.jacobian(rates, inputs)
+    through = simulation.jacobian(outputs, inputs)
+    for place, name in enumerate(inputs):
+        if not driven[:, place].any() and not through[:, place].any():
+            warn(f"{name} = {simulation[name]:g}{_of_unit(model, name)}: it has no effect here, B is 0; {_why(point)}")
     return Linearisation(
         simulation.jacobian(rates, chosen),
-        simulation.jacobian(rates, inputs),
+        driven,
         simulation.jacobian(outputs, chosen),
-        simulation.jacobian(outputs, inputs),
+        through,
         chosen,
         tuple(inputs),
         tuple(outputs),
@@ -151,4 +176,19 @@ def linearise(
         simulation.get(inputs),
         simulation.get(outputs),
         model.variables,
+    )
+
+
+def _of_unit(model: Model, name: str) -> str:
+    unit = model.variables[name].unit
+    return "" if unit == "1" else f" {unit}"
+
+
+def _why(point: OperatingPoint) -> str:
+    """Say why an input has no effect, and what to do."""
+    sticks = "sticking" in point.variables and point.simulation["sticking"] > 0.5
+    stuck = "the carriage sticks, and " if sticks else ""
+    return (
+        f"{stuck}an input has none while the valve is in its dead zone, or within the play of its hysteresis; "
+        "linearise about a motion instead, for example at velocity = 0.05 with valve.hysteresis = 0"
     )

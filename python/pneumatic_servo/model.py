@@ -3,25 +3,42 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from typing import NoReturn
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from pneumatic_servo import _native, progress
-from pneumatic_servo.checks import mapping, names, seconds, whole_number
+from pneumatic_servo import _native, defaults, noticed, progress, values
+from pneumatic_servo.checks import names, seconds, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
-from pneumatic_servo.errors import Interrupted, SimulationError
+from pneumatic_servo.errors import Interrupted, Refused, SimulationError, warn
 from pneumatic_servo.grid import Grid
-from pneumatic_servo.inputs import Input, Inputs, Values, course, courses, settings_of_runs, shape
+from pneumatic_servo.inputs import (
+    Input,
+    Inputs,
+    Values,
+    course,
+    courses,
+    inputs_of,
+    settings_of_runs,
+    shape,
+    tell_unusual,
+)
 from pneumatic_servo.linear import Linearisation, linearise
+from pneumatic_servo.many import Done, Work
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.simulation import Simulation
 from pneumatic_servo.variables import Value, Variable, Variables
 
-Parameters = Mapping[str, Value]
-"""Parameters and start values of inputs, by name, in SI units; items of enumerations by name."""
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+Parameters = Mapping[str, Any] | str | Path
+"""Parameters and start values of inputs: numbers in SI units, ``"6 bar"``, ``(6, "bar")`` or quantities of pint; items
+of enumerations by name; true or false. Or the name of an SSV file that has them."""
 
 
 class Model:
@@ -38,9 +55,23 @@ class Model:
         What can be set before a run, what is set while running, what is meant to be watched, and everything.
     stop, step : float
         Duration and step size in s of the default experiment.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> plant = ps.Model("PneumaticServoCylinder")
+    >>> plant.parameters["valve.C"].unit
+    'm3/(s.Pa)'
+    >>> list(plant.inputs)
+    ['valveVoltage', 'externalForce', 'supplyPressure']
     """
 
     def __init__(self, name: str = "PneumaticServoCylinder") -> None:
+        if name not in _native.models():
+            every = _native.models()
+            raise ValueError(
+                f"there is no model {name}{did_you_mean(str(name), every)}; it must be one of {', '.join(every)}"
+            )
         self._native = _native.Model(name)
         self.name = self._native.name
         self.description = self._native.description
@@ -64,12 +95,37 @@ class Model:
 
         Parameters
         ----------
-        parameters : mapping, optional
-            Parameters and start values of inputs.
+        parameters : mapping or path, optional
+            Parameters and start values of inputs: see `simulate`.
         time : float
             Start time in s.
+
+        Returns
+        -------
+        Simulation
+
+        Raises
+        ------
+        ValueError
+            For an unknown variable or a value that is refused; the message names variable, value and unit.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> simulation = ps.Model().start({"friction.law": "LuGre", "supplyPressure": "6 bar"})
+        >>> simulation["valveVoltage"] = 7.0
+        >>> for _ in range(100):
+        ...     simulation.step(1e-3)
+        >>> round(simulation.time, 6)
+        0.1
         """
-        return Simulation(self._native.start(list(mapping("parameters", parameters).items()), seconds("time", time)))
+        begin = seconds("time", time)
+        settings = self._fitted(self._settings(parameters))
+        with self._with_units():
+            native = self._native.start(list(settings.items()), begin)
+        self._tell_saturated(settings)
+        noticed.tell(self.variables, native.notices())
+        return Simulation(native, self, settings)
 
     def simulate(
         self,
@@ -89,11 +145,16 @@ class Model:
 
         Parameters
         ----------
-        parameters : mapping, optional
-            Parameters and start values of inputs that stay the same.
-        inputs : mapping, optional
-            Inputs over time: constants, points ``(t, u)`` with t in s, or functions of time. Each value is held over
-            a step.
+        parameters : mapping or path, optional
+            Parameters and start values of inputs that stay the same: numbers in SI units, or with their unit as
+            ``"6 bar"``, ``(6, "bar")`` or a quantity of pint; or the name of an SSV file. What nobody gave has its
+            default, which a warning names where it had to give way to what was given.
+        inputs : mapping, path, DataFrame or Run, optional
+            Inputs over time: constants, points ``(t, u)`` or ``(t, u, "bar")`` with t in s, arrays with the columns t
+            and u, pandas Series over time, or functions of time. Each value is held over the step that begins at its
+            time. Before the first point its value holds, and after the last one the last, which a warning tells; a
+            valve voltage saturates at 0 and 10 V, which one tells, too. A table in a file, a DataFrame or an earlier
+            run give all their inputs; their other columns are ignored.
         stop, step, start : float, optional
             End, size of the communication steps, and begin in s; by default those of the default experiment.
         outputs : sequence of str, optional
@@ -110,24 +171,48 @@ class Model:
         Raises
         ------
         ValueError
-            For an unknown variable or a value that is refused; the message names both.
+            For an unknown variable or a value that is refused; the message names variable, value and unit.
         SimulationError
             When the solver cannot go on; its ``finished`` is the run until then.
         Interrupted
             On Ctrl-C; its ``finished`` is the run until then.
+
+        Warns
+        -----
+        PlantWarning
+            For what is accepted, but hardly meant: a supply of 6 Pa, a voltage of 50 V, an input that ends early.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import pneumatic_servo as ps
+        >>> t = np.arange(0, 0.5, 1e-3)
+        >>> run = ps.Model().simulate({"friction.law": "LuGre", "supplyPressure": "6 bar"},
+        ...                           inputs={"valveVoltage": (t, 5 + np.sin(6 * t))}, stop=0.5, step=1e-3)
+        >>> run["position"].shape
+        (501,)
         """
         grid = self._grid(start, stop, step, every)
-        settings, inputs = mapping("parameters", parameters), mapping("inputs", inputs)
+        settings = self._settings(parameters)
+        inputs = inputs_of("inputs", self.variables, inputs)
         self._refuse_twice(settings, inputs)
-        recorded = self._recorded(outputs, inputs)
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
-        with _shown(progress, f"{self.name}", grid.count, " steps") as tell:
-            values, rows, failure, ended = _native.simulate(
+        recorded = self._recorded(outputs, inputs)
+        settings = self._fitted(settings)
+        with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
+            found, rows, failure, ended, notices, extremes = _native.simulate(
                 self._native, list(settings.items()), driven, grid.numbers, list(recorded), tell
             )
-        run = Run(grid.times()[:rows], values[:, :rows], recorded, settings)
+        run = Run(grid.times()[:rows], found[:, :rows], recorded, settings)
+        if isinstance(ended, Refused):
+            raise self._in_unit(ended) from None
         if ended is not None:
             _raise(ended, run)
+        self._tell_saturated(settings)
+        for name, (low, high) in zip(inputs, extremes, strict=True):
+            noticed.tell_saturation(self.inputs[name], low, high)
+        self._tell_ends(driven, grid)
+        noticed.tell(self.variables, notices)
         if failure is not None:
             error = SimulationError(failure)
             error.finished = run
@@ -138,7 +223,7 @@ class Model:
         self,
         parameters: Sequence[Parameters] | Mapping[str, Values] = (),
         *,
-        inputs: Mapping[str, Input | ArrayLike] | None = None,
+        inputs: Mapping[str, Input] | None = None,
         common: Parameters | None = None,
         number: int | None = None,
         stop: float | None = None,
@@ -147,6 +232,7 @@ class Model:
         outputs: Sequence[str] | None = None,
         every: int = 1,
         workers: int | None = None,
+        executor: Executor | None = None,
         keep_failures: bool = False,
         progress: progress.Progress = True,
     ) -> Runs:
@@ -155,7 +241,8 @@ class Model:
         Parameters
         ----------
         parameters : sequence of mappings, or mapping
-            The parameters of each run, or arrays of shape (runs,) by name beside values that all runs share.
+            The parameters of each run, or arrays of shape (runs,) by name beside values that all runs share; with
+            units as for `simulate`, an array as ``([5, 6], "bar")``.
         inputs : mapping, optional
             Inputs over time: as for `simulate`, and besides arrays of shape (runs,) with a constant for each run, and
             points ``(t, u)`` with u of shape (runs, times). Functions are called once for all runs.
@@ -171,6 +258,9 @@ class Model:
             Steps per recorded row.
         workers : int, optional
             Number of threads; by default one per core that this process may use.
+        executor : concurrent.futures.Executor, optional
+            Who makes the runs instead: a ``ProcessPoolExecutor``, ``client.get_executor()`` of a Dask cluster, or any
+            other. The bits are the same.
         keep_failures : bool
             Whether runs that cannot go on are left with fewer rows instead of raising an error.
         progress : bool or callable
@@ -184,42 +274,72 @@ class Model:
         ------
         ValueError, SimulationError, Interrupted
             As `simulate`; ``finished`` are all runs, those that were not finished with fewer rows.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> runs = ps.Model().simulate_many({"supplyPressure": ([5, 6, 7], "bar")}, inputs={"valveVoltage": 6},
+        ...                                 stop=0.2, step=1e-3, outputs=["position"])
+        >>> runs["position"].shape
+        (3, 201)
         """
         grid = self._grid(start, stop, step, every)
-        inputs, shared = mapping("inputs", inputs), mapping("common", common)
+        shared = self._settings(common, "common")
+        inputs = inputs_of("inputs", self.variables, inputs)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
-        runs = settings_of_runs(parameters, number)
+        runs = settings_of_runs(self.variables, parameters, number)
         if number is not None and number != len(runs):
             raise ValueError(f"the inputs are for {number} runs, the parameters for {len(runs)}")
         for settings in runs:
             self._refuse_twice(settings, inputs)
+        runs = self._all_fitted(shared, runs)
+        driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
-        driven = [(name, courses(self.inputs, name, given, len(runs), grid)) for name, given in inputs.items()]
+        work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded))
         with _shown(progress, self.name, len(runs), " runs") as tell:
-            values, reached, ended = _native.simulate_many(
-                self._native,
-                list(shared.items()),
-                [list(settings.items()) for settings in runs],
-                driven,
-                grid.numbers,
-                list(recorded),
-                threads,
-                tell,
-            )
-        rows = np.array([count for count, _ in reached], dtype=np.int64)
-        failures = {run: failure for run, (_, failure) in enumerate(reached) if failure is not None}
-        finished = Runs(grid.times(), values, recorded, [shared | settings for settings in runs], rows, failures)
-        if ended is not None:
-            _raise(ended, finished)
-        if failures and not keep_failures:
-            run, failure = next(iter(failures.items()))
-            error = ValueError if rows[run] == 0 else SimulationError
-            problem = error(f"run {run} of {len(runs)}: {failure}")
-            if isinstance(problem, SimulationError):
-                problem.finished = finished
+            done = work.make(threads, tell) if executor is None else work.make_by(executor, tell)
+        found = self._runs_of(work, done, grid, recorded, keep_failures=keep_failures)
+        for run, name, value, remark in done.noticed:
+            noticed.tell(self.variables, [(name, value, remark)], f"run {run} of {len(runs)}: ")
+        tell_unusual(self.inputs, driven, grid)
+        return found
+
+    def _runs_of(self, work: Work, done: Done, grid: Grid, recorded: Variables, *, keep_failures: bool) -> Runs:
+        """Return runs that were made; unless failures are to be kept, the first of them is raised."""
+        settings = [{**work.shared, **own} for own in work.runs]
+        finished = Runs(grid.times(), done.values, recorded, settings, done.rows, done.failures)
+        if done.ended is not None:
+            _raise(done.ended, finished)
+        if done.failures and not keep_failures:
+            run, failure = next(iter(done.failures.items()))
+            where = f"run {run} of {len(work.runs)}: "
+            if done.rows[run] == 0:
+                # What was refused in another thread has lost its unit.
+                self._check(settings[run], where)
+                raise ValueError(where + failure)
+            problem = SimulationError(where + failure)
+            problem.finished = finished
             raise problem
         return finished
+
+    def _run_many(
+        self,
+        runs: Sequence[Mapping[str, Value]],
+        *,
+        common: Mapping[str, Value],
+        inputs: Mapping[str, Any],
+        stop: float,
+        step: float,
+        outputs: Sequence[str],
+        workers: int | None = None,
+    ) -> Runs:
+        """Make runs of values that are known to be in SI units, without warnings and without defaults that give way."""
+        grid = self._grid(0.0, stop, step, 1)
+        work = Work(self.name, common, runs, inputs, grid.numbers, list(outputs))
+        done = work.make(available_cores() if workers is None else workers)
+        recorded = Variables(self.variables[name] for name in outputs)
+        return self._runs_of(work, done, grid, recorded, keep_failures=True)
 
     def compare(
         self,
@@ -230,6 +350,7 @@ class Model:
         stop: float | None = None,
         step: float | None = None,
         outputs: Sequence[str] = (),
+        executor: Executor | None = None,
         progress: progress.Progress = True,
     ) -> Comparison:
         """Run one experiment under several friction laws.
@@ -238,7 +359,7 @@ class Model:
         ----------
         laws : sequence of str
             Friction laws; the first is the one the others are compared with.
-        parameters, inputs, stop, step, progress
+        parameters, inputs, stop, step, executor, progress
             As for `simulate_many`, the same for all laws.
         outputs : sequence of str
             Variables to record besides those of the table.
@@ -247,21 +368,46 @@ class Model:
         -------
         Comparison
             With one table and one figure.
+
+        Raises
+        ------
+        ValueError, SimulationError
+            As `simulate_many`.
+        Interrupted
+            On Ctrl-C; its ``finished`` is a comparison of the laws until then, those that were not finished with fewer
+            rows.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> found = ps.Model().compare(["Stribeck", "LuGre"], inputs={"valveVoltage": 6}, stop=0.2, step=1e-3)
+        >>> [law for law, *_ in found.rows()]
+        ['Stribeck', 'LuGre']
         """
         laws = check_laws(laws)
-        given, inputs = mapping("parameters", parameters), mapping("inputs", inputs)
+        known = self.parameters.get("friction.law")
+        for law in laws:
+            if known is not None:
+                values.checked(known, law)
+        given, inputs = self._settings(parameters), inputs_of("inputs", self.variables, inputs)
         for name in ("friction.law", "friction.lawNumber"):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
-        runs = self.simulate_many(
-            [{"friction.law": law} for law in laws],
-            common=given,
-            inputs=inputs,
-            stop=stop,
-            step=step,
-            outputs=list(dict.fromkeys([*inputs, *RECORDED, *names("outputs", outputs)])),
-            progress=progress,
-        )
+        try:
+            runs = self.simulate_many(
+                [{"friction.law": law} for law in laws],
+                common=given,
+                inputs=inputs,
+                stop=stop,
+                step=step,
+                outputs=list(dict.fromkeys([*inputs, *RECORDED, *names("outputs", outputs)])),
+                executor=executor,
+                progress=progress,
+            )
+        except Interrupted as interrupted:
+            if isinstance(interrupted.finished, Runs):
+                interrupted.finished = Comparison(laws, interrupted.finished)
+            raise
         return Comparison(laws, runs)
 
     def linearise(
@@ -297,10 +443,102 @@ class Model:
         TrimError
             When no such point is found. While a set-valued law sticks, position and velocity do not react, and within
             the play of ``valve.hysteresis`` the valve does not: give a velocity, and the hysteresis as 0.
+
+        Warns
+        -----
+        PlantWarning
+            When an input has no effect at the point, since the valve is in its dead zone or the carriage sticks.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> A, B, C, D = ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0})
+        >>> A.shape, B.shape
+        ((8, 8), (8, 1))
         """
         kept = None if states is None else names("states", states)
         driven, seen = names("inputs", inputs), names("outputs", outputs)
-        return linearise(self, mapping("at", at), kept, driven, seen, trim)
+        for name, chosen in (("states", kept or []), ("outputs", seen)):
+            unknown = next((one for one in chosen if one not in self.variables), None)
+            if unknown is not None:
+                raise ValueError(f"{name}: there is no variable {unknown}{did_you_mean(unknown, self.variables)}")
+        return linearise(self, self._settings(at, "at"), kept, driven, seen, trim)
+
+    def _settings(self, given: Parameters | None, argument: str = "parameters") -> dict[str, Value]:
+        """Return values by name as the plant takes them, from a mapping or from an SSV file."""
+        if isinstance(given, Path) or (isinstance(given, str) and given.lower().endswith(".ssv")):
+            from pneumatic_servo.ssv import read_ssv
+
+            given = read_ssv(given, self)
+        return values.settings(argument, self.variables, given)  # type: ignore[arg-type]
+
+    def _fitted(
+        self, settings: Mapping[str, Value], shared: Mapping[str, Value] | None = None,
+        tell: Callable[[str], object] = warn,
+    ) -> dict[str, Value]:  # fmt: skip
+        """Return settings with the defaults that follow them."""
+        every = {**(shared or {}), **settings}
+        if not defaults.is_in_doubt(every):
+            return dict(settings)
+        with self._with_units():
+            found = defaults.fitted(self.variables, every, self._try, tell)
+        return {**settings, **{name: value for name, value in found.items() if name not in every}}
+
+    def _all_fitted(self, shared: Mapping[str, Value], runs: Sequence[Mapping[str, Value]]) -> list[dict[str, Value]]:
+        told: dict[str, str] = {}
+        found = []
+        for number, own in enumerate(runs):
+            try:
+                found.append(self._fitted(own, shared, lambda text: told.setdefault(text.partition(" = ")[0], text)))
+            except Refused:
+                # It is reported with the run.
+                found.append(dict(own))
+            for name, text in list(told.items()):
+                if not text.startswith("run "):
+                    told[name] = f"run {number} of {len(runs)}: {text}"
+        for text in told.values():
+            warn(text)
+        return found
+
+    def _try(self, settings: Mapping[str, Value]) -> None:
+        self._native.start(list(settings.items()), 0.0)
+
+    def _check(self, settings: Mapping[str, Value], where: str) -> None:
+        """Raise what a start refuses, with units."""
+        try:
+            self._try(settings)
+        except Refused as refused:
+            raise ValueError(f"{where}{self._in_unit(refused)}") from None
+
+    def _in_unit(self, refused: Refused) -> Refused:
+        variable = self.variables.get(refused.variable)
+        return refused if variable is None else refused.with_unit(variable.unit)
+
+    @contextmanager
+    def _with_units(self) -> Iterator[None]:
+        try:
+            yield
+        except Refused as refused:
+            raise self._in_unit(refused) from None
+
+    def _tell_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid) -> None:
+        for name, given in driven:
+            if isinstance(given, tuple):
+                noticed.tell_ends(self.inputs[name], given[0], grid)
+
+    def _tell_saturated(self, settings: Mapping[str, Value]) -> None:
+        for name, value in settings.items():
+            if name in self.inputs:
+                noticed.tell_saturation(self.inputs[name], float(value), float(value))
+
+    def _repr_html_(self) -> str:
+        parts = [("Inputs", self.inputs), ("Parameters", self.parameters), ("Outputs", self.outputs)]
+        tables = (
+            f"<details{' open' if title == 'Inputs' else ''}><summary>{title}: {len(of)}</summary>"
+            f"{of._repr_html_()}</details>"
+            for title, of in parts
+        )
+        return f"<p><b>{escape(self.name)}</b>: {escape(self.description)}</p>{''.join(tables)}"
 
     def _grid(self, start: float, stop: float | None, step: float | None, every: int) -> Grid:
         return Grid.of(start, self.stop if stop is None else stop, self.step if step is None else step, every)
@@ -311,10 +549,7 @@ class Model:
             raise ValueError("outputs is empty: name at least one variable to record")
         unknown = next((name for name in chosen if name not in self.variables), None)
         if unknown is not None:
-            try:
-                self.variables[unknown]
-            except KeyError as error:
-                raise ValueError(error.args[0]) from None
+            raise ValueError(f"outputs: there is no variable {unknown}{did_you_mean(unknown, self.variables)}")
         twice = next((name for name in chosen if chosen.count(name) > 1), None)
         if twice is not None:
             raise ValueError(f"outputs has {twice} twice")
@@ -330,7 +565,14 @@ _shown = progress.shown
 
 
 def models() -> list[str]:
-    """Return the names of all models."""
+    """Return the names of all models.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> ps.models()[0]
+    'PneumaticServoCylinder'
+    """
     return _native.models()
 
 
@@ -339,13 +581,16 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _number_of_inputs(inputs: Mapping[str, Input | ArrayLike]) -> int | None:
+def _number_of_inputs(inputs: Mapping[str, Input]) -> int | None:
     """Return how many runs the arrays among the inputs are for, if there are any."""
     for name, given in inputs.items():
         if isinstance(given, tuple):
-            ends = shape(name, given[1]) if len(given) == 2 else ()
-            if len(ends) == 2:
+            per_run = len(given) == 2 and isinstance(given[1], str)
+            ends = shape(name, given[0] if per_run else given[1]) if len(given) > 1 else ()
+            if len(ends) == (1 if per_run else 2):
                 return ends[0]
+        elif hasattr(given, "index") and hasattr(given, "to_numpy"):
+            continue
         elif not callable(given) and len(ends := shape(name, given)) == 1:
             return ends[0]
     return None

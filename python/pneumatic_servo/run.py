@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Variables
 
 if TYPE_CHECKING:
@@ -41,6 +43,9 @@ class Run:
         self.variables = variables
         self._values = values
 
+    RECORDED = "pneumatic_servo: inputs are those in force up to each row"
+    """Among the ``attrs`` of a DataFrame: its inputs lag the given ones by a row, as those of a run do."""
+
     def __getitem__(self, name: str) -> Array:
         """Return a recorded variable, of shape (rows,), in its SI unit."""
         row: Array = self._values[_place(self.variables, name)]
@@ -53,21 +58,46 @@ class Run:
         end = f" to {self.time[-1]:g} s" if len(self) else ""
         return f"<Run of {len(self)} rows{end}: {', '.join(self.variables)}>"
 
+    def _repr_html_(self) -> str:
+        cells = (
+            [name, f"{np.min(self[name]):.6g}", f"{np.max(self[name]):.6g}", variable.unit]
+            for name, variable in self.variables.items()
+        )
+        return f"<p>{escape(repr(self).strip('<>').partition(':')[0])}</p>" + table(
+            ["", "least", "most", "unit"], cells
+        )
+
+    def _repr_png_(self) -> bytes | None:
+        return self.plot()._repr_png_() if len(self) > 1 else None  # type: ignore[attr-defined]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.variables)
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return a table with a column per variable and the time in s as its index."""
         try:
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
-        return pandas.DataFrame(
+        frame = pandas.DataFrame(
             self._values.T, index=pandas.Index(self.time, name="time"), columns=list(self.variables)
         )
+        frame.attrs[self.RECORDED] = True
+        return frame
 
     def to_csv(self, file: str | Path) -> None:
-        """Write a table with a column per variable; the file appears as a whole or not at all."""
+        """Write a table with a column per variable; the file appears as a whole or not at all.
+
+        Inputs are written as they were given: each holds from its row on. So the table can be simulated and fitted as
+        it is, and gives the same bits where every step was recorded.
+        """
         from pneumatic_servo.files import write_csv
 
-        columns = [self.time, *self._values]
+        given = [
+            np.append(column[1:], column[-1:]) if variable.role == "input" else column
+            for variable, column in zip(self.variables.values(), self._values, strict=True)
+        ]
+        columns = [self.time, *given]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
 
     def plot(self, *names: str) -> Figure:
@@ -173,11 +203,42 @@ class Runs(Sequence[Run]):
         """Whether each run came to its end, of shape (runs,)."""
         return np.asarray(self.rows == len(self.time))
 
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return one table of all runs: a column per variable; run and time in s are its index.
+
+        A run that could not go on has fewer rows.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise MissingPackage("pandas", "pandas") from error
+        frame = pandas.concat([run.to_pandas() for run in self], keys=range(len(self)), names=["run", "time"])
+        frame.attrs[Run.RECORDED] = True
+        return frame
+
+    def _repr_html_(self) -> str:
+        cells = (
+            [name, f"{np.nanmin(self._of_all(name)):.6g}", f"{np.nanmax(self._of_all(name)):.6g}", variable.unit]
+            for name, variable in self.variables.items()
+        )
+        head = f"<p>{len(self)} runs of {len(self.time)} rows; {len(self.failures)} could not go on</p>"
+        return head + table(["", "least", "most", "unit"], cells)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.variables)
+
     def __repr__(self) -> str:
         return f"<{len(self)} runs of {len(self.time)} rows: {', '.join(self.variables)}>"
 
 
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table for notebooks."""
+    first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    others = ("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><tr>{first}</tr>{''.join(others)}</table>"
+
+
 def _place(variables: Variables, name: str) -> int:
     if name not in variables:
-        raise KeyError(f"{name} was not recorded; there are {', '.join(variables)}")
+        raise KeyError(f"{name} was not recorded{did_you_mean(str(name), variables)}; there are {', '.join(variables)}")
     return list(variables).index(name)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks
+from pneumatic_servo import _native, checks, noticed, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.variables import Value
+
+if TYPE_CHECKING:
+    from pneumatic_servo.model import Model
 
 
 class SavedState:
@@ -45,33 +49,78 @@ class SavedState:
 class Simulation:
     """A running plant: set inputs, make a step, read variables; save a state and go back to it.
 
-    A run from a saved state repeats bit for bit. `Model.start` makes one.
+    A run from a saved state repeats bit for bit. `Model.start` makes one. It can be copied and pickled; the copy goes
+    on from where the original is.
+
+    Examples
+    --------
+    >>> import copy
+    >>> import pneumatic_servo as ps
+    >>> simulation = ps.Model().start()
+    >>> simulation.set({"valveVoltage": "7 V"})
+    >>> simulation.step(0.01)
+    >>> other = copy.copy(simulation)
+    >>> other.step(0.01), simulation.step(0.01)
+    (None, None)
+    >>> other["position"] == simulation["position"]
+    True
     """
 
-    __slots__ = ("_native", "get_one", "set_one", "step")
-
-    def __init__(self, native: _native.Simulation) -> None:
+    def __init__(self, native: _native.Simulation, model: Model, settings: Mapping[str, Value]) -> None:
         self._native = native
-        # Bound once, because loops call them every step.
-        self.step = native.step
-        """Integrate over a step of a size in s."""
-        self.set_one = native.set_one
-        """Set one input or tunable parameter: name and value."""
-        self.get_one = native.get
-        """Return the value of one variable in its SI unit."""
+        self._model = model
+        self._settings = dict(settings)
+        # Bound once, because loops call them every step; the methods of the class say what they do.
+        self.__dict__.update(step=native.step, set_one=native.set_one, get_one=native.get)
+
+    def step(self, size: float) -> None:
+        """Integrate over a step of a size in s.
+
+        Raises
+        ------
+        ValueError
+            If the step leads nowhere.
+        SimulationError
+            When the solver cannot go on.
+        """
+        self._native.step(size)
+
+    def set_one(self, name: str, value: Value) -> None:
+        """Set one input or tunable parameter to a value in its SI unit, as fast as can be: for loops.
+
+        Units are understood, and warnings told, by `set` and ``simulation[name] = value``.
+        """
+        self._native.set_one(name, value)
+
+    def get_one(self, name: str) -> float:
+        """Return the value of one variable in its SI unit, as ``simulation[name]`` does."""
+        return self._native.get(name)
+
+    def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Any, ...]]:
+        return _resumed, (self._model, self._settings, self.save())
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {self._model.name} at t = {self.time:g} s>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._model.variables)
 
     @property
     def time(self) -> float:
         """Present time in s."""
         return self._native.time
 
-    def set(self, values: Mapping[str, Value] | None = None, /, **more: Value) -> None:
+    def set(self, new: Mapping[str, Any] | None = None, /, **more: Any) -> None:
         """Set inputs and tunable parameters, by a mapping or, where the name allows, by keywords.
 
-        They are set one after the other; each must be legal together with what is set by then. If one is refused, none
-        of them is set.
+        Values have units as for `Model.simulate`. They are set one after the other; each must be legal together with
+        what is set by then. If one is refused, none of them is set.
         """
-        self._native.set([*mapping("values", values).items(), *more.items()])
+        variables = self._model.variables
+        every = {**values.settings("values", variables, new), **values.settings("values", variables, more)}
+        with self._model._with_units():
+            self._native.set(list(every.items()))
+        self._tell(every)
 
     def get(self, names: Sequence[str]) -> NDArray[np.float64]:
         """Return the values of variables, of shape (names,), in SI units."""
@@ -81,9 +130,20 @@ class Simulation:
         """Return the value of a variable in its SI unit."""
         return self._native.get(name)
 
-    def __setitem__(self, name: str, value: Value) -> None:
-        """Set an input or a tunable parameter."""
-        self._native.set_one(name, value)
+    def __setitem__(self, name: str, value: Any) -> None:
+        """Set an input or a tunable parameter, with a unit as for `Model.simulate`."""
+        own = values.value_of(self._model.variables, name, value)
+        with self._model._with_units():
+            self._native.set_one(name, own)
+        self._tell({name: own})
+
+    def _put(self, new: Mapping[str, Value]) -> None:
+        """Set values that are known to be in SI units, without warnings."""
+        self._native.set(list(new.items()))
+
+    def _tell(self, new: Mapping[str, Value]) -> None:
+        self._model._tell_saturated(new)
+        noticed.tell(self._model.variables, self._native.notices())
 
     def save(self) -> SavedState:
         """Return everything that affects the further run."""
@@ -120,3 +180,10 @@ class Simulation:
         ndarray of shape (of, to)
         """
         return self._native.jacobian(checks.names("of", of), checks.names("to", to))
+
+
+def _resumed(model: Model, settings: Mapping[str, Value], saved: SavedState) -> Simulation:
+    """Return a simulation that goes on from a saved state; whatever is unusual about it was told before."""
+    simulation = Simulation(model._native.start(list(settings.items()), 0.0), model, settings)
+    simulation.restore(saved)
+    return simulation

@@ -106,7 +106,7 @@ class OperatingPoint:
         """Go where Newton's method starts: to inputs, chambers filled by a share of the supply, and what follows."""
         self.simulation.restore(start)
         inputs = self.simulation.get(self.free_inputs) + offset * self._nominal(self.free_inputs)
-        self.simulation.set(self._named(self.free_inputs, inputs))
+        self.simulation._put(self._named(self.free_inputs, inputs))
         if filled:
             pressures = self.simulation.get(self.chambers)
             pressures += filled * (self.simulation[SUPPLY] - pressures)
@@ -235,7 +235,7 @@ class OperatingPoint:
     def _go(self, values: Array) -> None:
         number = len(self.free) - len(self.free_inputs)
         self.simulation.move_states(self._named(self.free[:number], values[:number]))
-        self.simulation.set(self._named(self.free_inputs, values[number:]))
+        self.simulation._put(self._named(self.free_inputs, values[number:]))
 
     @staticmethod
     def _named(names: Sequence[str], values: Array) -> dict[str, float]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import TypedDict
+
+from pneumatic_servo.names import did_you_mean
 
 Value = float | int | bool | str
 """A value as programs write it: a number in SI units, the name of an item of an enumeration, or true or false."""
@@ -119,6 +120,11 @@ class Variable:
             return f"at least {self.minimum:g}"
         return "" if self.maximum is None else f"at most {self.maximum:g}"
 
+    @property
+    def range_in_unit(self) -> str:
+        """The legal values with their unit, for people."""
+        return self.range if self.unit == "1" or not self.range else f"{self.range} {self.unit}"
+
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
         default = "" if self.default is None else f" = {self.default}{unit}"
@@ -134,8 +140,7 @@ class Variables(Mapping[str, Variable]):
 
     def __getitem__(self, name: str) -> Variable:
         if name not in self._variables:
-            near = difflib.get_close_matches(name, self._variables, n=3)
-            raise KeyError(f"there is no {name} here" + (f"; did you mean {' or '.join(near)}?" if near else ""))
+            raise KeyError(f"there is no {name} here{did_you_mean(name, self._variables)}")
         return self._variables[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -146,6 +151,9 @@ class Variables(Mapping[str, Variable]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._variables
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
 
     def matching(self, words: str) -> Variables:
         """Only those whose name or text has all the words, whatever the case."""

@@ -2,14 +2,35 @@
 
 use std::fmt::Display;
 
+use pneumatic_servo::model::SettingError;
+use pneumatic_servo::variables::ParameterError;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
+pyo3::import_exception!(pneumatic_servo.errors, Refused);
 pyo3::import_exception!(pneumatic_servo.errors, SimulationError);
 
 /// A variable or value that cannot be accepted: `ValueError`, with the plant's own words.
 pub fn refused(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// A value of a variable that cannot be accepted: `pneumatic_servo.errors.Refused`, which knows the variable's unit.
+pub fn refused_value(error: ParameterError) -> PyErr {
+    Refused::new_err((error.variable, error.value, error.reason))
+}
+
+/// A value of an input that cannot be accepted at a time in s.
+pub fn refused_at(error: ParameterError, time: f64) -> PyErr {
+    Refused::new_err((error.variable, error.value, error.reason, time))
+}
+
+/// A variable that cannot be set, or not to a value.
+pub fn refused_setting(error: SettingError) -> PyErr {
+    match error {
+        SettingError::Refused(error) => refused_value(error),
+        other => refused(other),
+    }
 }
 
 /// A run that cannot go on: `pneumatic_servo.SimulationError`.

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use rayon::prelude::*;
 
-use crate::failure::{refused, stopped};
+use crate::failure::{refused, refused_setting, refused_value, stopped};
 use crate::many::pool;
 use crate::model::Model;
 use crate::recording::places;
@@ -53,7 +53,7 @@ impl Fleet {
             return Err(refused("no variable is to be observed"));
         }
         let plants: Result<Vec<_>, _> = (0..number).map(|_| setup.start(0.0)).collect();
-        let plants = Mutex::new(plants.map_err(refused)?);
+        let plants = Mutex::new(plants.map_err(refused_value)?);
         let pool = (workers != 1).then(|| pool(workers)).transpose()?;
         Ok(Self { setup, input: (place, entry.variable), observed, pool, plants, backwards: AtomicBool::new(false) })
     }
@@ -63,8 +63,8 @@ impl Fleet {
         let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
         for (index, settings) in fresh {
             let mut setup = self.setup.clone();
-            apply(&mut setup, &settings).map_err(refused)?;
-            plants[index] = setup.start(0.0).map_err(refused)?;
+            apply(&mut setup, &settings).map_err(refused_setting)?;
+            plants[index] = setup.start(0.0).map_err(refused_value)?;
         }
         Ok(())
     }

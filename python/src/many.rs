@@ -7,14 +7,14 @@ use std::thread;
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pneumatic_servo::model::Setup;
-use pneumatic_servo::variables::Place;
+use pneumatic_servo::variables::{Notice, Place};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::failure::{refused, room};
+use crate::failure::{refused_setting, room};
 use crate::model::Model;
-use crate::recording::{Driven, Grid, Reached, places, record};
+use crate::recording::{Driven, Grid, Noticed, Reached, places, record};
 use crate::signal::Signal;
 use crate::value::{Setting, apply, setup};
 use crate::watch::{INTERVAL, STEPS_PER_LOOK, Watch};
@@ -74,23 +74,24 @@ struct Plan<'a> {
 
 impl Plan<'_> {
     /// Makes one run; an error names what is wrong with it.
-    fn run(&self, index: usize, slots: &mut [f64]) -> (usize, Option<String>) {
-        let mut reached = Reached { rows: 0, failure: None };
+    fn run(&self, index: usize, slots: &mut [f64]) -> Reached {
+        let mut reached = Reached::default();
         let mut setup = self.setup.clone();
-        let outcome = apply(&mut setup, &self.runs[index]).map_err(refused).and_then(|()| {
+        let outcome = apply(&mut setup, &self.runs[index]).map_err(refused_setting).and_then(|()| {
             let driven = self.inputs.iter().map(|(name, signals)| Driven::find(setup.table(), name, signals.of(index)));
-            let driven = driven.collect::<PyResult<Vec<_>>>()?;
-            record(setup.clone(), driven, self.grid, &self.outputs, slots, &mut reached, |step| {
+            let mut driven = driven.collect::<PyResult<Vec<_>>>()?;
+            record(setup.clone(), &mut driven, self.grid, &self.outputs, slots, &mut reached, |step| {
                 Ok(step % STEPS_PER_LOOK != 0 || !self.halted.load(Ordering::Relaxed))
             })
         });
         self.finished.fetch_add(1, Ordering::Relaxed);
         let problem = outcome.err().map(|error| Python::attach(|py| error.value(py).to_string()));
-        (reached.rows, problem.or(reached.failure))
+        reached.failure = problem.or(reached.failure);
+        reached
     }
 
     /// Makes all runs on a number of threads.
-    fn run_all(&self, pool: &rayon::ThreadPool, slots: &mut [f64]) -> Vec<(usize, Option<String>)> {
+    fn run_all(&self, pool: &rayon::ThreadPool, slots: &mut [f64]) -> Vec<Reached> {
         let size = self.outputs.len() * self.grid.rows();
         pool.install(|| {
             slots.par_chunks_mut(size.max(1)).enumerate().map(|(index, slots)| self.run(index, slots)).collect()
@@ -99,8 +100,8 @@ impl Plan<'_> {
 }
 
 /// What `simulate_many` returns: values `[run, output, row]`, for each run the rows recorded and why it stopped early,
-/// and an exception that ended all of them.
-type Outcome<'py> = (Bound<'py, PyArray3<f64>>, Vec<(usize, Option<String>)>, Option<PyErr>);
+/// an exception that ended all of them, and what was noticed first of each variable, with the number of its run.
+type Outcome<'py> = (Bound<'py, PyArray3<f64>>, Vec<(usize, Option<String>)>, Option<PyErr>, Vec<(usize, Noticed)>);
 
 /// Runs a model as often as there are lists in `runs`, whose settings come on top of `settings`.
 #[pyfunction]
@@ -131,7 +132,15 @@ pub fn simulate_many<'py>(
     let (reached, ended) = py.detach(|| watched(&plan, &pool, &mut slots, watch));
     let shape = (number, plan.outputs.len(), grid.rows());
     let values = Array3::from_shape_vec(shape, slots).expect("one slot per run, output and row");
-    Ok((values.into_pyarray(py), reached, ended.err()))
+    let mut noticed: Vec<(usize, Notice)> = Vec::new();
+    for (run, notice) in reached.iter().enumerate().flat_map(|(run, it)| it.noticed.iter().map(move |it| (run, *it))) {
+        if noticed.iter().all(|(_, known)| known.variable != notice.variable) {
+            noticed.push((run, notice));
+        }
+    }
+    let noticed = noticed.into_iter().map(|(run, notice)| (run, notice.into())).collect();
+    let reached = reached.into_iter().map(|it| (it.rows, it.failure)).collect();
+    Ok((values.into_pyarray(py), reached, ended.err(), noticed))
 }
 
 /// Makes all runs on other threads, while this one watches.
@@ -140,7 +149,7 @@ fn watched(
     pool: &rayon::ThreadPool,
     slots: &mut [f64],
     mut watch: Watch,
-) -> (Vec<(usize, Option<String>)>, PyResult<()>) {
+) -> (Vec<Reached>, PyResult<()>) {
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
         scope.spawn(move || sender.send(plan.run_all(pool, slots)));

@@ -4,7 +4,7 @@ use pneumatic_servo::model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 use pyo3::prelude::*;
 
-use crate::failure::refused;
+use crate::failure::{refused, refused_value};
 use crate::simulation::Simulation;
 use crate::value::{Setting, setup};
 
@@ -74,7 +74,7 @@ impl Model {
     /// Starts a run at a time in s.
     #[pyo3(signature = (settings, time))]
     fn start(&self, settings: Vec<Setting>, time: f64) -> PyResult<Simulation> {
-        let plant = setup(self.model, &settings)?.start(time).map_err(refused)?;
+        let plant = setup(self.model, &settings)?.start(time).map_err(refused_value)?;
         Ok(Simulation::new(plant))
     }
 }

@@ -2,10 +2,10 @@
 
 use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::model::Setup;
-use pneumatic_servo::variables::{ParameterError, Place, Table, Variable};
+use pneumatic_servo::variables::{Notice, Place, Table, Variable};
 use pyo3::prelude::*;
 
-use crate::failure::refused;
+use crate::failure::{refused, refused_at, refused_setting, refused_value};
 use crate::signal::{Reader, Signal};
 
 /// The communication points of a run: `start + index * step`, each step ending exactly at its point plus its size.
@@ -38,6 +38,8 @@ pub struct Driven<'a> {
     place: usize,
     variable: &'static Variable,
     reader: Reader<'a>,
+    /// The smallest and the largest value until now.
+    pub extremes: (f64, f64),
 }
 
 impl<'a> Driven<'a> {
@@ -46,19 +48,23 @@ impl<'a> Driven<'a> {
         let refuse = || refused(format!("{name} is not an input{}", resembling(table, name)));
         let entry = table.find(name).ok_or_else(refuse)?;
         let Place::Input(place) = entry.place else { return Err(refuse()) };
-        Ok(Self { place, variable: entry.variable, reader: Reader::new(&entry.variable.name, signal) })
+        let reader = Reader::new(&entry.variable.name, signal);
+        Ok(Self { place, variable: entry.variable, reader, extremes: (f64::INFINITY, f64::NEG_INFINITY) })
     }
 
     /// The value at a time in s, which the variable may have.
     fn at(&mut self, time: f64) -> PyResult<f64> {
         let value = self.reader.at(time)?;
-        self.variable.check(value).map_err(|error| at_time(&error, time))?;
+        self.variable.check(value).map_err(|error| refused_at(error, time))?;
         Ok(value)
     }
-}
 
-fn at_time(error: &ParameterError, time: f64) -> PyErr {
-    refused(format!("at t = {time} s {error}"))
+    /// Whether a value is smaller or larger than all before.
+    fn is_extreme(&mut self, value: f64) -> bool {
+        let (low, high) = self.extremes;
+        self.extremes = (low.min(value), high.max(value));
+        self.extremes != (low, high)
+    }
 }
 
 fn resembling(table: &Table, name: &str) -> String {
@@ -78,12 +84,35 @@ pub fn places(table: &Table, names: &[String]) -> PyResult<Vec<Place>> {
     names.iter().map(find).collect()
 }
 
-/// How far a run came.
+/// What a plant finds unusual about a value: variable, value and remark.
+#[derive(IntoPyObject)]
+pub struct Noticed(&'static str, f64, &'static str);
+
+impl From<Notice> for Noticed {
+    fn from(notice: Notice) -> Self {
+        Self(notice.variable, notice.value, notice.remark)
+    }
+}
+
+/// How far a run came, and what was unusual about it.
+#[derive(Default)]
 pub struct Reached {
     /// Rows that are recorded.
     pub rows: usize,
     /// Why it did not come further.
     pub failure: Option<String>,
+    /// What the plant noticed first of each variable.
+    pub noticed: Vec<Notice>,
+}
+
+impl Reached {
+    fn notice(&mut self, plant: &Plant) {
+        for notice in plant.notices() {
+            if self.noticed.iter().all(|known| known.variable != notice.variable) {
+                self.noticed.push(notice);
+            }
+        }
+    }
 }
 
 /// Starts a plant with the inputs' first values and runs it over a grid.
@@ -95,18 +124,20 @@ pub struct Reached {
 /// A parameter or an input that is refused, or what a function of Python raises; the rows until then are recorded.
 pub fn record(
     mut setup: Setup,
-    mut driven: Vec<Driven<'_>>,
+    driven: &mut [Driven<'_>],
     grid: Grid,
     outputs: &[Place],
     slots: &mut [f64],
     reached: &mut Reached,
     mut look: impl FnMut(usize) -> PyResult<bool>,
 ) -> PyResult<()> {
-    for input in &mut driven {
+    for input in &mut *driven {
         let value = input.at(grid.start)?;
-        setup.change(&input.variable.name, value).map_err(refused)?;
+        input.is_extreme(value);
+        setup.change(&input.variable.name, value).map_err(refused_setting)?;
     }
-    let mut plant = setup.start(grid.start).map_err(refused)?;
+    let mut plant = setup.start(grid.start).map_err(refused_value)?;
+    reached.notice(&plant);
     let rows = grid.rows();
     read(&mut plant, outputs, slots, rows, 0);
     reached.rows = 1;
@@ -116,8 +147,15 @@ pub fn record(
         }
         let point = grid.point(index);
         if index > 0 {
-            for input in &mut driven {
-                plant.set_input(input.place, input.at(point)?);
+            let mut is_news = false;
+            for input in &mut *driven {
+                let value = input.at(point)?;
+                is_news |= input.is_extreme(value);
+                plant.set_input(input.place, value);
+            }
+            // What is noticed of an input depends on how small or large it is.
+            if is_news {
+                reached.notice(&plant);
             }
         }
         if let Err(error) = plant.advance_to(point + grid.step) {

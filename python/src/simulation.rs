@@ -10,7 +10,8 @@ use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard};
 
-use crate::failure::{refused, stopped};
+use crate::failure::{refused, refused_setting, stopped};
+use crate::recording::Noticed;
 use crate::recording::places;
 use crate::value::{Given, Setting};
 
@@ -67,13 +68,13 @@ impl Simulation {
     fn set(&self, py: Python<'_>, settings: Vec<Setting>) -> PyResult<()> {
         let mut plant = self.plant(py);
         all_or_none(&mut plant, &settings, |plant, setting| {
-            plant.set(&setting.name, setting.given.value()).map_err(refused)
+            plant.set(&setting.name, setting.given.value()).map_err(refused_setting)
         })
     }
 
     /// Sets one input or tunable parameter.
     fn set_one(&self, py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.plant(py).set(name, Given::of(name, value)?.value()).map_err(refused)
+        self.plant(py).set(name, Given::of(name, value)?.value()).map_err(refused_setting)
     }
 
     /// The value of one variable.
@@ -90,6 +91,11 @@ impl Simulation {
         }
         let plant = &mut *plant;
         py.detach(|| plant.advance_to(end)).map_err(stopped)
+    }
+
+    /// What is unusual about the parameters and the present inputs: variable, value and remark.
+    fn notices(&self, py: Python<'_>) -> Vec<Noticed> {
+        self.plant(py).notices().map(Noticed::from).collect()
     }
 
     /// Everything that affects the further run.

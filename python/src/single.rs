@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::failure::room;
 use crate::model::Model;
-use crate::recording::{Driven, Grid, Reached, places, record};
+use crate::recording::{Driven, Grid, Noticed, Reached, places, record};
 use crate::signal::Signal;
 use crate::value::{Setting, setup};
 use crate::watch::{STEPS_PER_LOOK, Watch};
@@ -32,8 +32,9 @@ impl Course<'_> {
     }
 }
 
-/// What `simulate` returns: values `[output, row]`, rows recorded, why it stopped early, and an exception that ended it.
-type Outcome<'py> = (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>);
+/// What `simulate` returns: values `[output, row]`, rows recorded, why it stopped early, an exception that ended it, what was
+/// noticed, and the smallest and largest value of each input.
+type Outcome<'py> = (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>, Vec<Noticed>, Vec<(f64, f64)>);
 
 /// Runs a model once. `grid` is start and step in s, number of steps, and steps per row.
 #[pyfunction]
@@ -51,12 +52,12 @@ pub fn simulate<'py>(
     let setup = setup(model.model, &settings)?;
     let driven: PyResult<Vec<_>> =
         inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
-    let (driven, places) = (driven?, places(setup.table(), &outputs)?);
+    let (mut driven, places) = (driven?, places(setup.table(), &outputs)?);
     let mut slots = room(places.len(), grid.rows(), 1)?;
-    let mut reached = Reached { rows: 0, failure: None };
+    let mut reached = Reached::default();
     let mut watch = Watch::new(progress);
     let ended = py.detach(|| {
-        record(setup, driven, grid, &places, &mut slots, &mut reached, |index| {
+        record(setup, &mut driven, grid, &places, &mut slots, &mut reached, |index| {
             if index % STEPS_PER_LOOK == 0 {
                 watch.look(index)?;
             }
@@ -65,5 +66,7 @@ pub fn simulate<'py>(
     });
     watch.tell(py, if ended.is_ok() { grid.count } else { 0 })?;
     let values = Array2::from_shape_vec((places.len(), grid.rows()), slots).expect("one slot per output and row");
-    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err()))
+    let noticed = reached.noticed.into_iter().map(Noticed::from).collect();
+    let extremes = driven.iter().map(|input| input.extremes).collect();
+    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err(), noticed, extremes))
 }

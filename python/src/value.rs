@@ -4,7 +4,7 @@ use pneumatic_servo::model::{SettingError, Setup, Value};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyString};
 
-use crate::failure::refused;
+use crate::failure::{refused, refused_setting};
 
 /// A number, the name of an item of an enumeration, or true or false.
 #[derive(Clone, Debug)]
@@ -82,6 +82,6 @@ pub fn apply(setup: &mut Setup, settings: &[Setting]) -> Result<(), SettingError
 /// A model with settings applied.
 pub fn setup(model: &'static pneumatic_servo::model::Model, settings: &[Setting]) -> PyResult<Setup> {
     let mut setup = Setup::of(model);
-    apply(&mut setup, settings).map_err(refused)?;
+    apply(&mut setup, settings).map_err(refused_setting)?;
     Ok(setup)
 }

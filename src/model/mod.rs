@@ -48,6 +48,23 @@ impl Model {
         }
     }
 
+    /// Builds a run; where a default does not fit what was given, the refusal says that it is one.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when parameters do not fit together.
+    pub fn begin(&self, start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+        (self.start)(start).map_err(|error| self.with_default_named(error))
+    }
+
+    #[cold]
+    fn with_default_named(&self, mut error: ParameterError) -> ParameterError {
+        let entry = (self.variables)().find(&error.variable);
+        if entry.is_some_and(|entry| entry.variable.start == Some(error.value)) {
+            error.reason += &format!("; this is its default: give {}, too", error.variable);
+        }
+        error
+    }
+
     /// The event indicators as variables, scaled as a solver outside sees them ([`seen`](crate::model_exchange::seen)).
     /// They are no part of the table, since nothing else needs them.
     pub fn indicator_variables(&self) -> Vec<Variable> {

@@ -101,7 +101,7 @@ impl Setup {
     /// [`ParameterError`] when parameters do not fit together.
     pub fn exchange(&self, time: f64) -> Result<Option<Box<dyn Exchange>>, ParameterError> {
         let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance: self.tolerance };
-        Ok((self.model.start)(&start)?.exchange(self.model))
+        Ok(self.model.begin(&start)?.exchange(self.model))
     }
 
     /// Starts a run at a time in s.
@@ -110,7 +110,7 @@ impl Setup {
     /// [`ParameterError`] when parameters do not fit together.
     pub fn start(&self, time: f64) -> Result<Plant, ParameterError> {
         let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance: self.tolerance };
-        let simulation = (self.model.start)(&start)?;
+        let simulation = self.model.begin(&start)?;
         Ok(Plant::new(self.model, simulation, self.parameters.clone(), self.inputs.clone()))
     }
 }

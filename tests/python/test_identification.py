@@ -238,7 +238,11 @@ def test_rounded_rest_does_not_pass_into_the_parameters() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--set", "supplyPressure=-1"], ["no excitation", "supplyPressure", "-1"]),
+        (["--set", "supplyPressure=-1"], ["supplyPressure = -1 Pa", "at least 0 Pa"]),
+        (
+            ["--law", "LuGre", "--fit", "friction.lugre.Fs", "--set", "solver.scheme=ExplicitEuler,solver.step=1e-3"],
+            ["no excitation", "diverges"],
+        ),
         (["--experiment", "motion", "--stroke", "0"], ["--stroke 0.0 m", "positive"]),
         (["--experiment", "motion", "--stroke", "-1"], ["--stroke -1.0 m", "positive"]),
     ],

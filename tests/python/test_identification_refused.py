@@ -71,7 +71,7 @@ def test_start_far_from_the_default_has_its_bounds_about_it() -> None:
     ("arguments", "error", "words"),
     [
         ({"laws": "LuGre"}, TypeError, "laws must be a list of names, not the text 'LuGre'"),
-        ({"experiment": "rigg"}, ValueError, "--experiment rigg: it must be one of motion, "),
+        ({"experiment": "rigg"}, ValueError, "experiment='rigg': it must be one of motion, "),
         ({"fit": [1.0]}, TypeError, "fit must be a list of names, but has 1.0"),
         ({"workers": 0}, ValueError, "workers = 0 is refused: it must be at least 1"),
         ({"starts": 2.5}, ValueError, "starts = 2.5 is refused: it must be a whole number"),
@@ -113,7 +113,7 @@ def test_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_start_and_bounds_that_are_refused_are_told_with_their_range(word: str, message: str) -> None:
-    with pytest.raises(ValueError, match="^" + re.escape(f"--fit {word}: {message}") + "$"):
+    with pytest.raises(ValueError, match="^" + re.escape(f"fit={word!r}: {message}") + "$"):
         ps.plan(law="LuGre", fit=word)
 
 

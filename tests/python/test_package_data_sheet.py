@@ -100,7 +100,7 @@ def test_command_prints_formulas_and_writes_what_a_run_starts_with(tmp_path: Pat
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --kv 1", "not allowed with argument"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --b 0.4", "unrecognized arguments: --b 0.4"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 -b 1", "critical_ratio = 1.0: it must be at least 0"),
-        ("--bore 32 --stroke 20000 --mass 5 --qn 700", "cylinder.stroke = 20 is refused"),
+        ("--bore 32 --stroke 20000 --mass 5 --qn 700", "cylinder.stroke = 20 m is refused: it must be 0.001 to 10 m"),
     ],
 )
 def test_command_refuses_by_name(tmp_path: Path, given: str, words: str) -> None:

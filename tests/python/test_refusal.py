@@ -18,6 +18,8 @@ from fmpy.fmi1 import FMICallException
         ({"friction.stribeck.Fs": 5.0, "friction.stribeck.Fc": 8.0}, ["friction.stribeck", "8"]),
         ({"cylinder.rod": 0.02}, ["cylinder.rod", "0.02", "cylinder.bore"]),
         ({"position0": 0.7}, ["position0", "0.7", "cylinder.stroke"]),
+        ({"mass.moving": 0.5}, ["mass.carriage = 0.75", "mass.moving = 0.5", "its default: give mass.carriage"]),
+        ({"friction.law": 9, "friction.polito.Fs": 5.0}, ["friction.polito.Fc1", "Fs = 5", "its default"]),
         ({"cylinder.stroke": 0.2}, ["position0 = 0.25", "cylinder.stroke = 0.2", "give position0"]),
         ({"supplyPressure": -1.0}, ["supplyPressure", "-1"]),
         ({"valveVoltage": math.nan}, ["valveVoltage", "NaN"]),

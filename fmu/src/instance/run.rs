@@ -262,7 +262,7 @@ impl Run {
 /// Starts the model, with the solver inside.
 #[cold]
 fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
-    Ok(Way::Inside((layout.model.start)(&record.start())?))
+    Ok(Way::Inside(layout.model.begin(&record.start())?))
 }
 
 /// The model of a simulation with its solver outside.

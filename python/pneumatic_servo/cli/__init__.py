@@ -9,10 +9,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 
 from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, simulate, variables
-from pneumatic_servo.errors import MissingPackage, NotConverged, SimulationError
+from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning, SimulationError
+from pneumatic_servo.words import ON_COMMAND_LINE
 
 COMMANDS = [simulate, compare, linearise, configure, fit, plan, variables, fmu, play]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
@@ -29,10 +31,12 @@ EPILOG = r"""examples:
   pneumatic-servo fmu --out .
   pneumatic-servo play                            the plant, live in your browser
 
-my.csv has a column `time` in s and one per input, named as the input and in its SI unit:
-  time,valveVoltage
-  0,5
-  0.5,6.5
+my.csv has a column `time` in s and one per input, named as the input and in its SI unit, or with its unit:
+  time,valveVoltage,supplyPressure[bar]
+  0,5,6
+  0.5,6.5,6
+Columns of outputs are ignored, so that what `simulate --out` wrote can be simulated again. Values of parameters may
+have a unit, too: --set "supplyPressure=6 bar"; a file of them stands for all that it has: --set my.ssv.
 
 exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 something given is wrong, 130 interrupted,
 141 what it printed was not read to its end"""
@@ -47,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version()}")
     commands = parser.add_subparsers(metavar="command", required=True)
     for command in COMMANDS:
         text = (command.__doc__ or "").strip()
@@ -62,11 +67,22 @@ def parser() -> argparse.ArgumentParser:
     return parser
 
 
+def version() -> str:
+    """Return the version of the package."""
+    import pneumatic_servo
+
+    return pneumatic_servo.__version__
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     options = parser().parse_args(arguments)
+    word = ON_COMMAND_LINE.set(True)
     try:
-        options.run(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", PlantWarning)
+            warnings.showwarning = _show
+            options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:
         return _unread()
@@ -78,7 +94,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(str(error) or "this does not fit into memory", 2)
     except KeyboardInterrupt as error:
         return _fail(str(error) or "interrupted", 130)
+    finally:
+        ON_COMMAND_LINE.reset(word)
     return 0
+
+
+def _show(message: Warning | str, *_: object, **__: object) -> None:
+    """Tell a warning as one line."""
+    print(f"warning: {message}", file=sys.stderr)
 
 
 def _unread() -> int:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from pneumatic_servo.files import check_place, opened
-from pneumatic_servo.inputs import Inputs
+from pneumatic_servo import values
+from pneumatic_servo.files import check_place
+from pneumatic_servo.inputs import Inputs, of_table
 from pneumatic_servo.model import Model
-from pneumatic_servo.numerals import finite
-from pneumatic_servo.variables import Value, Variable, Variables
+from pneumatic_servo.ssv import read_ssv
+from pneumatic_servo.tables import read_table
+from pneumatic_servo.units import written
+from pneumatic_servo.variables import Value, Variable
 
 
 def add_experiment(parser: argparse.ArgumentParser) -> None:
     """Add what says which experiment is run."""
-    parser.add_argument("csv", type=Path, help="inputs: a column `time` in s, and one per input in its SI unit")
+    parser.add_argument(
+        "csv", type=Path, help="inputs: a column `time` in s, and one per input in its SI unit or with it"
+    )
     add_model(parser)
     parser.add_argument("--stop", type=float, metavar="S", help="end in s (default: the last time of the table)")
     parser.add_argument(
@@ -36,8 +38,8 @@ def add_model(parser: argparse.ArgumentParser) -> None:
         "--set",
         action="append",
         default=[],
-        metavar="NAME=VALUE",
-        help="a parameter or the start value of an input, in SI units; may be given several times",
+        metavar="NAME=VALUE,...",
+        help="parameters and start values of inputs, in SI units or with a unit, or a file of them, my.ssv",
     )
 
 
@@ -49,10 +51,13 @@ def model_of(options: argparse.Namespace) -> Model:
 def settings_of(model: Model, given: list[str], option: str = "--set") -> dict[str, Value]:
     """Read values that are given as `NAME=VALUE`."""
     settings: dict[str, Value] = {}
-    for word in given:
+    for word in words_of(given):
+        if word.lower().endswith(".ssv") and "=" not in word:
+            settings = merged(settings, read_ssv(word, model), f"{option} {word}")
+            continue
         name, equals, text = word.partition("=")
         if not equals:
-            raise ValueError(f"{option} {word}: it must be NAME=VALUE")
+            raise ValueError(f"{option} {word}: it must be NAME=VALUE, or a file *.ssv")
         if name in settings:
             raise ValueError(f"{option} {word}: {name} is given twice")
         try:
@@ -61,6 +66,11 @@ def settings_of(model: Model, given: list[str], option: str = "--set") -> dict[s
             raise ValueError(f"{option} {word}: {error.args[0]}") from None
         settings[name] = _value(variable, text, f"{option} {word}")
     return settings
+
+
+def words_of(given: Sequence[str]) -> list[str]:
+    """Return what was given by several options, or with commas, or both."""
+    return [word.strip() for option in given for word in option.split(",") if word.strip()]
 
 
 def merged(settings: Mapping[str, Value], more: Mapping[str, Value], option: str) -> dict[str, Value]:
@@ -83,10 +93,14 @@ def _value(variable: Variable, text: str, place: str) -> Value:
         if text not in ("true", "false"):
             raise ValueError(f"{place}: it must be true or false")
         return text == "true"
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{place}: {text} is no number in {variable.unit}") from None
+    if variable.kind != "real":
+        try:
+            return float(text)
+        except ValueError:
+            raise ValueError(f"{place}: {text} is no number") from None
+    number = written(text, variable.unit, place, is_bare_allowed=True)
+    values.check_range(variable, number)
+    return number
 
 
 def read_inputs(model: Model, file: Path) -> tuple[Inputs, float]:
@@ -94,57 +108,7 @@ def read_inputs(model: Model, file: Path) -> tuple[Inputs, float]:
 
     Errors name file, line, column, variable and value.
     """
-    with opened(file) as stream:
-        reader = csv.reader(stream)
-        header = [name.strip() for name in next(reader, [])]
-        _check_header(model.inputs, header, file)
-        columns: list[list[float]] = [[] for _ in header]
-        for cells in reader:
-            if cells:
-                _read_line(model.inputs, header, cells, columns, f"{file}:{reader.line_num}")
-    times = columns[header.index("time")]
-    if not times:
-        raise ValueError(f"{file}: there are no rows below the header")
-    if times[0] > 0.0:
-        raise ValueError(f"{file}: the first time is {times[0]} s; a run starts at 0 s")
-    inputs: Mapping[str, tuple[np.ndarray, np.ndarray]] = {
-        name: (np.array(times), np.array(column))
-        for name, column in zip(header, columns, strict=True)
-        if name != "time"
-    }
-    return inputs, times[-1]
-
-
-def _check_header(inputs: Variables, header: list[str], file: Path) -> None:
-    place = f"{file}:1"
-    if "time" not in header:
-        raise ValueError(f"{place}: there is no column `time`, only {', '.join(header) or 'an empty line'}")
-    for number, name in enumerate(header, start=1):
-        if name != "time" and name not in inputs:
-            raise ValueError(f"{place}, column {number}: {name} is not an input; the inputs are {', '.join(inputs)}")
-        if header.index(name) != number - 1:
-            raise ValueError(f"{place}, column {number}: {name} is there twice")
-
-
-def _read_line(inputs: Variables, header: list[str], cells: list[str], columns: list[list[float]], place: str) -> None:
-    if len(cells) != len(header):
-        raise ValueError(f"{place}: {len(cells)} values, but the header has {len(header)} columns")
-    for number, (name, cell, column) in enumerate(zip(header, cells, columns, strict=True), start=1):
-        where = f"{place}, column {number} ({name})"
-        value = finite(cell, where)
-        if name == "time":
-            if column and value < column[-1]:
-                raise ValueError(f"{where}: time falls from {column[-1]} s to {value} s")
-        else:
-            _check_range(inputs[name], value, where)
-        column.append(value)
-
-
-def _check_range(variable: Variable, value: float, where: str) -> None:
-    below = variable.minimum is not None and value < variable.minimum
-    above = variable.maximum is not None and value > variable.maximum
-    if below or above:
-        raise ValueError(f"{where}: {value} {variable.unit} is refused: it must be {variable.range}")
+    return of_table(model.variables, read_table(file))
 
 
 def last_point(last: float, step: float) -> float:

@@ -11,10 +11,7 @@ from pathlib import Path
 
 from pneumatic_servo.cli.common import check_outputs
 from pneumatic_servo.data_sheet import DataSheet, table
-from pneumatic_servo.files import write
 from pneumatic_servo.model import Model
-from pneumatic_servo.ssv import ssv
-from pneumatic_servo.variables import Value
 
 NAME = "configure"
 
@@ -51,12 +48,10 @@ def run(options: argparse.Namespace) -> None:
     entries = list(sheet.entries())
     model = Model()
     # Whether they fit together is for the model to say.
-    values: dict[str, Value] = {entry.name: entry.value for entry in entries}
-    model.start(values)
+    model.start(sheet.settings)
     print(table(entries, lambda name: model.variables[name].unit))
     if options.out is not None:
-        text = ssv(options.out.stem, "Parameters from data sheets", model, values)
-        write(options.out, lambda file: file.write_text(text, encoding="utf-8"))
+        sheet.to_ssv(options.out)
 
 
 def _hose(text: str) -> tuple[float, float]:

@@ -19,9 +19,10 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from pneumatic_servo.cli.common import check_outputs, settings_of
+from pneumatic_servo.cli.common import check_outputs, settings_of, words_of
 from pneumatic_servo.errors import MissingPackage, NotConverged
 from pneumatic_servo.model import Model
+from pneumatic_servo.units import written
 from pneumatic_servo.variables import Value
 
 NAME = "fit"
@@ -42,9 +43,16 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="free parameters, offset.SIGNAL, delay.SIGNAL, area (default: the parameters of the law)",
     )  # fmt: skip
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE,...", help="known parameters, in SI units"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE,...",
+        help="known parameters, in SI units or with a unit, or a file of them, my.ssv",
     )
-    parser.add_argument("--columns", required=True, metavar="SIGNAL=column[unit],...", help="what the columns are")
+    parser.add_argument(
+        "--columns", metavar="SIGNAL=column[unit],...",
+        help="what the columns are (default: those that have the names of signals)",
+    )  # fmt: skip
     parser.add_argument("--hold-out", type=float, default=0.0, metavar="FRACTION", help="share at the end to predict")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
     parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
@@ -64,23 +72,20 @@ def run(options: argparse.Namespace) -> None:
     """Fit."""
     fitting = identification()
     check_outputs(options.out, options.json, options.report, inputs=options.csv)
-    line = _Line()
     common = {
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
-        "progress": line,
+        "progress": True,
     }  # fmt: skip
     laws = options.law.split(",")
     if len(laws) > 1:
         ranking = fitting.compare_fits(options.csv, laws, **common)
         found = ranking.best
-        line.clear()
         print(ranking)
     else:
         found = fitting.fit(options.csv, law=laws[0], **common)
-        line.clear()
     if options.out is not None:
         found.to_ssv(options.out)
         if found.beside:
@@ -93,8 +98,6 @@ def run(options: argparse.Namespace) -> None:
         found.to_json(options.json)
     if options.report is not None:
         found.to_report(options.report)
-    for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
     for name, reason in found.undetermined.items():
         print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
     print(found)
@@ -104,36 +107,17 @@ def run(options: argparse.Namespace) -> None:
 
 def known(experiment: str, given: list[str]) -> dict[str, Value]:
     """Read known parameters, several to an option; for motion also the area."""
-    words = [word.strip() for option in given for word in option.split(",") if word.strip()]
+    words = words_of(given)
     special: dict[str, Value] = {}
     others = []
     for word in words:
         name, equals, text = word.partition("=")
         if experiment == "motion" and equals and name in ("area", "friction.kappaA"):
-            try:
-                special[name] = float(text)
-            except ValueError:
-                raise ValueError(f"--set {word}: {text} is no number") from None
+            special[name] = written(text, {"area": "m2"}.get(name, "1/Pa"), f"--set {word}", is_bare_allowed=True)
         else:
             others.append(word)
     model = Model("FrictionBench" if experiment == "motion" else "PneumaticServoCylinder")
     return {**settings_of(model, others), **special}
-
-
-class _Line:
-    """A line on a terminal that says what is being done."""
-
-    def __init__(self) -> None:
-        self.is_shown = sys.stderr.isatty()
-
-    def __call__(self, text: str) -> None:
-        if self.is_shown:
-            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
-
-    def clear(self) -> None:
-        """Leave nothing behind."""
-        if self.is_shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def identification() -> ModuleType:

@@ -14,6 +14,8 @@ from pathlib import Path
 
 from pneumatic_servo.cli.common import check_outputs
 from pneumatic_servo.cli.fit import identification, known
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.units import written
 
 NAME = "plan"
 
@@ -46,20 +48,19 @@ def run(options: argparse.Namespace) -> None:
 
 def noises(text: str) -> dict[str, float]:
     """Read standard deviations, given as `SIGNAL=VALUE[unit]`."""
-    from pneumatic_servo.identification.table import SIGNALS
-    from pneumatic_servo.identification.units import factor
+    from pneumatic_servo.identification.planning import NOISE
+    from pneumatic_servo.identification.signals import SIGNALS
 
     found = {}
     for word in filter(None, text.split(",")):
         signal, _, value = word.partition("=")
         number, _, unit = value.rstrip("]").partition("[")
-        if signal not in SIGNALS:
-            raise ValueError(f"--noise {word}: there is no signal {signal}; there are {', '.join(SIGNALS)}")
-        try:
-            size = float(number)
-        except ValueError:
-            raise ValueError(f"--noise {word}: {number!r} is no number") from None
+        if signal not in NOISE:
+            hint = did_you_mean(signal, NOISE)
+            raise ValueError(f"--noise {word}: there is no signal {signal}{hint}; there are {', '.join(NOISE)}")
+        given = f"{number} {unit}" if unit else number
+        size = written(given, SIGNALS[signal], f"--noise {word}", is_bare_allowed=True)
         if not size > 0.0:
             raise ValueError(f"--noise {word}: it must be positive")
-        found[signal] = size * factor(unit or SIGNALS[signal], SIGNALS[signal], f"--noise {word}")
+        found[signal] = size
     return found

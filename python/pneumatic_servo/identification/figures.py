@@ -91,8 +91,8 @@ def _steady(fit: Fit, fastest: float) -> tuple[Array, Array] | None:
     half = np.geomspace(0.01 * fastest, fastest, 25)
     speeds = np.concatenate([-half[::-1], half])
     settings = {name: value for name, value in fit.settings.items() if name in bench.parameters}
-    runs = bench.simulate_many(
+    runs = bench._run_many(
         [{**settings, "bench.drive": "PrescribedMotion", "driveVelocity": float(speed)} for speed in speeds],
-        stop=2.0, step=0.1, outputs=["frictionForce"], keep_failures=True, progress=False,
+        common={}, inputs={}, stop=2.0, step=0.1, outputs=["frictionForce"],
     )  # fmt: skip
     return None if runs.failures else (speeds, runs["frictionForce"][:, -1])

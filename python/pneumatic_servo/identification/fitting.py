@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from pneumatic_servo import checks
+from pneumatic_servo import checks, values
+from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
+from pneumatic_servo.identification.plausibility import assumed, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
-from pneumatic_servo.identification.solve import ROUGH, Solution, Tell, refine, solve
-from pneumatic_servo.identification.table import SIGNALS, Column, columns_of
+from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
+from pneumatic_servo.identification.table import Column, columns_of, listed, measured
+from pneumatic_servo.identification.watch import Told, Watch, told
+from pneumatic_servo.model import Model, Parameters
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Value
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
-Data = str | Path | Mapping[str, ArrayLike]
+Data = Any
+"""A file, a DataFrame, a run, or a mapping of arrays."""
 ROUNDS = 4
 """How often sensors and parameters are fitted in turn."""
 SAME = 0.03
@@ -39,7 +46,7 @@ def fit(
     law: str,
     fit: str | Sequence[str] = (),
     columns: str | Mapping[str, str] | None = None,
-    settings: Mapping[str, Value] | None = None,
+    settings: Parameters | None = None,
     hold_out: float = 0.0,
     hold_out_data: Data | Sequence[Data] = (),
     seed: int = 0,
@@ -52,15 +59,17 @@ def fit(
     loss: str = "linear",
     intervals: str = "jacobian",
     workers: int | None = None,
+    executor: Executor | None = None,
     cluster: Any = None,
-    progress: Tell | None = None,
+    progress: Told = True,
 ) -> Fit:
     """Fit parameters of a model to measured data.
 
     Parameters
     ----------
-    data : path, mapping of arrays, or a sequence of them
-        Tables, or signals by name in SI units with ``time`` among them.
+    data : path, DataFrame, Run, mapping of arrays, or a sequence of them
+        Tables in files (CSV, Parquet, MATLAB) or of pandas, runs, or signals by name in SI units with ``time`` among
+        them.
     experiment : str
         ``motion``: the motion is prescribed, a force is compared. ``mechanical``: pressures are given, the position
         is compared. ``pneumatic``: position and voltage are given, the pressures are compared. ``rig``: the voltage is
@@ -71,9 +80,11 @@ def fit(
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
         those of the model, ``offset.SIGNAL``, ``delay.SIGNAL``, and for ``motion`` ``area`` and ``friction.kappaA``.
     columns : str or mapping, optional
-        ``SIGNAL=column[unit],...``; needed for tables.
-    settings : mapping, optional
-        Parameters that are known.
+        ``SIGNAL=column[unit],...``, or the same as a mapping; by default the columns that have the names of signals,
+        in the units that stand behind them.
+    settings : mapping or path, optional
+        Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. What nobody gives has
+        the model's default, which a note tells.
     hold_out : float
         Share of each record, at its end, that is not fitted but predicted.
     hold_out_data : path, mapping of arrays, or a sequence of them
@@ -90,10 +101,13 @@ def fit(
         ``jacobian``, ``profile`` or ``bootstrap``.
     workers : int, optional
         Threads; by default one per core.
+    executor : concurrent.futures.Executor, optional
+        Where the starts are simulated and refined instead of here: a ``ProcessPoolExecutor``, ``client.get_executor()``
+        of a Dask cluster, or any other. The bits are the same on each.
     cluster : dask.distributed.Client, optional
-        Where the starts are simulated and refined instead of here.
-    progress : callable, optional
-        Is told what is being done.
+        The same by a client of Dask.
+    progress : bool or callable
+        Whether to show on the terminal what is being done and the best misfit so far, or what is told it as a text.
 
     Returns
     -------
@@ -102,8 +116,44 @@ def fit(
     Raises
     ------
     ValueError
-        For data and options that cannot be used; the message says which.
+        For data and options that cannot be used; the message says which, and what may be right.
+    Interrupted
+        On Ctrl-C; its ``finished`` is the best fit until then, or None.
+
+    Warns
+    -----
+    PlantWarning
+        For what is likely not meant: an assumed supply pressure, parameters that the data do not tell, a misfit as
+        large as the signal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 2.0, 1e-3)
+    >>> x = 1e-3 * np.sin(6.0 * t)
+    >>> force = 7.0 * np.sign(np.cos(6.0 * t)) + 0.01 * np.random.default_rng(0).standard_normal(len(t))
+    >>> found = ps.fit({"time": t, "position": x, "frictionForce": force}, experiment="motion", law="Coulomb",
+    ...                progress=False)
+    >>> round(found.values["friction.coulomb.Fc"], 2)
+    7.0
     """
+    watch = Watch(f"fit {law}")
+    with told(progress, watch):
+        return _fit(
+            data, experiment=experiment, law=law, fit=fit, columns=columns, settings=settings, hold_out=hold_out,
+            hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width, play=play, window=window,
+            inputs=inputs, loss=loss, intervals=intervals, workers=workers,
+            executor=executor if cluster is None else cluster.get_executor(), watch=watch,
+        )  # fmt: skip
+
+
+def _fit(
+    data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
+    settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int, rated: float,
+    width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
+    workers: int | None, executor: Executor | None, watch: Watch,
+) -> Fit:  # fmt: skip
     options = Options(
         rated=_positive("rated", rated), width=_positive("width", width),
         play=None if play is None else _not_negative("play", play),
@@ -115,48 +165,86 @@ def fit(
     if workers is not None:
         checks.whole_number("workers", workers, least=1)
     if not 0.0 <= hold_out < 1.0:
-        raise ValueError(f"--hold-out {hold_out}: it must be at least 0 and below 1")
+        raise ValueError(f"{said('hold_out', hold_out)}: it must be at least 0 and below 1")
     if inputs not in INPUTS:
-        raise ValueError(f"--inputs {inputs}: it must be {' or '.join(INPUTS)}")
+        raise ValueError(f"{said('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
     if loss not in LOSSES:
-        raise ValueError(f"loss = {loss}: it must be one of {', '.join(LOSSES)}")
+        raise ValueError(f"{said('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):
-        raise ValueError(f"intervals = {intervals}: it must be jacobian, profile or bootstrap")
-    kind = make_experiment(experiment, law, settings or {}, options)
-    read = columns_of(columns) if columns is not None else {}
-    records, notes = _load(kind, _listed(data), read)
-    extra = _load(kind, _listed(hold_out_data), read)[0] if hold_out_data else []
+        raise ValueError(f"{said('intervals', intervals)}: it must be jacobian, profile or bootstrap")
+    kind = make_experiment(experiment, law, settings, options)
+    read = columns_of(columns) if columns is not None else None
+    records, notes = _load(kind, listed(data), read, loss)
+    is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
+    extra = _load(kind, listed(hold_out_data), read, loss)[0] if is_extra else []
     free = free_parameters(kind, fit)
     problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
     _check_size(problem)
     problem = started(problem)
     fitted = problem.trained()
     _check_start(fitted)
-    best, _ = solve(fitted, starts, seed, loss, cluster, progress)
-    fitted, best = _with_likely_sensors(fitted, best, loss, progress)
-    if progress is not None:
-        progress("intervals")
-    sure = certainty(fitted, best.x, intervals, seed)
+    try:
+        best, _ = solve(fitted, starts, seed, loss, executor, watch)
+        fitted, best = _with_likely_sensors(fitted, best, loss, watch)
+        watch.stage("intervals")
+        sure = certainty(fitted, best.x, intervals, seed)
+        notes += assumed(kind, [parameter.name for parameter in free])
+    except KeyboardInterrupt:
+        raise _interrupted(problem, fitted, watch, notes) from None
+    return _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
+
+
+def _finished(problem: Problem, fitted: Problem, best: Solution, sure: Certainty, notes: Sequence[str]) -> Fit:
     problem = problem.seen_by(fitted.sensors).begun(fitted, best.x)
-    x = best.x[: len(problem.free)]
-    return _result(problem, x, best.converged, best.message, sure, [*notes, *dict.fromkeys(kind.notes)])
+    found = _result(problem, best.x[: len(problem.free)], best.converged, best.message, sure, notes)
+    judged(problem.measured(), found.rms)
+    return found
 
 
-def make_experiment(name: str, law: str, settings: Mapping[str, Value], options: Options) -> Experiment:
+def _interrupted(problem: Problem, fitted: Problem, watch: Watch, notes: Sequence[str]) -> Interrupted:
+    """Return an interrupt with the best fit until then, if there is one."""
+    interrupted = Interrupted("interrupted")
+    if watch.best is not None:
+        sure = certainty(fitted, watch.best)
+        problem = problem.begun(fitted, watch.best)
+        x = watch.best[: len(problem.free)]
+        interrupted.finished = _result(problem, x, False, "it was interrupted", sure, notes)
+    return interrupted
+
+
+def make_experiment(name: str, law: str, settings: Parameters | None, options: Options) -> Experiment:
     """Return the experiment of a name."""
     if name not in EXPERIMENTS:
-        raise ValueError(f"--experiment {name}: it must be one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[name](law, settings, options)
-    laws = experiment.table.parameters["friction.law"].items
+        raise ValueError(
+            f"{said('experiment', name)}: it must be one of {', '.join(EXPERIMENTS)}"
+            f"{did_you_mean(str(name), EXPERIMENTS)}"
+        )
+    kind = EXPERIMENTS[name]
+    table = kind(law, {}, options).table
+    laws = table.parameters["friction.law"].items
     if law not in laws:
-        raise ValueError(f"--law {law}: there is no such law; there are {', '.join(laws)}")
-    if settings.get("friction.law", law) != law:
-        raise ValueError(f"--law {law}: the law is given twice, by --set as {settings['friction.law']}")
-    special = {"area", "friction.kappaA"} if name == "motion" else set()
-    for setting in settings:
-        if setting not in special and setting not in experiment.table.variables:
-            raise ValueError(f"--set {setting}: there is no such parameter of {experiment.table.name}")
-    return experiment
+        hint = did_you_mean(str(law), laws)
+        raise ValueError(f"{said('law', law)}: there is no such law{hint}; there are {', '.join(laws)}")
+    known = _known(name, table, settings)
+    if known.get("friction.law", law) != law:
+        raise ValueError(
+            f"{said('law', law)}: the law is given twice, by {said('settings')} as {known['friction.law']}"
+        )
+    return kind(law, table._fitted(known), options)
+
+
+def _known(name: str, table: Model, settings: Parameters | None) -> dict[str, Value]:
+    """Return known parameters in SI units; those of a test bench are none of its model."""
+    if settings is None or not isinstance(settings, Mapping):
+        return table._settings(settings, "settings")
+    special = {"area": "m2", "friction.kappaA": "1/Pa"} if name == "motion" else {}
+    own = {key: value for key, value in settings.items() if key not in special}
+    for key in own:
+        if key not in table.variables:
+            hint = did_you_mean(str(key), table.variables)
+            raise ValueError(f"{said('settings', key)}: there is no such parameter of {table.name}{hint}")
+    beside = {key: values.number_in(special[key], key, value) for key, value in settings.items() if key in special}
+    return {**table._settings(own, "settings"), **beside}
 
 
 def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
@@ -169,40 +257,29 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     names = [parameter.name for parameter in free]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"--fit: {name} is given twice")
+            raise ValueError(f"{said('fit')}: {name} is given twice")
         if name in experiment.settings:
-            raise ValueError(f"--fit {name}: it is also among the known values of --set")
+            raise ValueError(f"{said('fit', name)}: it is also among the known values of {said('settings')}")
     if not free:
-        raise ValueError("--fit: nothing is free")
+        raise ValueError(f"{said('fit')}: nothing is free")
     missing = next((name for name in experiment.unknown if name not in {*names, *experiment.settings}), None)
     if missing is not None:
-        raise ValueError(f"--fit: {missing} has no default; it must be free, or known by --set {missing}=...")
+        raise ValueError(f"{said('fit')}: {missing} has no default; it must be free, or known by {said('settings')}")
     return free
 
 
-def _listed(data: Data | Sequence[Data]) -> list[Data]:
-    return [data] if isinstance(data, str | Path | Mapping) else list(data)
-
-
 def _load(
-    experiment: Experiment, data: Sequence[Data], columns: Mapping[str, Column]
+    experiment: Experiment, data: Sequence[Any], columns: Mapping[str, Column] | None, loss: str
 ) -> tuple[list[Record], list[str]]:
-    if not data:
+    if not len(data):
         raise ValueError("there are no data")
-    if any(not isinstance(source, Mapping) for source in data) and not columns:
-        raise ValueError("--columns is missing: it says which column is which signal")
-    arrays: list[str | Path | Mapping[str, Array]] = []
-    for source in data:
-        if isinstance(source, Mapping):
-            unknown = next((name for name in source if name not in SIGNALS), None)
-            if unknown is not None:
-                raise ValueError(f"there is no signal {unknown}; there are {', '.join(SIGNALS)}")
-            arrays.append({name: np.asarray(values, dtype=float) for name, values in source.items()})
-        else:
-            arrays.append(source)
-    measured = [set(source) if isinstance(source, Mapping) else set(columns) for source in arrays]
-    experiment.use(set.intersection(*measured))
-    return load(arrays, columns)
+    sources = [measured(number, source, columns) for number, source in enumerate(data, start=1)]
+    experiment.use(set.intersection(*(set(source.signals) for source in sources)))
+    records, notes = load(sources)
+    sources, mended = checked(experiment, sources, loss)
+    if mended:
+        records, notes = load(sources)
+    return records, [*mended, *notes]
 
 
 def _check_size(problem: Problem) -> None:
@@ -224,7 +301,7 @@ def _check_start(problem: Problem) -> None:
         raise ValueError(f"the start values cannot be simulated: {problem.refusals[0]}")
 
 
-def _with_likely_sensors(problem: Problem, best: Solution, loss: str, tell: Tell | None) -> tuple[Problem, Solution]:
+def _with_likely_sensors(problem: Problem, best: Solution, loss: str, watch: Watch) -> tuple[Problem, Solution]:
     """Weigh the signals by what remains of them, and fit anew, until both agree.
 
     A signal that the model misses must not drown the others, and a converter is only known once the rest is.
@@ -235,8 +312,10 @@ def _with_likely_sensors(problem: Problem, best: Solution, loss: str, tell: Tell
         changes = [abs(np.log(after.noise / before[signal].noise)) for signal, after in problem.sensors.items()]
         if max(changes) < SAME:
             break
-        best = refine(problem, best.x, loss, tell, ROUGH)
-    return problem, refine(problem, best.x, loss, tell)
+        watch.stage("sensors")
+        best = refine(problem, best.x, loss, watch, ROUGH)
+    watch.stage("last refinement")
+    return problem, refine(problem, best.x, loss, watch)
 
 
 def _result(problem: Problem, x: Array, converged: bool, message: str, sure: Certainty, notes: Sequence[str]) -> Fit:
@@ -264,11 +343,11 @@ def _aic(problem: Problem, x: Array) -> float:
 
 def _not_negative(name: str, value: float) -> float:
     if not value >= 0.0 or not np.isfinite(value):
-        raise ValueError(f"--{name} {value}: it must not be negative")
+        raise ValueError(f"{said(name, value)}: it must not be negative")
     return value
 
 
 def _positive(name: str, value: float) -> float:
     if not value > 0.0 or not np.isfinite(value):
-        raise ValueError(f"--{name} {value}: it must be positive")
+        raise ValueError(f"{said(name, value)}: it must be positive")
     return value

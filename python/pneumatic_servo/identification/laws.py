@@ -9,11 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from pneumatic_servo.checks import names
+from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.experiments import Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
 from pneumatic_servo.identification.parameters import split, usual
 from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.run import table
+from pneumatic_servo.words import said
 
 COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
 
@@ -53,6 +56,16 @@ class Ranking:
         """Write the table."""
         write_csv(Path(file), COLUMNS, self.rows())
 
+    def _repr_html_(self) -> str:
+        rows = (
+            [law, str(converged), str(free), f"{rms:.4g}", "" if held is None else f"{held:.4g}", f"{aic:.1f}"]
+            for law, converged, free, rms, held, aic in self.rows()
+        )
+        return table(COLUMNS, rows)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [found.law for found in self.fits]
+
     def __repr__(self) -> str:
         signals = list(self.fits[0].rms)
         head = f"{'law':20}{'free':>5}" + "".join(f"{'rms ' + name:>24}{'hold-out':>14}" for name in signals)
@@ -84,22 +97,61 @@ def compare_fits(
         Friction laws.
     fit_of, settings_of : mapping, optional
         What is free and what is known of single laws, by law; by default the usual parameters of each are free.
+
+    Returns
+    -------
+    Ranking
+
+    Raises
+    ------
+    ValueError
+        As `fit`.
+    Interrupted
+        On Ctrl-C; its ``finished`` is a ranking of the laws that were fitted until then, or None.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pneumatic_servo as ps
+    >>> t = np.arange(0.0, 2.0, 1e-3)
+    >>> data = {"time": t, "position": 1e-3 * np.sin(6.0 * t), "frictionForce": 7.0 * np.sign(np.cos(6.0 * t))}
+    >>> found = ps.compare_fits(data, ["Coulomb", "Dahl"], experiment="motion", starts=0, progress=False)
+    >>> sorted(one.law for one in found.fits)
+    ['Coulomb', 'Dahl']
     """
     laws = names("laws", laws)
     if not laws:
-        raise ValueError("--laws: name at least one law")
+        raise ValueError(f"{said('laws')}: name at least one law")
     if not all(laws):
-        raise ValueError(f"--laws {','.join(laws)}: a law between the commas is empty")
+        raise ValueError(f"{said('laws', ','.join(laws))}: a law between the commas is empty")
     twice = next((law for law in laws if laws.count(law) > 1), None)
     if twice is not None:
-        raise ValueError(f"--laws: {twice} is given twice")
+        raise ValueError(f"{said('laws')}: {twice} is given twice")
     common = options.pop("fit", ())
-    shared = dict(options.pop("settings", None) or {})
-    fits = []
-    for law in laws:
-        own = {**shared, **(settings_of or {}).get(law, {})}
-        free = _free(law, own, (fit_of or {}).get(law, ()), common, experiment)
-        fits.append(fit(data, experiment=experiment, law=law, fit=free, settings=own, **options))
+    shared = _shared(options.pop("settings", None), experiment, laws[0])
+    fits: list[Fit] = []
+    try:
+        for law in laws:
+            own = {**shared, **(settings_of or {}).get(law, {})}
+            free = _free(law, own, (fit_of or {}).get(law, ()), common, experiment)
+            fits.append(fit(data, experiment=experiment, law=law, fit=free, settings=own, **options))
+    except KeyboardInterrupt as error:
+        unfinished = getattr(error, "finished", None)
+        fits += [unfinished] if isinstance(unfinished, Fit) else []
+        interrupted = Interrupted("interrupted")
+        interrupted.finished = _ranking(fits) if fits else None
+        raise interrupted from None
+    return _ranking(fits)
+
+
+def _shared(settings: Any, experiment: str, law: str) -> dict[str, Any]:
+    """Return what is known under all laws, from a mapping or an SSV file."""
+    if isinstance(settings, Mapping):
+        return dict(settings)
+    return dict(make_experiment(experiment, law, settings, Options()).settings)
+
+
+def _ranking(fits: list[Fit]) -> Ranking:
     first = next((found for found in fits if not math.isnan(_total(found, found, held=False))), fits[0])
     by_error = bool(first.hold_out_rms)
     fits.sort(key=lambda found: _last_if_nan(_total(found, first, held=True) if by_error else found.aic))

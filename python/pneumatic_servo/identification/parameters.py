@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.table import SIGNALS
+from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.model import Model
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.variables import Value, Variable
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -86,7 +88,7 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
     """Read `NAME[=start][:low:high]`."""
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
-    where = f"--fit {word}"
+    where = said("fit", word)
     if len(bounds) not in (0, 2):
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, where)
@@ -177,7 +179,9 @@ def group_of(law: str, model: Model) -> str:
     """Return the group of the parameters of a law, for example `friction.lugre`."""
     laws = model.parameters["friction.law"].items
     if law not in laws:
-        raise ValueError(f"--law {law}: there is no such law; there are {', '.join(laws)}")
+        raise ValueError(
+            f"{said('law', law)}: there is no such law{did_you_mean(str(law), laws)}; there are {', '.join(laws)}"
+        )
     groups = {name.split(".")[1] for name in model.parameters if name.startswith("friction.") and name.count(".") == 2}
     return f"friction.{next((group for group in groups if group.lower() == law.lower()), '')}"
 

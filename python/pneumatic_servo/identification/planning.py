@@ -2,29 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import progress as shown_progress
+from pneumatic_servo import values as quantities
+from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.experiments import Experiment, Options
 from pneumatic_servo.identification.fitting import free_parameters, make_experiment
 from pneumatic_servo.identification.intervals import RANK
+from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import Tell, jacobian
-from pneumatic_servo.variables import Value
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.solve import jacobian
+from pneumatic_servo.model import Parameters
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
 NOISE = {"position": 1e-5, "velocity": 1e-3, "chamberA.pressure": 500.0, "chamberB.pressure": 500.0,
          "frictionForce": 0.05, "force": 0.05}  # fmt: skip
 """Standard deviations of usual sensors in SI units."""
+LOUDEST = {"m": 0.01, "m/s": 1.0, "Pa": 1e5, "N": 1e3}
+"""Noise in SI units beyond which no sensor is of use, so that another unit was meant."""
 
 
 @dataclass(frozen=True)
@@ -92,12 +103,13 @@ def plan(
     law: str,
     fit: str | Sequence[str] = (),
     experiment: str = "rig",
-    settings: Mapping[str, Value] | None = None,
-    noise: Mapping[str, float] | None = None,
+    settings: Parameters | None = None,
+    noise: Mapping[str, Any] | None = None,
     duration: float = 10.0,
     step: float = 1e-3,
     stroke: float = 0.05,
-    progress: Tell | None = None,
+    executor: Executor | None = None,
+    progress: shown_progress.Progress = True,
 ) -> Plan:
     """Propose an excitation.
 
@@ -108,47 +120,135 @@ def plan(
     experiment : str
         ``rig``: the voltage is proposed; ``motion``: the position.
     noise : mapping, optional
-        Standard deviations of what is measured, by signal in SI units; by default those of usual sensors.
+        Standard deviations of what is measured, by signal in SI units or with their unit, ``"10 um"``; by default those
+        of usual sensors.
     duration, step : float
         Length and interval of the samples in s.
     stroke : float
         Largest amplitude in m, for ``motion``.
+    executor : concurrent.futures.Executor, optional
+        Who judges the candidates instead of this process; the bits are the same.
+    progress : bool or callable
+        Whether to show progress on a terminal, or what is called with candidates done and candidates in all.
 
     Returns
     -------
     Plan
+
+    Raises
+    ------
+    ValueError
+        For values that cannot be used; the message names them.
+    Interrupted
+        On Ctrl-C; its ``finished`` is a plan of the candidates judged until then, or None.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> found = ps.plan(law="Coulomb", experiment="motion", duration=2.0, step=0.01, noise={"frictionForce": "0.1 N"})
+    >>> found.determined
+    {'friction.coulomb.Fc': True}
     """
     if experiment not in ("rig", "motion"):
-        raise ValueError(f"--experiment {experiment}: a plan can be made for rig or motion")
+        raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
     if not (stroke > 0.0 and np.isfinite(stroke)):
-        raise ValueError(f"--stroke {stroke} m: it must be positive")
-    kind = make_experiment(experiment, law, settings or {}, Options(play=0.0))
+        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
+    kind = make_experiment(experiment, law, settings, Options(play=0.0))
     signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
     kind.use(["time", *(signals if experiment == "rig" else ("position", "frictionForce"))])
     free = free_parameters(kind, fit)
     values = {parameter.name: parameter.start for parameter in free}
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
-    noises = {**NOISE, **(noise or {})}
+    noises = {**NOISE, **_noises(noise or {})}
     courses = voltages(time) if experiment == "rig" else positions(time, stroke)
-    candidates = []
+    driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
+    judge = _Judge(kind, tuple(free), noises, driven, time)
+    candidates: list[Candidate] = []
     refusals: list[str] = []
-    for name, course in courses.items():
-        if progress is not None:
-            progress(name)
-        record = _imagined(kind, time, course, values)
-        if isinstance(record, str):
-            refusals.append(f"{name}: {record}")
-            continue
-        problem = Problem.of(kind, [record], free, 0.0).seen_by({name: Sensor(noises[name]) for name in kind.compared})
-        half, information = _judge(problem)
-        driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
-        candidates.append(Candidate(name, driven, time, course, half, information))
+    units = {parameter.name: parameter.unit for parameter in free}
+    try:
+        with shown_progress.shown(progress, "plan", len(courses), " candidates") as tell:
+            for done, found in enumerate(_judged(judge, courses.items(), executor), start=1):
+                if isinstance(found, str):
+                    refusals.append(found)
+                else:
+                    candidates.append(found)
+                if tell is not None:
+                    tell(done)
+    except KeyboardInterrupt:
+        interrupted = Interrupted("interrupted")
+        interrupted.finished = Plan(_ranked(candidates), values, units) if candidates else None
+        raise interrupted from None
     if not candidates:
         raise ValueError(f"no excitation could be simulated with these values; {refusals[0]}")
-    candidates.sort(key=lambda candidate: -candidate.information)
-    return Plan(tuple(candidates), values, {parameter.name: parameter.unit for parameter in free})
+    return Plan(_ranked(candidates), values, units)
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Judges excitations; it can be sent to other processes."""
+
+    kind: Experiment
+    free: tuple[Free, ...]
+    noises: Mapping[str, float]
+    driven: str
+    time: Array
+
+    def __call__(self, candidate: tuple[str, Array]) -> Candidate | str:
+        """Return what an excitation would determine, or why it cannot be simulated."""
+        name, course = candidate
+        values = {parameter.name: parameter.start for parameter in self.free}
+        record = _imagined(self.kind, self.time, course, values)
+        if isinstance(record, str):
+            return f"{name}: {record}"
+        sensors = {name: Sensor(self.noises[name]) for name in self.kind.compared}
+        half, information = _judge(Problem.of(self.kind, [record], self.free, 0.0).seen_by(sensors))
+        return Candidate(name, self.driven, self.time, course, half, information)
+
+
+def _judged(
+    judge: Callable[[tuple[str, Array]], Candidate | str], candidates: Iterable[tuple[str, Array]],
+    executor: Executor | None,
+) -> Iterator[Candidate | str]:  # fmt: skip
+    if executor is None:
+        yield from map(judge, candidates)
+        return
+    tasks = [executor.submit(judge, candidate) for candidate in candidates]
+    try:
+        for task in tasks:
+            yield task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+
+
+def _ranked(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    return tuple(sorted(candidates, key=lambda candidate: -candidate.information))
+
+
+def _noises(given: Mapping[str, Any]) -> dict[str, float]:
+    """Return standard deviations in SI units; what no sensor has is refused."""
+    found = {}
+    for signal, value in given.items():
+        if signal not in NOISE:
+            hint = did_you_mean(str(signal), NOISE)
+            raise ValueError(
+                f"{said('noise', signal)}: there is no signal {signal}{hint}; there are {', '.join(NOISE)}"
+            )
+        unit = SIGNALS[signal]
+        size = quantities.number_in(unit, f"noise of {signal}", value)
+        if not size > 0.0:
+            raise ValueError(f"noise of {signal} = {size:g} {unit} is refused: it must be positive")
+        if size > LOUDEST[unit]:
+            small = {"m": "um", "m/s": "mm/s", "Pa": "bar", "N": "mN"}[unit]
+            raise ValueError(
+                f"noise of {signal} = {size:g} {unit} is refused: it must be at most {LOUDEST[unit]:g} {unit}, since "
+                f"no sensor of that noise is of use; did you mean {value} {small}?"
+            )
+        found[signal] = size
+    return found
 
 
 def voltages(time: Array) -> dict[str, Array]:
@@ -186,9 +286,9 @@ def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str,
     if kind.name == "motion":
         return Record("plan", time, 0.0, {"position": course, "frictionForce": np.zeros_like(course)})
     settings = {**kind.of_model(values), "friction.law": kind.law}
-    runs = kind.simulated.simulate_many(
-        [settings], inputs={"valveVoltage": (time, course)}, stop=float(time[-1]), step=step,
-        outputs=["position", "chamberA.pressure", "chamberB.pressure"], keep_failures=True, progress=False,
+    runs = kind.simulated._run_many(
+        [settings], common={}, inputs={"valveVoltage": (time, course[None, :])}, stop=float(time[-1]), step=step,
+        outputs=["position", "chamberA.pressure", "chamberB.pressure"],
     )  # fmt: skip
     if runs.failures:
         return next(iter(runs.failures.values()))

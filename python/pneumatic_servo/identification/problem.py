@@ -217,6 +217,13 @@ class Problem:
                 found[signal] = float(np.sqrt(np.mean(every**2)))
         return found
 
+    def measured(self) -> dict[str, Array]:
+        """Return the samples of each compared signal that are fitted."""
+        return {
+            signal: np.concatenate([w.record.signals[signal][w.used & ~w.held] for w in self.windows])
+            for signal in self.experiment.compared
+        }
+
     def blocks(self, number: int) -> NDArray[np.int64]:
         """Return the number of the block of each sample: stretches of time, all signals of a stretch together.
 
@@ -264,7 +271,7 @@ class Problem:
                 driven.setdefault(name, []).append(course)
         record = self.windows[group[0]].record
         grid = record.grid
-        runs = experiment.simulated.simulate_many(
+        runs = experiment.simulated._run_many(
             settings,
             common={"solver.relativeTolerance": self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
@@ -272,8 +279,6 @@ class Problem:
             step=record.step,
             outputs=experiment.outputs,
             workers=self.workers,
-            keep_failures=True,
-            progress=False,
         )
         if len(pairs) == len(group) and runs.failures:
             self.refusals[:] = [next(iter(runs.failures.values()))]

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.table import Column, read
+from pneumatic_servo.identification.table import Column, Measured, measured
 
 Array = NDArray[np.float64]
 
@@ -66,19 +66,15 @@ class Record:
         return Record(self.name, self.time[cut] - start, self.begin + start, signals)
 
 
-def load(
-    data: Iterable[str | Path | Mapping[str, Array]], columns: Mapping[str, Column]
-) -> tuple[list[Record], list[str]]:
-    """Read tables, split them at gaps; return the records, and notes on what was left out."""
+def load(data: Iterable[Measured | Any], columns: Mapping[str, Column] | None = None) -> tuple[list[Record], list[str]]:
+    """Split what was measured at gaps; return the records, and notes on what was left out."""
     records: list[Record] = []
     notes: list[str] = []
-    for number, source in enumerate(data, start=1):
-        if isinstance(source, Mapping):
-            name, signals = f"record {number}", {key: np.asarray(value, dtype=float) for key, value in source.items()}
-            _check_arrays(name, signals)
-        else:
-            name, signals = Path(source).name, read(Path(source), columns)
-        pieces = _pieces(name, signals)
+    for number, given in enumerate(data, start=1):
+        source = given if isinstance(given, Measured) else measured(number, given, columns or None)
+        name = source.name
+        _check_arrays(name, source.signals)
+        pieces = _pieces(name, source.signals)
         long = [piece for piece in pieces if len(piece.time) >= SHORTEST]
         if not long:
             most = max(len(piece.time) for piece in pieces)
@@ -91,6 +87,7 @@ def load(
 
 
 def _check_arrays(name: str, signals: Mapping[str, Array]) -> None:
+    """Refuse arrays that are no signals over time."""
     if "time" not in signals:
         raise ValueError(f"{name}: there is no time")
     time = signals["time"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.result import Fit
-from pneumatic_servo.identification.table import SIGNALS
+from pneumatic_servo.identification.signals import SIGNALS
 
 Array = NDArray[np.float64]
 

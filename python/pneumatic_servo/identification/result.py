@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from pneumatic_servo.files import whole
 from pneumatic_servo.identification.intervals import Certainty
 from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.run import table
 from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
 
@@ -125,9 +128,24 @@ class Fit:
         lines = [f"{self.law}: {'converged' if self.converged else 'not converged'}"]
         lines += [f"  {name:{width}}  {estimate}" for name, estimate in self.parameters.items()]
         for title, rms in (("rms", self.rms), ("hold-out rms", self.hold_out_rms)):
-            lines += [f"  {title} of {signal}: {value:.6g}" for signal, value in rms.items()]
+            lines += [f"  {title} of {signal}: {value:.6g} {SIGNALS[signal]}" for signal, value in rms.items()]
         lines += [f"  not determined: {name}: {reason}" for name, reason in self.undetermined.items()]
+        lines += [f"  note: {note}" for note in self.notes]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = (
+            [name, f"{e.value:.6g}", f"{e.low:.6g}", f"{e.high:.6g}", e.unit] for name, e in self.parameters.items()
+        )
+        left = ([signal, f"{rms:.6g}", SIGNALS[signal]] for signal, rms in self.rms.items())
+        verdict = "converged" if self.converged else "not converged"
+        notes = "".join(f"<li>{escape(note)}</li>" for note in self.notes)
+        return (
+            f"<p><b>{escape(self.law)}</b>: {verdict}</p>"
+            + table(["parameter", "value", "low", "high", "unit"], rows)
+            + table(["signal", "rms", "unit"], left)
+            + (f"<ul>{notes}</ul>" if notes else "")
+        )
 
 
 def _finite(value: float) -> float | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,9 +15,9 @@ from scipy.stats import qmc
 from pneumatic_servo.identification.compression import compressed
 from pneumatic_servo.identification.problem import TOLERANCE, Problem
 from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.watch import Watch
 
 Array = NDArray[np.float64]
-Tell = Callable[[str], None]
 
 STEP = 1e-3
 """Step of the differences that make the Jacobian, in scaled parameters."""
@@ -119,7 +120,7 @@ def _by_column(problem: Problem, slopes: Array) -> Array:
 
 
 def refine(
-    problem: Problem, start: Array, loss: str = "linear", tell: Tell | None = None, effort: Effort = FINE
+    problem: Problem, start: Array, loss: str = "linear", watch: Watch | None = None, effort: Effort = FINE
 ) -> Solution:
     """Go down from a start."""
     problem = replace(problem, tolerance=effort.tolerance)
@@ -134,8 +135,8 @@ def refine(
         [of_data] = problem.residuals([x])
         found: Array = np.concatenate([of_data, problem.pulls(x)])
         last[:] = [(x.copy(), found)]
-        if tell is not None:
-            tell(f"cost {np.mean(of_data**2):.5g}")
+        if watch is not None:
+            watch.see(x, float(np.mean(of_data**2)))
         return found
 
     def slopes(x: Array) -> Array:
@@ -151,22 +152,23 @@ def refine(
 
 
 def solve(
-    problem: Problem, starts: int, seed: int, loss: str = "linear", cluster: Any = None, tell: Tell | None = None
-) -> tuple[Solution, list[Solution]]:
+    problem: Problem, starts: int, seed: int, loss: str = "linear", executor: Executor | None = None,
+    watch: Watch | None = None,
+) -> tuple[Solution, list[Solution]]:  # fmt: skip
     """Return the best solution and all that were refined.
 
     The first start is refined; unless it leaves no more than noise, random ones are simulated, and the best of them
-    refined, until one leaves no more than noise or two have come to the same end. A Dask client as `cluster` simulates
-    all on its workers, and refines the best there at once.
+    refined, until one leaves no more than noise or two have come to the same end. An executor simulates
+    all of them, and refines the best at once; the bits do not depend on which executor it is.
     """
-    if cluster is not None:
-        solutions = _on_cluster(problem, [problem.start, *scattered(problem, starts, seed)], loss, cluster)
+    if executor is not None:
+        solutions = _by(executor, problem, [problem.start, *scattered(problem, starts, seed)], loss, watch)
     else:
-        solutions = [refine(problem, problem.start, loss, tell, ROUGH)]
+        solutions = [refine(problem, problem.start, loss, watch, ROUGH)]
         if starts > 0 and not _is_enough(problem, solutions):
             candidates = scattered(problem, starts, seed)
-            for index in _best(_costs_told(problem, candidates, tell), REFINED - 1):
-                solutions.append(refine(problem, candidates[index], loss, tell, ROUGH))
+            for index in _best(_costs_told(problem, candidates, watch), REFINED - 1):
+                solutions.append(refine(problem, candidates[index], loss, watch, ROUGH))
                 if _is_enough(problem, solutions):
                     break
     solutions.sort(key=lambda solution: (solution.cost, not solution.converged))
@@ -189,21 +191,32 @@ def _chunks(candidates: Sequence[Array]) -> list[Sequence[Array]]:
     return [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
 
 
-def _costs_told(problem: Problem, candidates: Sequence[Array], tell: Tell | None) -> Array:
+def _costs_told(problem: Problem, candidates: Sequence[Array], watch: Watch | None) -> Array:
     found: list[float] = []
     for chunk in _chunks(candidates):
         found.extend(_costs(problem, chunk))
-        if tell is not None:
-            tell(f"start {len(found)} of {len(candidates)}")
+        if watch is not None:
+            watch.done(f"start {len(found)} of {len(candidates)}")
     return np.array(found)
 
 
-def _on_cluster(problem: Problem, candidates: Sequence[Array], loss: str, cluster: Any) -> list[Solution]:
-    tasks = [cluster.submit(_costs, problem, chunk, pure=False) for chunk in _chunks(candidates)]
-    costs = np.concatenate(cluster.gather(tasks))
+def _by(
+    executor: Executor, problem: Problem, candidates: Sequence[Array], loss: str, watch: Watch | None
+) -> list[Solution]:
+    """Let an executor simulate all candidates and refine the best of them, each by one thread."""
+    own = replace(problem, workers=1)
+    tasks = [executor.submit(_costs, own, chunk) for chunk in _chunks(candidates)]
+    costs = np.concatenate([task.result() for task in tasks])
     best = list(dict.fromkeys([0, *_best(costs, REFINED)]))[: REFINED if len(candidates) > 1 else 1]
-    tasks = [cluster.submit(refine, problem, candidates[index], loss, None, ROUGH, pure=False) for index in best]
-    return list(cluster.gather(tasks))
+    if watch is not None:
+        watch.done(f"{len(candidates)} starts are simulated, {len(best)} are refined")
+    refined = [executor.submit(refine, own, candidates[index], loss, None, ROUGH) for index in best]
+    solutions = []
+    for task in refined:
+        solutions.append(task.result())
+        if watch is not None:
+            watch.see(solutions[-1].x, 2.0 * solutions[-1].cost / problem.size)
+    return solutions
 
 
 def scattered(problem: Problem, number: int, seed: int) -> list[Array]:

@@ -2,58 +2,51 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.files import opened
-from pneumatic_servo.identification.units import factor
-from pneumatic_servo.numerals import finite
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.inputs import held_from
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.run import Run
+from pneumatic_servo.tables import Table, of_frame, read_table
+from pneumatic_servo.units import scale
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
-SIGNALS = {
-    "time": "s",
-    "position": "m",
-    "velocity": "m/s",
-    "frictionForce": "N",
-    "force": "N",
-    "normalForce": "N",
-    "pressure": "Pa",
-    "valveVoltage": "V",
-    "supplyPressure": "Pa",
-    "externalForce": "N",
-    "chamberA.pressure": "Pa",
-    "chamberB.pressure": "Pa",
-}
-"""What can be measured, and its SI unit. `pressure` is that of a test bench above ambient, those of the chambers are
-absolute, as everywhere in the model."""
+DRIVEN = ("valveVoltage", "supplyPressure", "externalForce")
+"""What runs record as it was in force up to each row."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its name, its unit, and whether its sign is the opposite of ours."""
+    """A column of a table: its name, its unit if one is given, and whether its sign is the opposite of ours."""
 
     name: str
-    unit: str
+    unit: str | None
     turned: bool = False
 
     @staticmethod
     def of(signal: str, text: str) -> Column:
         """Read `column`, `column[unit]`, or either with a minus before it."""
+        where = said("columns", f"{signal}={text}")
         if signal not in SIGNALS:
-            raise ValueError(f"--columns {signal}={text}: there is no signal {signal}; there are {', '.join(SIGNALS)}")
+            raise ValueError(
+                f"{where}: there is no signal {signal}{did_you_mean(signal, SIGNALS)}; there are {', '.join(SIGNALS)}"
+            )
         match = re.fullmatch(r"(-?)(.+?)(?:\[([^\[\]]*)\])?", text.strip())
         if match is None:
-            raise ValueError(f"--columns {signal}={text}: it must be {signal}=column or {signal}=column[unit]")
-        unit = SIGNALS[signal] if match[3] is None else match[3]
-        factor(unit, SIGNALS[signal], f"--columns {signal}={text}")
-        return Column(match[2], unit, bool(match[1]))
+            raise ValueError(f"{where}: it must be {signal}=column or {signal}=column[unit]")
+        if match[3] is not None:
+            scale(match[3], SIGNALS[signal], where)
+        return Column(match[2], match[3], bool(match[1]))
 
 
 def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
@@ -62,58 +55,160 @@ def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
         pairs = [word.partition("=") for word in given.split(",") if word]
         wrong = next((word for word, equals, _ in pairs if not equals), None)
         if wrong is not None:
-            raise ValueError(f"--columns {wrong}: it must be signal=column or signal=column[unit]")
+            raise ValueError(f"{said('columns', wrong)}: it must be signal=column or signal=column[unit]")
         names = [name.strip() for name, _, _ in pairs]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"--columns: {twice} is given twice")
+            raise ValueError(f"{said('columns')}: {twice} is given twice")
         given = {name.strip(): text for name, _, text in pairs}
-    columns = {signal: Column.of(signal, text) for signal, text in given.items()}
+    if not isinstance(given, Mapping):
+        raise TypeError(f"columns must be a text or a mapping of signals to columns, not {given!r}")
+    columns = {signal: Column.of(signal, str(text)) for signal, text in given.items()}
     if "time" not in columns:
-        raise ValueError("--columns: no column is given for time, for example time=t")
+        raise ValueError(f"{said('columns')}: no column is given for time, for example time=t")
     return columns
 
 
-def read(file: Path, columns: Mapping[str, Column]) -> dict[str, Array]:
-    """Return the signals of a table in SI units; errors name file, line, column and value."""
-    with opened(file) as stream:
-        reader = csv.reader(stream)
-        header = [name.strip() for name in next(reader, [])]
-        places = {signal: _place(file, header, signal, column) for signal, column in columns.items()}
-        rows: list[list[float]] = []
-        for cells in reader:
-            if cells:
-                rows.append(_row(f"{file}:{reader.line_num}", header, cells, places))
-                _check_time(f"{file}:{reader.line_num}", rows, list(places).index("time"), columns["time"])
-    if not rows:
-        raise ValueError(f"{file}: there are no rows below the header")
-    values = np.array(rows).T
-    return {signal: _scaled(signal, column, row) for (signal, column), row in zip(columns.items(), values, strict=True)}
+@dataclass(frozen=True)
+class Measured:
+    """Signals in SI units, as they were measured.
+
+    Attributes
+    ----------
+    name : str
+        Where they come from.
+    signals : dict
+        Arrays by name, ``time`` among them.
+    where : callable
+        Says where a sample of a signal stands, for people.
+    written : dict
+        Column and unit of each signal as they stand in the table, for people.
+    """
+
+    name: str
+    signals: Mapping[str, Array]
+    where: Callable[[str, int], str]
+    written: Mapping[str, str] = field(default_factory=dict)
 
 
-def _scaled(signal: str, column: Column, values: Array) -> Array:
-    scale = factor(column.unit, SIGNALS[signal], signal)
-    return -scale * values if column.turned else scale * values
+def measured(number: int, source: Any, columns: Mapping[str, Column] | None) -> Measured:
+    """Return the signals of a file, a table of pandas, a run, or a mapping of arrays."""
+    if isinstance(source, Run):
+        return _of_run(number, source)
+    if isinstance(source, str | Path):
+        return _of_table(read_table(source), Path(source).name, columns)
+    if hasattr(source, "columns") and hasattr(source, "iloc"):
+        recorded = bool(getattr(source, "attrs", {}).get(Run.RECORDED, False))
+        return _of_table(of_frame(source, Path(f"record {number}")), f"record {number}", columns, recorded=recorded)
+    if isinstance(source, Mapping):
+        return _of_mapping(number, source, columns)
+    raise TypeError(
+        f"data must be a file, a DataFrame, a run, a mapping of arrays, or a list of those, not {type(source).__name__}"
+    )
 
 
-def _place(file: Path, header: Sequence[str], signal: str, column: Column) -> int:
-    if column.name not in header:
-        there = ", ".join(header) or "an empty line"
-        raise ValueError(f"{file}:1: there is no column {column.name} for {signal}, only {there}")
-    if header.count(column.name) > 1:
-        raise ValueError(f"{file}:1: there are {header.count(column.name)} columns {column.name}; which is {signal}?")
-    return header.index(column.name)
+def _of_run(number: int, run: Run) -> Measured:
+    signals = {"time": run.time}
+    for name in run.variables:
+        if name in SIGNALS:
+            signals[name] = held_from(run[name]) if name in DRIVEN else run[name]
+    return Measured(f"record {number}", signals, lambda signal, row: f"record {number}, sample {row} of {signal}")
 
 
-def _row(where: str, header: Sequence[str], cells: Sequence[str], places: Mapping[str, int]) -> list[float]:
-    if len(cells) != len(header):
-        raise ValueError(f"{where}: {len(cells)} values, but the header has {len(header)} columns")
-    return [finite(cells[place], f"{where}, column {place + 1} ({header[place]})") for place in places.values()]
+def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Column] | None) -> Measured:
+    name = f"record {number}"
+    by_name = set(source) <= set(SIGNALS) and not all(column.name in source for column in (columns or {}).values())
+    if columns is None or by_name:
+        unknown = next((key for key in source if key not in SIGNALS), None)
+        if unknown is not None:
+            raise ValueError(
+                f"there is no signal {unknown}{did_you_mean(str(unknown), SIGNALS)}; there are {', '.join(SIGNALS)}; "
+                "`columns` says which of the arrays is which signal"
+            )
+        signals = {key: np.asarray(values, dtype=float) for key, values in source.items()}
+        return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {signal}")
+    signals = {}
+    for signal, column in columns.items():
+        if column.name not in source:
+            raise ValueError(
+                f"{said('columns')}: there is no array {column.name} for {signal}"
+                f"{did_you_mean(column.name, source)}; there are {', '.join(map(str, source))}"
+            )
+        times, offset = scale(column.unit or SIGNALS[signal], SIGNALS[signal], signal)
+        values = times * np.asarray(source[column.name], dtype=float) + offset
+        signals[signal] = -values if column.turned else values
+    return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {columns[signal].name}")
 
 
-def _check_time(where: str, rows: Sequence[Sequence[float]], place: int, column: Column) -> None:
-    if len(rows) > 1 and rows[-1][place] <= rows[-2][place]:
-        later, earlier = rows[-1][place], rows[-2][place]
+def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None, *, recorded: bool = False) -> Measured:
+    chosen = _by_name(table) if columns is None else columns
+    places = {signal: _place(table, signal, column) for signal, column in chosen.items()}
+    if not len(table.values):
+        raise ValueError(f"{table.file}: there are no rows below the header")
+    signals, written = {}, {}
+    for signal, column in chosen.items():
+        place = places[signal]
+        unit = _unit_of(table, place, signal, column)
+        values = table.in_si(place, unit, SIGNALS[signal])
+        signals[signal] = -values if column.turned else values
+        written[signal] = f"{column.name} in {unit}"
+    for signal in DRIVEN if recorded else ():
+        if signal in signals:
+            signals[signal] = held_from(signals[signal])
+    _check_time(table, places["time"], chosen["time"])
+    return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written)
+
+
+def _by_name(table: Table) -> dict[str, Column]:
+    """Return the columns that have the names of signals."""
+    found = {name: Column(name, None) for name in table.names if name in SIGNALS}
+    if "time" not in found:
+        there = ", ".join(table.header) or "an empty line"
         raise ValueError(
-            f"{where}, column {column.name}: time must rise, but {later} {column.unit} follows {earlier} {column.unit}"
+            f"{table.file}:{table.first}: there is no column `time`, only {there}; {said('columns')} says which column "
+            "is which signal, for example time=t,position=x[mm]"
         )
+    return found
+
+
+def _unit_of(table: Table, place: int, signal: str, column: Column) -> str:
+    """Return the unit of a column: as given, as written in the table, or the SI unit; the first two must agree."""
+    written = table.units[place]
+    if written is None or column.unit is None:
+        return column.unit or written or SIGNALS[signal]
+    where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
+    if scale(written, SIGNALS[signal], where) != scale(column.unit, SIGNALS[signal], where):
+        raise ValueError(f"{where}: the table says {written}, {said('columns')} {column.unit}; which is it?")
+    return column.unit
+
+
+def _place(table: Table, signal: str, column: Column) -> int:
+    found = table.find(column.name)
+    place = f"{table.file}:{table.first}"
+    if not found:
+        there = ", ".join(table.header) or "an empty line"
+        raise ValueError(
+            f"{place}: there is no column {column.name} for {signal}{did_you_mean(column.name, table.names)}, "
+            f"only {there}"
+        )
+    if len(found) > 1:
+        raise ValueError(f"{place}: there are {len(found)} columns {column.name}; which is {signal}?")
+    return found[0]
+
+
+def _check_time(table: Table, place: int, column: Column) -> None:
+    times = table.values[:, place]
+    falls = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(falls):
+        row = int(falls[0]) + 1
+        unit = column.unit or table.units[place] or "s"
+        raise ValueError(
+            f"{table.file}:{table.lines[row]}, column {column.name}: time must rise, "
+            f"but {times[row]} {unit} follows {times[row - 1]} {unit}"
+        )
+
+
+def listed(data: Any) -> Sequence[Any]:
+    """Return a list of sources; a single one is one of them."""
+    is_single = isinstance(data, str | Path | Mapping | Run) or (hasattr(data, "columns") and hasattr(data, "iloc"))
+    return [data] if is_single else list(data)

@@ -261,14 +261,8 @@ impl Parameters {
             return refuse("cylinder.rod", self.rod, format!("it must be smaller than cylinder.bore = {}", self.bore));
         }
         if self.position0 > self.stroke {
-            return refuse(
-                "position0",
-                self.position0,
-                format!(
-                    "it must not exceed cylinder.stroke = {}; give position0, too, a value within the stroke",
-                    self.stroke
-                ),
-            );
+            let reason = format!("it must not exceed cylinder.stroke = {}", self.stroke);
+            return refuse("position0", self.position0, reason);
         }
         if self.carriage_mass > self.moving_mass {
             let reason = format!("it must not exceed mass.moving = {}", self.moving_mass);

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -143,7 +144,7 @@ class Experiment(ABC):
         self.signals = frozenset(signals)
         missing = [signal for signal in self.required if signal not in self.signals]
         if missing:
-            raise ValueError(f"--experiment {self.name} needs columns for {', '.join(self.required)}; "
+            raise ValueError(f"{said('experiment', self.name)} needs columns for {', '.join(self.required)}; "
                              f"{', '.join(missing)} is missing")  # fmt: skip
 
     @property
@@ -219,7 +220,9 @@ class Experiment(ABC):
         cuts = [0, *inner, len(record.time)]
         parts = [record.part(first, last) for first, last in pairwise(cuts) if last - first >= SHORTEST]
         if not parts:
-            raise ValueError(f"--window {length} s: no part has {SHORTEST} samples, which are {record.step:g} s apart")
+            raise ValueError(
+                f"{said('window', length)} s: no part has {SHORTEST} samples, which are {record.step:g} s apart"
+            )
         return parts
 
     def _cut(self, record: Record, time: float, within: float) -> int:

@@ -12,6 +12,7 @@ from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import follow, noise
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
+from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
@@ -33,9 +34,9 @@ class Motion(Experiment):
         """Take notice of what is measured; refuse too little."""
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & {"position", "velocity"}:
-            raise ValueError("--experiment motion needs a column for position or velocity")
+            raise ValueError(f"{said('experiment', 'motion')} needs a column for position or velocity")
         if not self.signals & {"frictionForce", "force"}:
-            raise ValueError("--experiment motion needs a column for frictionForce, or for force")
+            raise ValueError(f"{said('experiment', 'motion')} needs a column for frictionForce, or for force")
 
     @property
     def compared(self) -> tuple[str, ...]:

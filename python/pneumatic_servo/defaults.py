@@ -1,0 +1,77 @@
+"""Defaults that give way: what nobody gave follows what was given where it would not fit.
+
+A machine of 0.5 kg cannot carry the default carriage of 0.75 kg. The plant refuses that, in an FMU as here; here the
+carriage then follows the moving mass, and a warning says so. What fits stays as it is, so that a run that an FMU can
+make has the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from pneumatic_servo.errors import Refused, warn
+from pneumatic_servo.variables import Value, Variables
+
+WHOLE = {"mass.carriage": "mass.moving"}
+"""What takes the whole value of another."""
+IN_PROPORTION = {"position0": "cylinder.stroke"}
+"""What keeps the proportion of the defaults; and so do the levels of sliding friction, to static friction."""
+LEVELS = ("Fc", "Fc1", "Fc2")
+MOST = 8
+"""As many defaults as may give way: three levels of friction, and the others."""
+
+
+def leader_of(name: str) -> str | None:
+    """Return the parameter that another follows, if it follows one."""
+    group, _, last = name.rpartition(".")
+    if group.startswith("friction.") and last in LEVELS:
+        return f"{group}.Fs"
+    return WHOLE.get(name) or IN_PROPORTION.get(name)
+
+
+def fitted(variables: Variables, given: Mapping[str, Value], start: Callable[[Mapping[str, Value]], object],
+           tell: Callable[[str], object] = warn) -> dict[str, Value]:  # fmt: skip
+    """Return the given values with those that follow them where their defaults do not fit; `start` tries.
+
+    Raises
+    ------
+    Refused
+        When what was given is refused, or a default that follows nothing.
+    """
+    values = dict(given)
+    for _ in range(MOST):
+        try:
+            start(values)
+        except Refused as refused:
+            name = refused.variable
+            leader = leader_of(name)
+            if name not in variables or name in given or leader is None or leader not in given:
+                raise
+            values[name] = _following(variables, name, leader, given)
+            unit = variables[name].unit
+            tell(
+                f"{name} = {values[name]:g} {unit}: it was not given, and its default, {refused.value:g} {unit}, does "
+                f"not fit {leader} = {given[leader]:g} {variables[leader].unit}, which it follows; give it to choose"
+                " otherwise"
+            )
+        else:
+            break
+    return values
+
+
+def is_in_doubt(given: Mapping[str, Value]) -> bool:
+    """Tell whether a default may have to give way, without trying."""
+    return any(name in LEADERS or name.endswith(".Fs") for name in given)
+
+
+LEADERS = {*WHOLE.values(), *IN_PROPORTION.values()}
+
+
+def _following(variables: Variables, name: str, leader: str, given: Mapping[str, Value]) -> float:
+    value = float(given[leader])
+    if name in WHOLE:
+        return value
+    own, other = variables[name].default, variables[leader].default
+    assert isinstance(own, float)
+    assert isinstance(other, float)
+    return value * own / other

@@ -1,0 +1,199 @@
+"""Whether data can be what they are taken for: units, sample interval, outliers, what is assumed, what a fit leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from pneumatic_servo.errors import warn
+from pneumatic_servo.identification.experiments import Experiment
+from pneumatic_servo.identification.experiments.cylinder import OfCylinder
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.smoothing import noise
+from pneumatic_servo.identification.table import Measured
+from pneumatic_servo.noticed import tell_saturation
+from pneumatic_servo.words import said
+
+Array = NDArray[np.float64]
+
+SLOW, TOO_SLOW = 0.1, 0.5
+"""Intervals of samples in s between which a carriage does much that nobody sees, or all of it."""
+TOO_FAST = 1e-6
+"""An interval in s that no rig has."""
+NEIGHBOURS = 5
+"""Samples whose median tells what one of them should be."""
+AWAY = 20.0
+"""An outlier is off by more than so many standard deviations of the noise."""
+HALF = 0.5
+"""And by more than this share of the range of the others."""
+SHOWN = 5
+"""Outliers that are named."""
+EMPTY = 2e4
+"""No chamber has less, in Pa absolute."""
+HIGHEST = 1e8
+"""Nor more."""
+BADLY = 0.5
+"""A model that leaves more than this share of a signal's spread does not describe it."""
+MACHINE = {
+    "rig": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"),
+    "pneumatic": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "valve.C"),
+    "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving"),
+}
+"""What a user's machine has of its own in each experiment."""
+
+
+def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tuple[list[Measured], list[str]]:
+    """Refuse data that cannot be meant; return them with notes on what was mended.
+
+    Raises
+    ------
+    ValueError
+        For samples far apart, values that no cylinder has, and single samples far off all others; it names signal,
+        column, range and what may be right. Under a robust loss such samples are bridged, and a note tells.
+    """
+    found, notes = [], []
+    for source in data:
+        _check_interval(experiment, source)
+        without, told = _without_outliers(source, loss)
+        notes += told
+        _check_ranges(experiment, without)
+        found.append(without)
+    return found, notes
+
+
+def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
+    """Return notes on what nobody gave; of a supply pressure that is only assumed a warning tells."""
+    known = {*experiment.settings, *free, *experiment.signals}
+    table = experiment.table
+    if experiment.name in ("rig", "pneumatic") and "supplyPressure" not in known:
+        supply = table.variables["supplyPressure"].default
+        assert isinstance(supply, float)
+        warn(
+            f"supplyPressure = {supply:g} Pa is assumed, since it was neither measured nor given; give it by "
+            f"{said('settings')}, for example supplyPressure = 6 bar"
+        )
+    names = [name for name in MACHINE.get(experiment.name, ()) if name not in known]
+    if not names:
+        return []
+    values = ", ".join(f"{name} = {table.variables[name].default:g} {table.variables[name].unit}" for name in names)
+    return [f"not given, so that the default counts: {values}"]
+
+
+def judged(measured: Mapping[str, Array], rms: Mapping[str, float]) -> None:
+    """Warn of signals of which a fit leaves about as much as they have."""
+    for signal, values in measured.items():
+        spread = float(np.std(values))
+        if np.isfinite(rms.get(signal, np.nan)) and rms[signal] > BADLY * spread > 0.0:
+            unit = SIGNALS[signal]
+            warn(
+                f"the fitted model does not describe {signal}: it leaves {rms[signal]:.4g} {unit} rms of a signal that "
+                f"varies by {spread:.4g} {unit} rms; look at units, signs, what was assumed, and what is free"
+            )
+
+
+def _check_interval(experiment: Experiment, source: Measured) -> None:
+    intervals = np.diff(source.signals["time"])
+    usual = float(np.median(intervals)) if len(intervals) else 1e-3
+    what = f"{source.name}: time ({source.written.get('time', 'in s')}): samples are {usual:.4g} s apart"
+    if usual < TOO_FAST:
+        raise ValueError(f"{what}, which no rig does; is the unit right? time=...[s] or [ms] says it")
+    if not isinstance(experiment, OfCylinder) or usual <= SLOW:
+        return
+    hint = f"{what}, too far to see the carriage start and stop; is it in ms? then write time=...[ms]"
+    if usual > TOO_SLOW:
+        raise ValueError(hint)
+    warn(hint)
+
+
+def _check_ranges(experiment: Experiment, source: Measured) -> None:
+    for signal, values in source.signals.items():
+        low, high = float(np.min(values)), float(np.max(values))
+        if signal == "position":
+            _check_position(experiment, source, low, high)
+        elif signal in ("chamberA.pressure", "chamberB.pressure", "supplyPressure"):
+            _check_pressure(source, signal, low, high)
+        elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
+            tell_saturation(experiment.table.variables[signal], low, high)
+
+
+def _told(source: Measured, signal: str, low: float, high: float) -> str:
+    column = f" (column {source.written[signal]})" if signal in source.written else ""
+    return f"{source.name}: {signal}{column} is from {low:.5g} to {high:.5g} {SIGNALS[signal]}"
+
+
+def _check_position(experiment: Experiment, source: Measured, low: float, high: float) -> None:
+    told = _told(source, "position", low, high)
+    mm = f"in mm it would be {1e-3 * low:.5g} to {1e-3 * high:.5g} m: write position=...[mm]"
+    if experiment.name not in ("rig", "pneumatic"):
+        if high - low > 10.0:
+            raise ValueError(f"{told}; {mm}")
+        return
+    stroke = experiment.value("cylinder.stroke", {})
+    margin = 0.02 * stroke + 1e-3
+    if low >= -margin and high <= stroke + margin:
+        return
+    is_default = "" if "cylinder.stroke" in experiment.settings else ", which is its default"
+    fits = 1e-3 * low >= -margin and 1e-3 * high <= stroke + margin
+    raise ValueError(
+        f"{told}, but cylinder.stroke = {stroke:g} m{is_default}; "
+        + (mm if fits and high > 1.0 else "give the stroke, and count the position from the end of the instroke")
+    )
+
+
+def _check_pressure(source: Measured, signal: str, low: float, high: float) -> None:
+    if low >= EMPTY and high <= HIGHEST:
+        return
+    told = f"{_told(source, signal, low, high)}, but pressures are absolute"
+    if high > HIGHEST:
+        raise ValueError(f"{told} and below {HIGHEST:g} Pa; is the unit right?")
+    if high < 50.0:
+        gauge = "barg" if low < 0.3 else "bar"
+        raise ValueError(f"{told}; are these bar? then write {signal}=...[{gauge}]; barg counts from the atmosphere")
+    if high < 5000.0:
+        gauge = "kPag" if low < 30.0 else "kPa"
+        raise ValueError(f"{told}; are these kPa? then write {signal}=...[{gauge}]; kPag counts from the atmosphere")
+    raise ValueError(
+        f"{told}; do these count from the atmosphere? then write [barg] or [kPag] behind the column, or add 101325 Pa"
+    )
+
+
+def _without_outliers(source: Measured, loss: str) -> tuple[Measured, list[str]]:
+    signals, notes = dict(source.signals), []
+    for signal, values in source.signals.items():
+        # A voltage may well be a pulse of one sample.
+        if signal in ("time", "valveVoltage"):
+            continue
+        wrong, usual = outliers(values)
+        if not len(wrong):
+            continue
+        first = [f"{source.where(signal, int(row))} = {values[row]:g} {SIGNALS[signal]}" for row in wrong[:SHOWN]]
+        more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
+        told = f"{source.name}: {signal} is far off all samples around it at {', '.join(first)}{more}"
+        if loss == "linear":
+            raise ValueError(
+                f"{told}; correct or remove what is no measurement, or let a robust loss bridge it, "
+                f"{said('loss', 'soft_l1')}"
+            )
+        notes.append(f"{told}; it is bridged")
+        bridged = values.copy()
+        bridged[wrong] = usual[wrong]
+        signals[signal] = bridged
+    return replace(source, signals=signals), notes
+
+
+def outliers(values: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return which samples are far off those around them, and the medians of those.
+
+    One or two samples that go far beyond what the signal does otherwise: a lost word of a converter, a comma at the
+    wrong place. Steps and peaks that last are none.
+    """
+    if len(values) < 4 * NEIGHBOURS:
+        return np.zeros(0, dtype=np.int64), values
+    usual = np.asarray(median_filter(values, size=NEIGHBOURS, mode="nearest"))
+    low, high = np.quantile(usual, [0.01, 0.99])
+    limit = max(AWAY * noise(values), HALF * float(high - low))
+    return np.flatnonzero(np.abs(values - usual) > limit) if limit > 0.0 else np.zeros(0, dtype=np.int64), usual

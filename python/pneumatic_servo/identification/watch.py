@@ -1,0 +1,90 @@
+"""What a fit is doing, told while it does, and the best it has found when it is interrupted."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+Array = NDArray[np.float64]
+
+Told = bool | Callable[[str], None]
+"""Whether to show what is being done, or what is told it."""
+QUIET = 10.0
+"""Where there is no terminal, a line is written every so many seconds."""
+
+
+class Watch:
+    """Looks after a search.
+
+    Attributes
+    ----------
+    best : ndarray or None
+        The best vector of the present stage, or of the last one that had any.
+    runs : int
+        Vectors that were simulated.
+    """
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.best: Array | None = None
+        self.runs = 0
+        self._cost = np.inf
+        self._stage = "start"
+        self._tell: Callable[[str], None] = lambda text: None
+
+    def told_by(self, tell: Callable[[str], None]) -> None:
+        """Tell a function from now on."""
+        self._tell = tell
+
+    def stage(self, name: str) -> None:
+        """Begin something else, whose misfits are not to be compared with those before."""
+        self._stage, self._cost = name, np.inf
+        self._tell(name)
+
+    def see(self, x: Array, cost: float) -> None:
+        """Take notice of a vector and its mean square in units of the noise."""
+        self.runs += 1
+        if cost <= self._cost or self.best is None or len(x) != len(self.best):
+            self.best, self._cost = np.array(x), min(cost, self._cost)
+        self._tell(f"{self._stage}, misfit {np.sqrt(self._cost):.4g} times the noise, {self.runs} runs")
+
+    def done(self, text: str) -> None:
+        """Tell how far something has come."""
+        self._tell(text)
+
+
+@contextmanager
+def told(progress: Told, watch: Watch) -> Iterator[None]:
+    """Show what a watch tells: on a terminal in one line, elsewhere now and then; or tell it to a function."""
+    if callable(progress):
+        watch.told_by(progress)
+        yield
+    elif not progress:
+        yield
+    elif sys.stderr.isatty():
+        with tqdm(total=None, bar_format="{desc} [{elapsed}]", leave=False) as bar:
+            watch.told_by(lambda text: bar.set_description_str(f"{watch.label}: {text}"))
+            yield
+    else:
+        watch.told_by(_lines(watch.label))
+        yield
+
+
+def _lines(label: str) -> Callable[[str], None]:
+    """Return what writes a line every now and then."""
+    begun = last = time.monotonic()
+
+    def tell(text: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= QUIET:
+            last = now
+            print(f"{label}: {text} [{now - begun:.0f} s]", file=sys.stderr, flush=True)
+
+    return tell

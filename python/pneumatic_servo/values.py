@@ -1,0 +1,118 @@
+"""Values as people write them, with units or without, as the plant takes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from reprlib import repr as shortened
+from typing import Any, SupportsFloat
+
+from pneumatic_servo.checks import mapping
+from pneumatic_servo.errors import Refused
+from pneumatic_servo.names import did_you_mean, similar
+from pneumatic_servo.units import is_quantity, magnitude, to_si, units_of, written
+from pneumatic_servo.variables import Unit, Value, Variable, Variables
+
+
+def settings(argument: str, variables: Variables, given: Mapping[str, object] | None) -> dict[str, Value]:
+    """Return values by name as the plant takes them; what cannot be meant is refused by name, value and unit."""
+    return {name: value_of(variables, name, value) for name, value in mapping(argument, given).items()}
+
+
+def value_of(variables: Variables, name: object, given: object) -> Value:
+    """Return the value of the variable of a name."""
+    if not isinstance(name, str):
+        raise ValueError(f"{name!r} is no name of a variable")
+    variable = variables.get(name)
+    if variable is None:
+        # The numbers that stand for enumerations are known to the plant only.
+        if name.endswith("Number") and isinstance(given, int):
+            return given
+        raise ValueError(f"there is no variable {name}{did_you_mean(name, variables)}")
+    return checked(variable, given)
+
+
+def checked(variable: Variable, given: object) -> Value:
+    """Return a value that a variable may have, in its SI unit."""
+    if variable.kind == "enumeration":
+        return _item(variable, given)
+    if variable.kind == "real":
+        value = number(variable, given)
+        check_range(variable, value)
+        return value
+    return given  # type: ignore[return-value]
+
+
+def number(variable: Variable, given: object) -> float:
+    """Return a number in SI units, from one, ``"6 bar"``, ``(6, "bar")``, or a quantity of pint."""
+    # By far the most frequent.
+    if type(given) is float:
+        return given
+    if isinstance(given, str):
+        return written(given, variable.unit, variable.name)
+    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        return to_si(_plain(variable, given[0]), given[1], variable.unit, variable.name)
+    if is_quantity(given):
+        given = magnitude(given, variable.unit, variable.name)
+    return _plain(variable, given)
+
+
+def number_in(unit: str, name: str, given: object) -> float:
+    """Return a number in an SI unit, of something that is no variable of a model."""
+    bare = Variable(name, "fixed", "real", unit, None, None, None, None, Unit(unit), {}, {}, None, "")
+    value = number(bare, given)
+    check_range(bare, value)
+    return value
+
+
+def _plain(variable: Variable, given: Any) -> float:
+    is_single = isinstance(given, SupportsFloat) and getattr(given, "ndim", 0) == 0
+    if isinstance(given, bool) or type(given).__name__.startswith("bool") or not is_single:
+        what = "it must be a single number" + ("" if variable.unit == "1" else f" in {variable.unit}")
+        shown = given if hasattr(given, "shape") else shortened(given)
+        raise ValueError(f"{variable.name} = {shown} is refused: {what}")
+    return float(given)
+
+
+def check_range(variable: Variable, value: float, time: float | None = None) -> None:
+    """Refuse a value that is not finite or out of range; say what is right, and which unit may have been meant."""
+    low, high = variable.minimum, variable.maximum
+    if math.isfinite(value) and (low is None or value >= low) and (high is None or value <= high):
+        return
+    if not math.isfinite(value):
+        reason = "it must be a finite number" + ("" if variable.unit == "1" else f" in {variable.unit}")
+    else:
+        reason = f"it must be {variable.range_in_unit}{_meant(variable, value)}"
+    raise Refused(variable.name, value, reason, time, variable.unit)
+
+
+def _meant(variable: Variable, value: float) -> str:
+    """Return the unit in which a value that is out of range would be within it, if there is such a usual one."""
+    for unit in dict.fromkeys([variable.shown.name, *units_of(variable.unit)]):
+        if unit in LIKELY and unit != variable.unit:
+            other = to_si(value, unit, variable.unit, variable.name)
+            low, high = variable.minimum, variable.maximum
+            if (low is None or low <= other) and (high is None or other <= high):
+                return f"; did you mean {value:g} {unit}, which is {other:g} {variable.unit}?"
+    return ""
+
+
+LIKELY = {"mm", "bar", "kPa", "ms", "degC", "deg", "cm3", "g", "dm3/(s.bar)", "mm/s"}
+"""Units that people take for those of the model."""
+
+
+def _item(variable: Variable, given: object) -> Value:
+    if isinstance(given, str):
+        if given in variable.items:
+            return given
+        near = similar(given, variable.items, 1)
+        meant = f"did you mean {near[0]}? " if near else ""
+        raise ValueError(
+            f'{variable.name} = "{given}" is refused: {meant}it must be one of {", ".join(variable.items)}'
+        )
+    # True is 1 to Python, but no law to anybody.
+    is_number = isinstance(given, SupportsFloat) and not isinstance(given, bool) and getattr(given, "ndim", 0) == 0
+    if is_number and float(given) in {float(one) for one in variable.ids.values()}:  # type: ignore[arg-type]
+        return float(given)  # type: ignore[arg-type]
+    every = ", ".join(f"{number} {name}" for name, number in variable.ids.items())
+    raise ValueError(f"{variable.name} = {shortened(given)} is refused: it must be one of {every}")

@@ -1,0 +1,17 @@
+"""How arguments are named in messages: as those of Python, or as options of the command line."""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+
+ON_COMMAND_LINE: ContextVar[bool] = ContextVar("on the command line", default=False)
+OPTIONS = {"settings": "set"}
+"""Options that have another name than the argument."""
+
+
+def said(argument: str, given: object = None) -> str:
+    """Return an argument, with what was given for it: ``law='Lugre'``, or ``--law Lugre`` on the command line."""
+    if ON_COMMAND_LINE.get():
+        option = f"--{OPTIONS.get(argument, argument).replace('_', '-')}"
+        return option if given is None else f"{option} {given}"
+    return argument if given is None else f"{argument}={given!r}"
