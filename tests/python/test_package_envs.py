@@ -227,3 +227,85 @@ def test_baseline_solves_the_task(stroke: float | None) -> None:
 def test_bad_tasks_are_refused(task: dict[str, object], word: str) -> None:
     with pytest.raises(ValueError, match=word):
         gymnasium.make(NAME, **task)
+
+
+def test_each_environment_has_spaces_of_its_own() -> None:
+    one, other = (gymnasium.make(NAME).unwrapped for _ in range(2))
+    fleet = gymnasium.make_vec(NAME, num_envs=2)
+    assert one.action_space is not other.action_space and one.observation_space is not other.observation_space
+    assert fleet.single_action_space is not one.action_space
+    other.action_space.seed(5)
+    expected = other.action_space.sample()
+    other.action_space.seed(5)
+    for space in (one.action_space, fleet.single_action_space):
+        space.seed(1)
+        space.sample()
+    assert other.action_space.sample() == expected
+
+
+def test_seeds_are_one_for_all_or_one_for_each() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=3)
+    expected = fleet.reset(seed=[4, 5, 6])[1]["target"].tolist()
+    for seed in (4, np.int64(4), np.array([4, 5, 6])):
+        assert fleet.reset(seed=seed)[1]["target"].tolist() == expected
+    for seed in ([1, 2], [1, 2, 3, 4]):
+        with pytest.raises(ValueError, match=f"seed has {len(seed)} numbers, but there are 3 plants"):
+            fleet.reset(seed=seed)
+    # What was refused has changed nothing.
+    fleet.step(np.zeros((3, 1), dtype=np.float32))
+    single = gymnasium.make(NAME).unwrapped
+    assert single.reset(seed=np.int64(4))[1]["target"] == expected[0]
+
+
+def test_targets_and_parts_may_be_asked_for() -> None:
+    single = gymnasium.make(NAME)
+    assert single.reset(seed=1, options={"target": 0.3})[1]["target"] == 0.3
+    fleet = gymnasium.make_vec(NAME, num_envs=3)
+    assert fleet.reset(seed=1, options={"target": [0.1, 0.2, 0.3]})[1]["target"].tolist() == [0.1, 0.2, 0.3]
+    before = fleet.step(np.ones((3, 1), dtype=np.float32))[0]
+    after, info = fleet.reset(options={"target": 0.4, "reset_mask": np.array([True, False, False])})
+    assert info["target"].tolist() == [0.4, 0.2, 0.3]
+    assert (after[0] != before[0]).any() and after[1:].tobytes() == before[1:].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"targt": 0.3}, "options: there is no targt; did you mean target"),
+        ({"target": 0.7}, "target = 0.7 is refused: it must be within the stroke, 0 to 0.5 m"),
+        ({"target": "far"}, "target = 'far' is refused"),
+    ],
+)
+def test_options_that_are_not_known_are_refused(options: dict[str, object], words: str) -> None:
+    for environment in (gymnasium.make(NAME), gymnasium.make_vec(NAME, num_envs=2)):
+        with pytest.raises(ValueError, match=words):
+            environment.reset(seed=1, options=options)
+
+
+def test_step_needs_a_reset() -> None:
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.Positioning().step(np.zeros(1, dtype=np.float32))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.VectorPositioning(2).step(np.zeros((2, 1), dtype=np.float32))
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        ({"laws": ["Stribeck", "Lugre"]}, "did you mean LuGre"),
+        ({"targets": (0.1, 0.6)}, "targets = .* the stroke ends at 0.5 m"),
+        ({"ranges": {"mass.movin": (1.0, 2.0)}}, "did you mean mass.moving"),
+        ({"ranges": {"valve.b": (0.5, 2.0)}}, "valve.b = 2"),
+    ],
+)
+def test_task_is_refused_before_anything_is_drawn(task: dict[str, object], words: str) -> None:
+    for make in (envs.Positioning, envs.VectorPositioning):
+        with pytest.raises(ValueError, match=words):
+            make(**task)
+
+
+def test_info_of_many_plants_has_their_settings() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=4, laws=["Stribeck", "GMS"], ranges={"mass.moving": (1.0, 2.0)})
+    info = fleet.reset(seed=2)[1]
+    assert info["mass.moving"].shape == (4,) and set(info["friction.law"]) <= {"Stribeck", "GMS"}
+    assert info["_mass.moving"].all()

@@ -8,6 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
@@ -15,14 +16,26 @@ from pneumatic_servo import _native
 from pneumatic_servo.checks import whole_number
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model, available_cores
+from pneumatic_servo.names import did_you_mean
 
 Observation = NDArray[np.float32]
-ACTION = spaces.Box(-1.0, 1.0, (1,), np.float32)
-# No legal parameters lead further: the end stops yield by millimetres, and supplies beyond 100 bar are no pneumatics.
-OBSERVATION = spaces.Box(
-    np.array([-2.0, -1.0, -50.0, 0.0, 0.0], dtype=np.float32),
-    np.array([2.0, 2.0, 50.0, 10.0, 10.0], dtype=np.float32),
-)
+OPTIONS = ("target",)
+"""What an episode may be asked for; those of many plants also which of them begin anew."""
+MASK = "reset_mask"
+
+
+def action_space() -> spaces.Box:
+    """Return the space of actions: one for each environment, since spaces have seeds."""
+    return spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+
+def observation_space() -> spaces.Box:
+    """Return the space of observations: one for each environment."""
+    # Nothing legal leads further: the end stops yield by millimetres, and supplies beyond 100 bar are no pneumatics.
+    return spaces.Box(
+        np.array([-2.0, -1.0, -50.0, 0.0, 0.0], dtype=np.float32),
+        np.array([2.0, 2.0, 50.0, 10.0, 10.0], dtype=np.float32),
+    )
 
 
 class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
@@ -42,20 +55,28 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def __init__(self, render_mode: str | None = None, **task: Any) -> None:
         self.render_mode = render_mode
-        self.action_space = ACTION
-        self.observation_space = OBSERVATION
+        self.action_space = action_space()
+        self.observation_space = observation_space()
         self._fleet = _Fleet(Task(**task), 1, 1)
+        self._begun = False
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode; a seed makes it and those after it reproducible, bit for bit."""
-        super().reset(seed=seed)
-        self._fleet.restart({0: self.np_random})
+        """Begin an episode; a seed makes it and those after it reproducible, bit for bit.
+
+        ``options={"target": 0.3}`` asks for a target in m, within the stroke.
+        """
+        targets = self._fleet.asked(options, OPTIONS)
+        super().reset(seed=_seed(seed))
+        self._fleet.restart({0: self.np_random}, targets)
+        self._begun = True
         return self._fleet.observe()[0], self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action for one period."""
+        if not self._begun:
+            raise ResetNeeded("step was called before reset")
         seen, reward = self._fleet.step(np.asarray(action, dtype=np.float64).reshape(1))
         return seen[0], float(reward[0]), False, bool(self._fleet.is_over()[0]), self._info()
 
@@ -87,27 +108,60 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         self.num_envs = whole_number("num_envs", num_envs, least=1)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         self.render_mode = render_mode
-        self.single_action_space = ACTION
-        self.single_observation_space = OBSERVATION
-        self.action_space = gymnasium.vector.utils.batch_space(ACTION, num_envs)
-        self.observation_space = gymnasium.vector.utils.batch_space(OBSERVATION, num_envs)
-        self._fleet = _Fleet(Task(**task), num_envs, threads)
+        self.single_action_space = action_space()
+        self.single_observation_space = observation_space()
+        self.action_space = gymnasium.vector.utils.batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = gymnasium.vector.utils.batch_space(self.single_observation_space, self.num_envs)
+        self._fleet = _Fleet(Task(**task), self.num_envs, threads)
         self._randoms: list[np.random.Generator] = []
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode of every plant; a seed counts up from plant to plant."""
-        if seed is not None or not self._randoms:
-            seeds = [seed + index for index in range(self.num_envs)] if isinstance(seed, int) else seed
-            self._randoms = [np.random.default_rng(own) for own in seeds or [None] * self.num_envs]
-        self._fleet.restart(dict(enumerate(self._randoms)))
+        """Begin an episode of every plant; a seed counts up from plant to plant, or there is one for each.
+
+        ``options={"target": ...}`` asks for targets in m, one for all or one for each; ``{"reset_mask": ...}`` of shape
+        (num_envs,) says which plants begin anew, the others go on.
+        """
+        chosen = self._chosen(options)
+        targets = self._fleet.asked(options, (*OPTIONS, MASK))
+        seeds = self._seeds(seed)
+        if not self._randoms:
+            self._randoms = [np.random.default_rng(own) for own in seeds]
+        elif seed is not None:
+            for index in chosen:
+                self._randoms[index] = np.random.default_rng(seeds[index])
+        self._fleet.restart({index: self._randoms[index] for index in chosen}, targets)
         return self._fleet.observe(), self._info()
+
+    def _seeds(self, given: int | Sequence[int | None] | None) -> list[int | None]:
+        if given is None:
+            return [None] * self.num_envs
+        if isinstance(given, Sequence | np.ndarray):
+            if len(given) != self.num_envs:
+                raise ValueError(f"seed has {len(given)} numbers, but there are {self.num_envs} plants")
+            return [_seed(own) for own in given]
+        first = whole_number("seed", given, least=0)
+        return [first + index for index in range(self.num_envs)]
+
+    def _chosen(self, options: Mapping[str, Any] | None) -> list[int]:
+        """Return which plants begin anew."""
+        mask = (options or {}).get(MASK)
+        if mask is None:
+            return list(range(self.num_envs))
+        mask = np.asarray(mask)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            raise ValueError(f"options: {MASK} must be true or false for each of {self.num_envs} plants, not {mask!r}")
+        if not mask.all() and not self._randoms:
+            raise ResetNeeded("a part of the plants cannot begin anew before all have begun")
+        return [int(index) for index in np.flatnonzero(mask)]
 
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[Observation, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Hold each plant's action for one period, or begin its next episode."""
+        if not self._randoms:
+            raise ResetNeeded("step was called before reset")
         over = self._fleet.is_over()
         seen, reward = self._fleet.step(np.asarray(actions, dtype=np.float64).reshape(self.num_envs))
         if over.any():
@@ -118,27 +172,58 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         return seen, reward, never, self._fleet.is_over(), self._info()
 
     def _info(self) -> dict[str, Any]:
-        return {"target": self._fleet.targets.copy(), "_target": np.ones(self.num_envs, dtype=np.bool_)}
+        info: dict[str, Any] = {"target": self._fleet.targets.copy(), "_target": np.ones(self.num_envs, dtype=np.bool_)}
+        for name in self._fleet.settings[0]:
+            info[name] = np.array([own[name] for own in self._fleet.settings])
+            info[f"_{name}"] = np.ones(self.num_envs, dtype=np.bool_)
+        return info
+
+
+def _seed(given: int | None) -> int | None:
+    """Return a seed, of NumPy's numbers too, as Gymnasium takes it."""
+    return None if given is None else whole_number("seed", given, least=0)
 
 
 class _Fleet:
     """Plants with their targets, and how far their episodes have come."""
 
     def __init__(self, task: Task, number: int, workers: int) -> None:
-        task.check()
-        self.task = task
         model = Model("PneumaticServoCylinder")
-        self.stroke = float(task.parameters.get("cylinder.stroke", model.parameters["cylinder.stroke"].default or 1.0))
-        self.native = _native.Fleet(model._native, number, task.settings(), "valveVoltage", OBSERVED, workers)
+        task.check(model)
+        self.task = task
+        self.stroke = task.stroke(model)
+        common = list(task.settings(model).items())
+        self.native = _native.Fleet(model._native, number, common, "valveVoltage", OBSERVED, workers)
         self.targets = np.zeros(number)
         self.settings: list[dict[str, Any]] = [{} for _ in range(number)]
         self.counts = np.zeros(number, dtype=np.int64)
 
-    def restart(self, randoms: Mapping[int, np.random.Generator]) -> None:
-        """Draw and begin episodes of some plants."""
+    def asked(self, options: Mapping[str, Any] | None, known: Sequence[str]) -> Array | None:
+        """Return the targets in m that are asked for, if any are; what is not known is refused."""
+        for name in options or {}:
+            if name not in known:
+                raise ValueError(
+                    f"options: there is no {name}{did_you_mean(str(name), known)}; there is {', '.join(known)}"
+                )
+        given = (options or {}).get("target")
+        if given is None:
+            return None
+        try:
+            targets = np.broadcast_to(np.asarray(given, dtype=float), self.targets.shape)
+        except (TypeError, ValueError):
+            raise ValueError(f"options: target = {given!r} is refused: it must be one in m, or one per plant") from None
+        if not ((targets >= 0.0) & (targets <= self.stroke)).all():
+            raise ValueError(
+                f"options: target = {given} is refused: it must be within the stroke, 0 to {self.stroke:g} m"
+            )
+        return targets
+
+    def restart(self, randoms: Mapping[int, np.random.Generator], targets: Array | None = None) -> None:
+        """Draw and begin episodes of some plants, of which targets may be asked for."""
         fresh = []
         for index, random in randoms.items():
-            self.targets[index], settings = self.task.draw(random)
+            drawn, settings = self.task.draw(random)
+            self.targets[index] = drawn if targets is None else targets[index]
             self.settings[index] = dict(settings)
             self.counts[index] = 0
             fresh.append((index, settings))

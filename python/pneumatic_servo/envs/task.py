@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.model import Model
+from pneumatic_servo.values import checked, settings, value_of
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -62,13 +64,17 @@ class Task:
     duration: float = 1.5
     effort: float = 1e-3
 
-    def check(self) -> None:
-        """Refuse what cannot be meant."""
-        names("laws", self.laws)
+    def check(self, model: Model) -> None:
+        """Refuse what cannot be meant, before anything is drawn."""
+        for law in (self.law, *names("laws", self.laws)):
+            checked(model.parameters["friction.law"], law)
+        stroke = self.stroke(model)
         whole_number("substeps", self.substeps, least=1)
         low, high = self.targets
         if not 0.0 <= low < high:
             raise ValueError(f"targets = {self.targets} is refused: it must be an increasing pair of positions in m")
+        if high > stroke:
+            raise ValueError(f"targets = {self.targets} is refused: the stroke ends at {stroke:g} m")
         for name, value in [("period", self.period), ("duration", self.duration)]:
             if not value > 0:
                 raise ValueError(f"{name} = {value} is refused: it must be positive")
@@ -77,6 +83,8 @@ class Task:
         for name, (smallest, largest) in self.ranges.items():
             if not smallest <= largest:
                 raise ValueError(f"ranges: {name} is refused: {smallest} is larger than {largest}")
+            for end in (smallest, largest):
+                value_of(model.variables, name, float(end))
             if name in self.parameters:
                 raise ValueError(f"{name} is given twice, among the ranges and among the parameters")
 
@@ -85,9 +93,20 @@ class Task:
         """Actions in an episode."""
         return round(self.duration / self.period)
 
-    def settings(self) -> list[tuple[str, Value]]:
+    def stroke(self, model: Model) -> float:
+        """Return the stroke in m."""
+        given = self.parameters.get("cylinder.stroke", model.parameters["cylinder.stroke"].default)
+        return float(value_of(model.variables, "cylinder.stroke", given))
+
+    def settings(self, model: Model) -> dict[str, Value]:
         """Return what all plants share."""
-        return [("friction.law", self.law), ("supplyPressure", 6e5), *self.parameters.items()]
+        return {
+            "friction.law": self.law,
+            "supplyPressure": 6e5,
+            # Each episode begins where it draws; this is only within the stroke.
+            "position0": self.targets[0],
+            **settings("parameters", model.variables, self.parameters),
+        }
 
     def draw(self, random: np.random.Generator) -> tuple[float, list[tuple[str, Value]]]:
         """Draw an episode: its target in m, and the settings of its plant."""

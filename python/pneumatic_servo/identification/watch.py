@@ -35,7 +35,7 @@ class Watch:
         self.best: Array | None = None
         self.runs = 0
         self._cost = np.inf
-        self._stage = "start"
+        self._stage = "first search"
         self._tell: Callable[[str], None] = lambda text: None
 
     def told_by(self, tell: Callable[[str], None]) -> None:
@@ -52,7 +52,8 @@ class Watch:
         self.runs += 1
         if cost <= self._cost or self.best is None or len(x) != len(self.best):
             self.best, self._cost = np.array(x), min(cost, self._cost)
-        self._tell(f"{self._stage}, misfit {np.sqrt(self._cost):.4g} times the noise, {self.runs} runs")
+        best = f"the best leaves {np.sqrt(self._cost):.4g} times the noise"
+        self._tell(f"cost {cost:.5g}, {best}, {self._stage}, {self.runs} runs")
 
     def done(self, text: str) -> None:
         """Tell how far something has come."""
