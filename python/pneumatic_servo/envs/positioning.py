@@ -24,12 +24,12 @@ OPTIONS = ("target",)
 MASK = "reset_mask"
 
 
-def action_space() -> spaces.Box:
+def action_space() -> Any:
     """Return the space of actions: one for each environment, since spaces have seeds."""
     return spaces.Box(-1.0, 1.0, (1,), np.float32)
 
 
-def observation_space() -> spaces.Box:
+def observation_space() -> Any:
     """Return the space of observations: one for each environment."""
     # Nothing legal leads further: the end stops yield by millimetres, and supplies beyond 100 bar are no pneumatics.
     return spaces.Box(

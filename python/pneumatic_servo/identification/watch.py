@@ -53,7 +53,7 @@ class Watch:
         if cost <= self._cost or self.best is None or len(x) != len(self.best):
             self.best, self._cost = np.array(x), min(cost, self._cost)
         best = f"the best leaves {np.sqrt(self._cost):.4g} times the noise"
-        self._tell(f"cost {cost:.5g}, {best}, {self._stage}, {self.runs} runs")
+        self._tell(f"cost {cost:.5g} ({best}; {self._stage}, {self.runs} runs)")
 
     def done(self, text: str) -> None:
         """Tell how far something has come."""
