@@ -416,4 +416,4 @@ def test_figure_shades_the_time_of_sticking(plant: ps.Model) -> None:
 def test_other_models_run_too() -> None:
     for name in ps.models():
         model = ps.Model(name)
-        assert len(model.simulate(stop=10 * model.step)) == 11
+        assert (model.name, len(model.simulate(stop=10 * model.step))) == (name, 11)
