@@ -50,7 +50,7 @@ fn experiments() -> Result<String> {
 
 /// The descriptions without what changes from build to build, by their files.
 fn committed() -> Result<BTreeMap<PathBuf, String>> {
-    let stamp = Stamp { guid: "@guid@".to_owned(), date: "@generationDateAndTime@".to_owned() };
+    let stamp = Stamp { guid: "@guid@".to_owned(), date: "@generationDateAndTime@".to_owned(), sources: Vec::new() };
     let all = Version::ALL.into_iter().flat_map(|version| models::ALL.iter().map(move |model| (version, model)));
     let file = |(version, model): (Version, &Model)| {
         let file = Path::new(version.folder()).join(format!("{}.xml", model.name));

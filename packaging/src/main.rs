@@ -26,6 +26,7 @@ mod rehearse;
 mod release;
 mod sanitizer;
 mod site;
+mod sources;
 mod ssc;
 mod ssp;
 mod stress;

@@ -10,7 +10,7 @@ use pneumatic_servo::models;
 use pneumatic_servo_fmu::guid;
 
 use crate::archive::Archive;
-use crate::build;
+use crate::build::{self, tools, wasm};
 use crate::description::{self, Stamp, Version};
 use crate::documentation;
 use crate::experiment::Run;
@@ -21,6 +21,7 @@ use crate::moment::Moment;
 use crate::parameter_sets;
 use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
+use crate::sources::{self, Size, Sources};
 use crate::ssp;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
@@ -38,6 +39,9 @@ pub struct Package {
     /// A library that was built elsewhere, taken instead of building one.
     #[arg(long = "binary", value_name = "PLATFORM=PATH")]
     binaries: Vec<Binary>,
+    /// Add the sources in C, for targets that compile: `small`, or `full` for larger and faster ones.
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, default_missing_value = "small")]
+    sources: Option<Size>,
 }
 
 const EXAMPLES: &str = "\
@@ -45,15 +49,17 @@ Examples:
   cargo xtask package                                     for machines like this one
   cargo xtask package --platforms all                     for Linux, Windows and macOS (docs/platforms.md)
   cargo xtask package --binary darwin64=out/plant.dylib   and a library that was built on another machine
+  cargo xtask package --sources                           and sources in C for any other target (docs/target.md)
 
 After it:
   cargo xtask wheel                                       the Python package that examples and studies use
   cargo xtask gallery                                     all friction laws, compared";
 
 impl Package {
-    /// For all platforms, with libraries that were built elsewhere.
+    /// For all platforms, with libraries that were built elsewhere, and with sources.
     pub fn for_everybody(binaries: &[Binary]) -> Self {
-        Self { platforms: Some(Platforms(Platform::ALL.into())), binaries: binaries.to_vec() }
+        let platforms = Some(Platforms(Platform::ALL.into()));
+        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small) }
     }
 
     /// Builds what was not handed in, joins, validates and runs.
@@ -61,6 +67,9 @@ impl Package {
     /// # Errors
     /// When a tool is missing, or any of these steps fails or finds something.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        if self.sources.is_some() {
+            tools::require([("the sources in C", wasm::missing()?)])?;
+        }
         let mut libraries = library::handed_in(workspace, &self.binaries)?;
         match &self.platforms {
             Some(Platforms(platforms)) => {
@@ -76,8 +85,9 @@ impl Package {
             None => (),
         }
         let libraries: Vec<_> = libraries.into_values().collect();
+        let modules = self.sources.map_or(Ok(BTreeMap::new()), |size| modules(workspace, size))?;
         heading("Join the FMUs");
-        join(workspace, &libraries)?;
+        join_with(workspace, &libraries, &modules)?;
         check(workspace, libraries.iter().map(|library| library.platform))
     }
 }
@@ -163,17 +173,33 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     Ok(())
 }
 
+/// Builds the modules from which sources are made, by the names of their models.
+fn modules(workspace: &Workspace, size: Size) -> Result<BTreeMap<&'static str, Vec<u8>>> {
+    let build = |model: &'static Model| {
+        heading(&format!("Build {} for the sources in C", model.name));
+        Ok((model.name, sources::module(workspace, model, size)?))
+    };
+    models::ALL.iter().map(build).collect()
+}
+
 /// Puts libraries for any number of platforms into one FMU per model and version.
 ///
 /// # Errors
 /// When a source file is missing or an FMU cannot be written.
 pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
+    join_with(workspace, libraries, &BTreeMap::new())
+}
+
+/// The same, with sources of those models that there is a module of.
+fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&str, Vec<u8>>) -> Result<()> {
     let moment = Moment::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
     for model in models::ALL {
         let experiment = documentation::experiment(model)?;
         for version in Version::ALL {
-            let mut archive = contents(workspace, model, version, libraries, &licences, moment)?;
+            let module = modules.get(model.name);
+            let sources = module.map(|module| sources::of(workspace, model, &[version], module)).transpose()?;
+            let mut archive = contents(workspace, model, version, (libraries, sources), &licences, moment)?;
             let page = documentation::page(model, version, &workspace.descriptions(), &experiment)?;
             archive.add("documentation/index.html", page)?;
             let fmu = fmu_of(workspace, version, model);
@@ -190,12 +216,16 @@ fn contents(
     workspace: &Workspace,
     model: &Model,
     version: Version,
-    libraries: &[Library],
+    (libraries, sources): (&[Library], Option<Sources>),
     licences: &BTreeMap<String, String>,
     moment: Moment,
 ) -> Result<Archive> {
     let mut archive = Archive::default();
-    let stamp = Stamp { guid: guid(model), date: moment.iso() };
+    let (files, sources) = sources.map(|sources| (sources.files, sources.compiled)).unwrap_or_default();
+    let stamp = Stamp { guid: guid(model), date: moment.iso(), sources };
+    for (name, text) in files {
+        archive.add(&format!("sources/{name}"), text)?;
+    }
     archive.add("modelDescription.xml", description::xml(model, version, &stamp)?)?;
     for library in libraries {
         let extension = library.platform.extension();

@@ -15,6 +15,7 @@ use crate::playground;
 use crate::process::{self, heading};
 use crate::sanitizer;
 use crate::site;
+use crate::sources;
 use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
@@ -29,11 +30,15 @@ use crate::workspace::Workspace;
 Examples:
   cargo xtask test                 everything that the tools of this machine allow
   CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
-  cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else")]
+  cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
+  cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else")]
 pub struct Test {
     /// Only build and compare the libraries of all platforms; a missing tool is an error then.
     #[arg(long)]
     platforms: bool,
+    /// Only compile the sources in C for all targets, run and compare them; a missing tool is an error then.
+    #[arg(long, conflicts_with = "platforms")]
+    sources: bool,
 }
 
 impl Test {
@@ -42,7 +47,11 @@ impl Test {
     /// # Errors
     /// When a tool is missing or a check fails.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        if self.platforms { platform_test::run(workspace) } else { run(workspace) }
+        match (self.platforms, self.sources) {
+            (true, _) => platform_test::run(workspace),
+            (_, true) => sources::check::run(workspace),
+            _ => run(workspace),
+        }
     }
 }
 
@@ -104,6 +113,7 @@ impl Checks<'_> {
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)?;
         site::check(self.workspace)?;
+        sources::check::run_if_possible(self.workspace)?;
         heading("Import with the crate fmi");
         self.cargo(&["test", "--package", "importer", "--features", "fmi"])
     }

@@ -15,7 +15,7 @@ use crate::system::{Shortcuts, references, table};
 use crate::variables::{ParameterError, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Model {
     /// Name of the model, which is also its FMI model identifier.
     pub name: &'static str,

@@ -24,6 +24,8 @@ pub struct Recipe<'a> {
     folder: PathBuf,
     strip: &'static str,
     flags: Vec<String>,
+    settings: Vec<String>,
+    features: Vec<&'static str>,
     environment: Vec<(String, OsString)>,
 }
 
@@ -42,6 +44,8 @@ impl<'a> Recipe<'a> {
             folder,
             strip: "symbols",
             flags,
+            settings: Vec::new(),
+            features: Vec::new(),
             environment: Vec::new(),
         }
     }
@@ -69,6 +73,18 @@ impl<'a> Recipe<'a> {
     /// Starts Cargo through another program.
     pub fn through(mut self, program: PathBuf) -> Self {
         self.program = program;
+        self
+    }
+
+    /// Changes the release profile: `opt-level='z'`.
+    pub fn setting(mut self, setting: &str) -> Self {
+        self.settings.push(format!("profile.release.{setting}"));
+        self
+    }
+
+    /// Switches a feature of the package on.
+    pub fn feature(mut self, feature: &'static str) -> Self {
+        self.features.push(feature);
         self
     }
 
@@ -126,6 +142,8 @@ impl<'a> Recipe<'a> {
             .args(["rustc", "--release", "--package", self.package, "--lib", "--crate-type", "cdylib"])
             .args(["--config".to_owned(), format!("profile.release.strip='{}'", self.strip)])
             .args(["--config".to_owned(), format!("profile.release.panic='{}'", self.panic)])
+            .args(self.settings.iter().flat_map(|setting| ["--config", setting]))
+            .args(self.features.iter().flat_map(|feature| ["--features", feature]))
             .args(["--message-format", "json-render-diagnostics"])
             .args(&self.target)
             .env("CARGO_TARGET_DIR", &self.folder)

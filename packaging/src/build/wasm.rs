@@ -1,4 +1,4 @@
-//! The plant for the page: WebAssembly without imports, linked by LLVM's linker.
+//! The plant as WebAssembly, for the page and for sources in C, linked by LLVM's linker.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use super::toolchain::{Target, Toolchain};
 use super::tools::Tool;
 use crate::workspace::Workspace;
 
-/// The package that is built.
+/// The package that is built for the page.
 pub const PACKAGE: &str = "pneumatic-servo-playground";
 const TRIPLE: &str = "wasm32-unknown-unknown";
 
@@ -25,7 +25,7 @@ pub fn missing() -> Result<Vec<Tool>> {
     Ok(missing)
 }
 
-/// Builds the module.
+/// Builds the module for the page.
 ///
 /// # Errors
 /// When a step of the build fails.
@@ -33,6 +33,25 @@ pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
     let (toolchain, triple) = Target::find(TRIPLE, TRIPLE)?.found()?;
     let linker = linker()?.context("no linker for WebAssembly was found")?;
     Recipe::for_target(workspace, toolchain, triple).package(PACKAGE).aborting().linker(triple, linker).run()
+}
+
+/// Builds the module of one model from which sources are made.
+///
+/// # Errors
+/// When a step of the build fails.
+pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Vec<u8>> {
+    let (toolchain, triple) = Target::find(TRIPLE, TRIPLE)?.found()?;
+    let linker = linker()?.context("no linker for WebAssembly was found")?;
+    let recipe = Recipe::for_target(workspace, toolchain, triple)
+        .package("pneumatic-servo-sources")
+        .aborting()
+        .linker(triple, linker)
+        .variable("ONLY_MODEL", model)
+        .setting("lto='fat'")
+        // What calls need at most, several times over; a stack that overflows traps.
+        .link("-zstack-size=262144");
+    let recipe = if is_small { recipe.setting("opt-level='z'").feature("small") } else { recipe };
+    recipe.run()
 }
 
 fn linker() -> Result<Option<PathBuf>> {

@@ -26,6 +26,8 @@ pub struct Stamp {
     pub guid: String,
     /// When it was generated, in ISO 8601.
     pub date: String,
+    /// The source files that an importer compiles; none in an FMU without sources.
+    pub sources: Vec<String>,
 }
 
 /// A version of FMI.
@@ -71,7 +73,10 @@ pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
 }
 
 /// The text of a document with one element.
-fn document(root: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String> {
+///
+/// # Errors
+/// When it cannot be written.
+pub fn document(root: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String> {
     let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     root(&mut xml)?;

@@ -73,10 +73,11 @@ const OPTIONS: [(&str, Changes); 2] = [
 
 /// The experiments of all models.
 pub fn all() -> String {
-    models::ALL.iter().map(experiment).collect()
+    models::ALL.iter().map(of).collect()
 }
 
-fn experiment(model: &Model) -> String {
+/// Those of a model.
+pub fn of(model: &Model) -> String {
     let variables = (model.variables)();
     let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));
     let mut text = format!("experiment {} {steps} {:x} ", guid(model), step.to_bits());

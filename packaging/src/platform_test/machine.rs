@@ -119,7 +119,7 @@ impl Machine {
 const QEMU: &str = "qemu-aarch64";
 
 /// Debian keeps the program off the search path.
-fn wine() -> Option<PathBuf> {
+pub fn wine() -> Option<PathBuf> {
     let debian = PathBuf::from("/usr/lib/wine/wine64");
     which::which("wine64").ok().or_else(|| debian.is_file().then_some(debian))
 }

@@ -7,8 +7,10 @@ mod results;
 
 use anyhow::{Context, Result, ensure};
 
-use self::machine::Machine;
+pub use self::experiment::of as experiments_of;
+pub use self::machine::{Machine, wine};
 use self::reproduction::Reproduction;
+pub use self::results::same;
 use crate::build::{self, aarch64, tools, tools::Tool};
 use crate::gates::{self, Reach};
 use crate::library::Library;

@@ -139,10 +139,16 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 /// States of a cylinder that has them all.
 const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
+/// Whether few sizes are compiled, with more states than needed in most of them.
+const SMALL: bool = cfg!(feature = "small");
+
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (equations, settings) = build::<PneumaticServoCylinder<L, A, true>, 3>(start, &[])?;
     if !equations.needs_extension() {
+        #[cfg(feature = "small")]
+        return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [State::OTHERS + 2, State::OTHERS + MAX_STATES]);
+        #[cfg(not(feature = "small"))]
         return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [
             State::OTHERS,
             State::OTHERS + 1,
@@ -157,11 +163,11 @@ fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, Pa
         };
     }
     match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
-        (false, 0, 0..=2) => run!(State::OTHERS + 2),
-        (false, 0, _) => run!(State::OTHERS + MAX_STATES),
-        (false, _, 0..=2) => run!(State::OTHERS + 2 + sensors::COUNT),
-        (true, 0, 0..=2) => run!(State::OTHERS + 2 + lines::STATES),
-        (true, 0, _) => run!(State::OTHERS + MAX_STATES + lines::STATES),
+        (false, 0, 0..=2) if !SMALL => run!(State::OTHERS + 2),
+        (false, 0, _) if !SMALL => run!(State::OTHERS + MAX_STATES),
+        (false, _, 0..=2) if !SMALL => run!(State::OTHERS + 2 + sensors::COUNT),
+        (true, 0, 0..=2) if !SMALL => run!(State::OTHERS + 2 + lines::STATES),
+        (true, 0, _) if !SMALL => run!(State::OTHERS + MAX_STATES + lines::STATES),
         _ => run!(MOST),
     }
 }

@@ -18,15 +18,26 @@ pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure)
     let indicators = is_exchanged(model).then(|| (model.indicators)().len().to_string());
     root("2.0", "guid", model, stamp).with_some("numberOfEventIndicators", indicators).contain(xml, |xml| {
         if is_exchanged(model) {
-            kind("ModelExchange", model, COMMON, MODEL_EXCHANGE).write(xml)?;
+            with_sources(xml, kind("ModelExchange", model, COMMON, MODEL_EXCHANGE), &stamp.sources)?;
         }
-        kind("CoSimulation", model, COMMON, CO_SIMULATION).write(xml)?;
+        with_sources(xml, kind("CoSimulation", model, COMMON, CO_SIMULATION), &stamp.sources)?;
         units::write(xml, variables)?;
         enumerations::write(xml, variables, write_type)?;
         log_categories(xml)?;
         default_experiment(xml, model)?;
         variables::write(xml, variables)?;
         structure::write(xml, structure)
+    })
+}
+
+/// Writes a way of running the model, and the source files for it.
+fn with_sources(xml: &mut Xml, element: Element, sources: &[String]) -> io::Result<()> {
+    if sources.is_empty() {
+        return element.write(xml);
+    }
+    element.contain(xml, |xml| {
+        Element::new("SourceFiles")
+            .contain(xml, |xml| sources.iter().try_for_each(|file| Element::new("File").with("name", file).write(xml)))
     })
 }
 

@@ -1,0 +1,34 @@
+//! `buildDescription.xml` of FMI 3.0: how an importer compiles the sources.
+
+use anyhow::Result;
+use pneumatic_servo::model::Model;
+
+use crate::description::document;
+use crate::xml::Element;
+
+/// The description of one build, which is that of a shared library: without the definition all functions begin with the
+/// model's name, so that several models can be linked into one program.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn xml(model: &Model, compiled: &[String]) -> Result<String> {
+    document(|xml| {
+        Element::new("fmiBuildDescription").with("fmiVersion", "3.0").contain(xml, |xml| {
+            Element::new("BuildConfiguration")
+                .with("modelIdentifier", model.name)
+                .with("description", "Any compiler of C99 for any processor with double precision")
+                .contain(xml, |xml| {
+                    Element::new("SourceFileSet").with("language", "C99").contain(xml, |xml| {
+                        for file in compiled {
+                            Element::new("SourceFile").with("name", file).write(xml)?;
+                        }
+                        Element::new("PreprocessorDefinition")
+                            .with("name", "FMI3_OVERRIDE_FUNCTION_PREFIX")
+                            .with("value", "1")
+                            .with("description", "Functions have the names of the standard, as in a shared library")
+                            .write(xml)
+                    })
+                })
+        })
+    })
+}

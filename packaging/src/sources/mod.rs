@@ -1,0 +1,109 @@
+//! The sources of an FMU in C: the module in WebAssembly, translated, behind the functions in `sources/c`.
+
+mod build_description;
+pub mod check;
+mod model_header;
+mod translate;
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use anyhow::{Context, Error, Result, bail};
+use pneumatic_servo::model::Model;
+
+use crate::build::wasm;
+use crate::description::Version;
+use crate::workspace::Workspace;
+
+/// How large the sources may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// Compiled for size, with few sizes of the vector of states.
+    Small,
+    /// Compiled for speed, as the shared library is.
+    Full,
+}
+
+impl FromStr for Size {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "small" => Ok(Self::Small),
+            "full" => Ok(Self::Full),
+            _ => bail!("`{text}` is no size of the sources; there are small and full"),
+        }
+    }
+}
+
+/// The sources of an FMU.
+pub struct Sources {
+    /// The files by their names.
+    pub files: BTreeMap<String, String>,
+    /// Those that an importer compiles.
+    pub compiled: Vec<String>,
+}
+
+/// What the C around the module asks of it besides the functions of FMI.
+const ROOTS: [&str; 5] = ["plant_begin", "plant_room", "plant_callbacks", "plant_logger", "plant_self_test"];
+
+/// Builds the module of a model.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8>> {
+    wasm::of_model(workspace, model.name, size == Size::Small)
+}
+
+/// The sources of an FMU for some versions, from the module of its model.
+///
+/// # Errors
+/// When a file cannot be read, or the module holds what is not translated.
+pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
+    let mut compiled = vec!["plant.c".to_owned()];
+    let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.h"];
+    let mut roots = ROOTS.to_vec();
+    for version in versions {
+        let (face, functions) = match version {
+            Version::Fmi2 => ("fmi2.c", pneumatic_servo_fmu::fmi2::exports::Functions::NAMES),
+            Version::Fmi3 => ("fmi3.c", pneumatic_servo_fmu::fmi3::exports::Functions::NAMES),
+        };
+        compiled.push(face.to_owned());
+        by_hand.push(face);
+        // What needs no instance, or ends one, is done by the C itself.
+        let asked = functions.iter().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
+        roots.extend(asked);
+    }
+    if versions.contains(&Version::Fmi2) {
+        // The plant without FMI rests on the functions of FMI 2.0, and is compiled by who wants it.
+        by_hand.extend(["loop.c", "loop.h"]);
+    }
+    let code =
+        translate::translate(module, model.name, &roots).with_context(|| format!("the module of {}", model.name))?;
+    compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
+    let mut files = code;
+    for name in by_hand {
+        let file = workspace.root.join("sources/c").join(name);
+        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        files.insert(name.to_owned(), text);
+    }
+    files.insert("model.h".to_owned(), model_header::text(model)?);
+    if versions.contains(&Version::Fmi3) {
+        files.insert("buildDescription.xml".to_owned(), build_description::xml(model, &compiled)?);
+    }
+    Ok(Sources { files, compiled })
+}
+
+const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetVersion"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_named() {
+        assert_eq!(["small", "full"].map(|text| text.parse::<Size>().ok()), [Some(Size::Small), Some(Size::Full)]);
+        let problem = "tiny".parse::<Size>().map_err(|error| error.to_string());
+        assert!(problem.is_err_and(|text| text.contains("`tiny` is no size")));
+    }
+}

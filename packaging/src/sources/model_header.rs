@@ -1,0 +1,68 @@
+//! `model.h`: what the C around a module knows of its model.
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result};
+use pneumatic_servo::model::Model;
+use pneumatic_servo_fmu::guid;
+use pneumatic_servo_sources::self_test::fingerprint;
+
+/// The header: names, GUID, the fingerprint of the self-test, and the value references of all variables.
+///
+/// # Errors
+/// When the run of the self-test fails.
+pub fn text(model: &'static Model) -> Result<String> {
+    let name = model.name;
+    let fingerprint = fingerprint(model).with_context(|| format!("the self-test of {name} fails here"))?;
+    let mut text = format!(
+        "/* {name}: {}. */\n\
+         #ifndef MODEL_H\n\
+         #define MODEL_H\n\n\
+         /* What all symbols begin with, so that models do not get into each other's way. */\n\
+         #define MODEL_PREFIX {name}_\n\
+         #define PLANT_NAME(symbol) {name}_##symbol\n\
+         #define MODEL_GUID \"{}\"\n\
+         /* What the self-test gives where numbers are computed exactly. */\n\
+         #define MODEL_FINGERPRINT 0x{fingerprint:016x}ull\n\n\
+         /* Value references. */\n\
+         enum {{\n",
+        model.description,
+        guid(model)
+    );
+    let table = (model.variables)();
+    for (place, variable) in table.iter().enumerate() {
+        let comma = if place + 1 < table.len() { "," } else { "" };
+        writeln!(text, "    REF_{} = {}{comma}", identifier(&variable.name), variable.reference)?;
+    }
+    text += "};\n\n#endif\n";
+    Ok(text)
+}
+
+/// A name as an identifier of C: `friction.law` is `friction_law`, `der(position)` is `der_position`.
+fn identifier(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use pneumatic_servo::models;
+
+    #[test]
+    fn every_variable_has_an_identifier_of_its_own() -> Result<()> {
+        assert_eq!(identifier("friction.gms.k[10]"), "friction_gms_k_10");
+        assert_eq!(identifier("der(position)"), "der_position");
+        for model in models::ALL {
+            let names: Vec<_> = (model.variables)().iter().map(|variable| identifier(&variable.name)).collect();
+            assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{}", model.name);
+            let text = text(model)?;
+            for name in names {
+                assert!(text.contains(&format!("    REF_{name} = ")), "{name}");
+            }
+        }
+        Ok(())
+    }
+}

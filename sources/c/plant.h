@@ -1,0 +1,105 @@
+/* What the functions of FMI have in common: instances, calls, and the host's arrays. */
+#ifndef PLANT_H
+#define PLANT_H
+
+#include "code.h"
+#include "model.h"
+
+#define plant_new PLANT_NAME(plant_new)
+#define plant_release PLANT_NAME(plant_release)
+#define plant_ready PLANT_NAME(plant_ready)
+#define plant_enter PLANT_NAME(plant_enter)
+#define plant_leave PLANT_NAME(plant_leave)
+#define plant_lost PLANT_NAME(plant_lost)
+#define plant_reserve PLANT_NAME(plant_reserve)
+#define plant_take PLANT_NAME(plant_take)
+#define plant_give PLANT_NAME(plant_give)
+#define plant_text PLANT_NAME(plant_text)
+#define plant_texts PLANT_NAME(plant_texts)
+#define plant_handle PLANT_NAME(plant_handle)
+#define plant_size PLANT_NAME(plant_size)
+#define plant_serialize PLANT_NAME(plant_serialize)
+#define plant_deserialize PLANT_NAME(plant_deserialize)
+
+#ifndef LOOP_H
+typedef struct Plant Plant;
+#endif
+
+/* How a call ends, as in FMI. */
+enum { PLANT_OK, PLANT_WARNING, PLANT_DISCARD, PLANT_ERROR, PLANT_FATAL };
+
+/* Takes a message to the host: status, category and text. */
+typedef void PlantSink(Plant *plant, int status, const char *category, const char *text);
+
+struct Plant {
+    /* First: what the module hands to the host is the plant. */
+    Module module;
+    /* The instance in the module's memory. */
+    u32 component;
+    /* Whether a call is being carried out. */
+    char busy;
+    char is_lost;
+    char is_started;
+    /* Whether the host's logger takes a text as a format of printf. */
+    char logs_formats;
+    /* The call that is carried out, and the message of a panic. */
+    const char *function;
+    const char *cause;
+    /* The name of the instance, as far as it fits. */
+    char name[64];
+    /* Where the next of the host's arrays goes; 0 if they do not fit. */
+    u32 room;
+    double time;
+    /* The host's logger, of a type that the sink knows. */
+    PlantSink *sink;
+    void (*logger)(void);
+    void *environment;
+    u64 memory[MEMORY / 8];
+};
+
+/* A plant without an instance; NULL if there is no memory. */
+Plant *plant_new(const char *function, const char *name, PlantSink *sink, void (*logger)(void), void *environment);
+void plant_release(Plant *plant);
+/* The plant with an instance that was made, once the self-test is done; NULL, without the plant, if there is none. */
+Plant *plant_ready(Plant *plant, u32 component);
+/* Begins a call of the host, or tells how it ends: 0 if it may go on. */
+int plant_enter(void *instance, const char *function);
+int plant_leave(Plant *plant, u32 status);
+/* Ends a call that was trapped. */
+int plant_lost(Plant *plant);
+
+/* Room for arrays that take so many bytes together, by PLANT_BYTES. */
+void plant_reserve(Plant *plant, u64 bytes);
+/* Copies an array of the host's into the room and tells its address there. */
+u32 plant_take(Plant *plant, const void *array, size_t number, unsigned size);
+/* Copies it back. */
+void plant_give(Plant *plant, u32 address, void *array, size_t number, unsigned size);
+/* The address of a copy of a string in the room. */
+u32 plant_text(Plant *plant, const char *text);
+/* Reserves room for strings, and tells the address of an array of their addresses. */
+u32 plant_texts(Plant *plant, const char *const texts[], size_t number);
+
+/* Calls that the versions have in common: saving or forgetting a state, a size that is told, a state as bytes. */
+u32 plant_handle(Plant *plant, void **state, u32 call(Module *, u32, u32));
+u32 plant_size(Plant *plant, u32 argument, size_t *size, u32 call(Module *, u32, u32, u32));
+u32 plant_serialize(Plant *plant, u32 state, void *bytes, size_t size, u32 call(Module *, u32, u32, u32, u32));
+u32 plant_deserialize(Plant *plant, const void *bytes, size_t size, void **state, u32 call(Module *, u32, u32, u32, u32));
+
+/* Begins a call of a function of FMI: from here a trap comes back. */
+#define PLANT_ENTER(plant, instance, function, status)                   \
+    Plant *plant = (Plant *)(instance);                                  \
+    {                                                                    \
+        int refused = plant_enter(instance, function);                   \
+        if (refused) return (status)refused;                             \
+        if (setjmp(plant->module.jump)) return (status)plant_lost(plant); \
+    }
+
+/* What an array takes at most, wherever it begins; what cannot be is far too much. */
+#define PLANT_BYTES(number, size) ((number) > 0x7fffffffu ? 0xffffffffull : (u64)(number) * (size) + 16u)
+#define PLANT_TEXT(text) ((text) != NULL ? PLANT_BYTES(strlen(text) + 1, 1) : 0u)
+/* A number of elements as the module has it: more than there can be if they do not fit. */
+#define PLANT_COUNT(plant, number) ((number) == 0 ? 0u : (plant)->room == 0 || (number) > 0xffffffffu ? 0xffffffffu : (u32)(number))
+/* A handle of the host's; one that is none is none in the module either. */
+#define PLANT_HANDLE(pointer) ((uintptr_t)(pointer) > 0xffffffffu ? 0xffffffffu : (u32)(uintptr_t)(pointer))
+
+#endif
