@@ -117,10 +117,17 @@ INLINE f64 of_bits64(u64 x) {
     return y;
 }
 
+#ifdef BIG_ENDIAN_HOST
 INLINE f32 le(Module *s, u8 *m, u32 a, u32 o) { return of_bits32(li(s, m, a, o)); }
 INLINE f64 ld(Module *s, u8 *m, u32 a, u32 o) { return of_bits64(lj(s, m, a, o)); }
 INLINE void se(Module *s, u8 *m, u32 a, u32 o, f32 x) { si(s, m, a, o, bits32(x)); }
 INLINE void sd(Module *s, u8 *m, u32 a, u32 o, f64 x) { sj(s, m, a, o, bits64(x)); }
+#else
+LOADS(le, f32, f32)
+LOADS(ld, f64, f64)
+STORES(se, f32, f32)
+STORES(sd, f64, f64)
+#endif
 
 INLINE void copy(Module *s, u32 to, u32 from, u32 size) {
     if (size > MEMORY || to > MEMORY - size || from > MEMORY - size) trap(s, OUT_OF_BOUNDS);

@@ -83,28 +83,31 @@ fn write(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
 fn through_fmi(workspace: &Workspace, folder: &Path, sources: &[PathBuf]) -> Result<()> {
     // The headers of the standard as FMPy has them.
     let headers = Venv::prepare(workspace, Requirements::PACKAGE)?.module("fmpy")?.join("c-code");
-    let library = folder.join("library.so");
+    let library = library(folder);
     let mut compiler = Command::new("gcc");
-    compiler.args([
-        "-std=c99",
-        "-O1",
-        "-fPIC",
-        "-shared",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
-    ]);
-    compiler
-        .args(["-DFMI3_OVERRIDE_FUNCTION_PREFIX", "-I"])
-        .arg(&headers)
-        .args(sources)
-        .arg("-lm")
-        .arg("-o")
-        .arg(&library);
+    // Contracted operations are what the sources must keep out by themselves.
+    compiler.args(["-std=gnu99", "-O1", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror"]);
+    if has_fused_operations() {
+        compiler.arg("-mfma");
+    }
+    compiler.args(["-DFMI2_OVERRIDE_FUNCTION_PREFIX", "-DFMI3_OVERRIDE_FUNCTION_PREFIX", "-I"]).arg(&headers);
+    compiler.args(sources).arg(folder.join("loop.c")).arg("-lm").arg("-o").arg(&library);
     process::run(&mut compiler)?;
     let compiled = std::fs::read(&library).context("cannot read the library")?;
     let experiments = experiments_of(&MODEL);
     let expected = Machine::Linux.run(workspace, &build::for_this_machine(workspace)?, &experiments)?;
     same("the library from C", &expected, &Machine::Linux.run(workspace, &compiled, &experiments)?)
+}
+
+/// Where the library of the faces is.
+fn library(folder: &Path) -> PathBuf {
+    folder.join("library.so")
+}
+
+/// Whether this processor computes a product and a sum in one operation.
+fn has_fused_operations() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
 }
