@@ -50,8 +50,12 @@ pub fn symbol(name: &str) -> Result<*const c_void, libloading::Error> {
     unsafe { FILE.get(name.as_bytes()) }.map(|symbol| *symbol)
 }
 
-/// The file of the library: cargo builds it for the test, beside the test's own executable.
+/// The file of the library: cargo builds it for the test, beside the test's own executable. The variable `FMU_LIBRARY` names
+/// another one of the same source, such as one that is compiled from C.
 pub fn library_path() -> PathBuf {
+    if let Some(file) = env::var_os("FMU_LIBRARY") {
+        return file.into();
+    }
     let name = format!("{}pneumatic_servo_builtin{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
     let executable = env::current_exe().expect("the test's own path");
     let folders = executable.ancestors().skip(1).take(2);

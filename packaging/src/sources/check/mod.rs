@@ -19,25 +19,13 @@ use crate::process::{self, heading};
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// Compiles and runs the sources on this machine and on those of a list; a missing tool is an error.
+/// Compiles and runs the sources for all targets; a missing tool is an error.
 ///
 /// # Errors
 /// When a tool is missing, a step fails or a bit differs.
 pub fn run(workspace: &Workspace) -> Result<()> {
     tools::require(missing(&Target::ALL)?)?;
     on(workspace, &Target::ALL)
-}
-
-/// The same for this machine and a microcontroller, if what it needs is there.
-///
-/// # Errors
-/// When a step fails or a bit differs, or under CI when a tool is missing.
-pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
-    let targets = [Target::Linux, Target::CortexM7];
-    match tools::require(missing(&targets)?) {
-        Ok(()) => on(workspace, &targets),
-        Err(problem) => process::leave_out("Sources in C", &format!("{problem:#}")),
-    }
 }
 
 fn missing(targets: &[Target]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
