@@ -56,10 +56,10 @@ After it:
   cargo xtask gallery                                     all friction laws, compared";
 
 impl Package {
-    /// For all platforms, with libraries that were built elsewhere, and with sources.
+    /// For all platforms, with libraries that were built elsewhere.
     pub fn for_everybody(binaries: &[Binary]) -> Self {
         let platforms = Some(Platforms(Platform::ALL.into()));
-        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small) }
+        Self { platforms, binaries: binaries.to_vec(), sources: None }
     }
 
     /// Builds what was not handed in, joins, validates and runs.
