@@ -23,6 +23,7 @@ NOT_HERE = {
     "docs/start/rust.md": "its command changes a crate, and its program is that of the README",
     "python/README.md": "its command installs, and the environment of the tests has the package",
     "docs/platforms.md": "its commands build and install",
+    "docs/target.md": "its commands build, and compile for minutes: cargo xtask test --sources",
     "docs/realtime.md": "its host is compiled and run by test_realtime.py",
     "docs/tools/rust.md": "its program takes minutes to compile, and is run by hand",
     "docs/models.md": "its commands are the studies, which test_system_studies.py runs",
