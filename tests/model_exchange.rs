@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 use bounds::smaller;
 use outside::Host;
+use pneumatic_servo::co_simulation::Direction;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models::{self, driven_slider, festoon, friction_bench, pneumatic_servo_cylinder, vibro_impact};
@@ -237,6 +238,116 @@ fn saved_states_repeat_bit_for_bit() {
         let mut other = Host::new(exchange, numbers(setup.model()), swing, OUTSIDE);
         assert_eq!(run(&mut other), run(&mut one), "{law}");
     }
+}
+
+/// The equations count their time from the start, by whatever clock: the sampled law, the delay, the shaken tray and its
+/// walk do the same at all starts, as they do with the solver inside.
+#[test]
+fn runs_that_start_at_another_time_are_the_same_runs() {
+    for (model, law) in [
+        (&pneumatic_servo_cylinder::MODEL, "DNLRX"),
+        (&pneumatic_servo_cylinder::MODEL, "Armstrong"),
+        (&driven_slider::MODEL, "Stribeck"),
+    ] {
+        let setup = setup(model, law);
+        let at = |start: f64| {
+            let exchange = setup.exchange(start).expect("parameters that fit").expect("a model with states");
+            assert_eq!(exchange.time(), start);
+            let still: fn(f64, &mut [f64]) = match numbers(model)[0] {
+                1 => |_, inputs| inputs.fill(0.0),
+                _ => cylinder_pushed,
+            };
+            let mut host = Host::new(exchange, numbers(model), still, OUTSIDE);
+            host.advance(start + 0.25);
+            host.states().to_vec()
+        };
+        let expected = at(0.0);
+        // Powers of two, so that steps of the host round alike but for the last bits of its clock.
+        for start in [-0.5, 1024.0] {
+            for (one, other) in at(start).iter().zip(&expected) {
+                let bound = 1e-6 * other.abs().max(1e-3);
+                assert!((one - other).abs() <= bound, "{} {law} from {start} s: {one}, not {other}", model.name);
+            }
+        }
+    }
+}
+
+/// What a delayed velocity is read from must be known: the host is told to stop four times within each delay.
+#[test]
+fn time_events_are_no_further_apart_than_a_law_with_a_delay_can_remember() {
+    const LAG: f64 = 8e-3;
+    let with_states = models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0);
+    let mut models = 0;
+    for model in with_states {
+        let mut setup = setup(model, "Armstrong").set("friction.armstrong.tauL", LAG).expect("a delay");
+        if model.name == "DrivenSlider" {
+            // Steps of its walk, and turns of its tray, would come sooner.
+            setup.change("walk.stepsPerPeriod", 0).expect("a parameter");
+            setup.change("tray.frequency", 0.1).expect("a parameter");
+        }
+        let mut exchange = setup.exchange(0.5).expect("parameters that fit").expect("a model with states");
+        for time in [0.5, 0.5 + 1e-3, 0.5 + 2e-3] {
+            exchange.set_time(time);
+            let next = exchange.update().expect("an update").next_time_event.expect("a time event");
+            assert!(next > time && next <= time + LAG / 4.0, "{}: {next} s after {time} s", model.name);
+        }
+        let without = setup.set("friction.armstrong.tauL", 0.0).expect("no delay");
+        let mut exchange = without.exchange(0.5).expect("parameters that fit").expect("a model with states");
+        let next = exchange.update().expect("an update").next_time_event;
+        assert!(next.is_none_or(|next| next > 0.5 + LAG), "{}: {next:?}", model.name);
+        models += 1;
+    }
+    assert_eq!(models, 5);
+}
+
+/// Time alone moves the tray of the driven slider, and what remembers when something was. Its slopes are those of
+/// differences with states, inputs and memory held, and have the same bits with the solver inside.
+#[test]
+fn slopes_by_time_are_those_of_differences_with_the_solver_outside_and_inside() {
+    const START: f64 = -3.0;
+    const TIME: f64 = START + 0.0137;
+    const STEP: f64 = 1e-6;
+    let mut moved = Vec::new();
+    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+        for law in laws() {
+            let setup = setup(model, law);
+            let table = setup.table();
+            let mut inside = setup.start(START).expect("parameters that fit");
+            inside.advance_to(TIME).expect("a step");
+            let mut outside = inside.simulation().exchange(model).expect("a model with states");
+            let [inputs, states, _] = numbers(model);
+            let (inputs, states) = (vec![0.0; inputs], vec![0.0; states]);
+            let by_time = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
+            let count = table.computed().count();
+            let (mut one, mut other) = (vec![f64::NAN; count], vec![f64::NAN; count]);
+            outside.directional_derivative(by_time, &mut one);
+            inside.simulation().directional_derivative(by_time, &mut other);
+            let mut at = |time: f64| {
+                let mut values = vec![f64::NAN; count];
+                outside.set_time(time);
+                outside.values(&mut values);
+                values
+            };
+            let (before, after) = (at(TIME - STEP), at(TIME + STEP));
+            for (place, variable) in table.computed().enumerate() {
+                let name = format!("{} {law}: {}", model.name, variable.name);
+                assert_eq!(one[place].to_bits(), other[place].to_bits(), "{name}: inside");
+                if !matches!(variable.kind, Kind::Real(_)) || variable.name.starts_with("solver.") {
+                    continue;
+                }
+                let difference = (after[place] - before[place]) / (2.0 * STEP);
+                // Rounding of the values, and the third derivative of a shaking at some hundred radians a second.
+                let bound = 1e-15 * after[place].abs() / STEP + 1e-6 * difference.abs();
+                let slope = one[place];
+                assert!((slope - difference).abs() <= bound, "{name}: {slope}, not {difference}");
+                if slope != 0.0 && law == "Stribeck" {
+                    moved.push((model.name, variable.name.as_str()));
+                }
+            }
+        }
+    }
+    let of_slider = moved.iter().filter(|(model, _)| *model == "DrivenSlider").count();
+    assert!(of_slider >= 6, "{moved:?}");
 }
 
 #[test]

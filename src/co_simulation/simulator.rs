@@ -181,7 +181,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         let (x, memory) = run.state();
         let (equations, indicators) = (run.system().clone(), (model.indicators)());
         let at = (run.time(), *x, memory.clone(), u);
-        Some(Box::new(Exchanger::new((equations, self.parameters.clone()), at, (model.variables)(), indicators)))
+        let (equations, clock) = ((equations, self.parameters.clone()), (self.start, self.time));
+        Some(Box::new(Exchanger::new(equations, clock, at, (model.variables)(), indicators)))
     }
 
     fn save(&self) -> Snapshot {

@@ -29,7 +29,12 @@ pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
     parameters: Vec<f64>,
     indicators: Vec<Indicator>,
     states: Vec<State>,
-    time: f64,
+    /// Clock of the host in s at the start. The equations count their time from there, as with the solver inside.
+    start: f64,
+    /// Clock of the host in s now: exactly as it said.
+    clock: f64,
+    /// Time in s of the equations.
+    elapsed: f64,
     x: [f64; N],
     memory: E::Memory,
     inputs: [f64; U],
@@ -44,11 +49,12 @@ struct State {
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
-    /// Equations at their start, for a table and with the indicators of their model.
+    /// Equations at a time since their start by the host's clock, for a table and with the indicators of their model.
     // Compiled apart from the run that it begins with.
     #[inline(never)]
     pub(crate) fn new(
         (equations, parameters): (E, Vec<f64>),
+        (start, clock): (f64, f64),
         (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
         table: &Table,
         indicators: Vec<Indicator>,
@@ -58,7 +64,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             parameters,
             indicators,
             states: Vec::new(),
-            time,
+            start,
+            clock,
+            elapsed: time,
             x,
             memory,
             inputs,
@@ -72,7 +80,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
 
     /// The equations for parameters that vary with slopes.
     fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
-        let start = Start { time: self.time, parameters, inputs: &self.inputs, tolerance: None };
+        let start = Start { time: self.start, parameters, inputs: &self.inputs, tolerance: None };
         build(&start, slopes).map(|(equations, _)| equations)
     }
 
@@ -92,7 +100,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
 
     /// Indicators as the equations have them, in their own units and exactly 0 at an event.
     fn exact_indicators(&self) -> E::Indicators {
-        self.equations.indicators(self.time, &self.x, &self.inputs, &self.memory)
+        self.equations.indicators(self.elapsed, &self.x, &self.inputs, &self.memory)
     }
 
     /// Lets the system switch until all modes are valid.
@@ -101,42 +109,51 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         for switches in 0..MAX_SWITCHES {
             let indicators = self.exact_indicators();
             let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else { return Ok(()) };
-            self.equations.switch(event, self.time, &mut self.x, &self.inputs, &mut self.memory);
+            self.equations.switch(event, self.elapsed, &mut self.x, &self.inputs, &mut self.memory);
             self.counters.events += 1;
             if switches >= MAX_SWITCHES / 2 && !last.contains(&event) {
                 last.push(event);
             }
         }
         let indicators = last.into_iter().map(|event| self.indicators[event].name.clone()).collect();
-        Err(ExchangeError::Chattering { time: self.time, indicators })
+        Err(ExchangeError::Chattering { time: self.clock, indicators })
     }
 
     /// Takes the samples that are due.
     fn sample(&mut self) -> Result<(), ExchangeError> {
         for _ in 0..MAX_SWITCHES {
             let sample = self.equations.next_sample(&self.memory);
-            if !sample.is_due_at(self.time) {
+            if !sample.is_due_at(self.elapsed) {
                 return Ok(());
             }
             // A sample that is due is taken, however the host has rounded its time.
-            self.equations.sample(self.time.max(sample.time), &mut self.x, &self.inputs, &mut self.memory);
+            self.equations.sample(self.elapsed.max(sample.time), &mut self.x, &self.inputs, &mut self.memory);
         }
         let due = self.equations.next_sample(&self.memory).time;
-        Err(ExchangeError::MissedTimeEvents { time: self.time, due })
+        Err(ExchangeError::MissedTimeEvents { time: self.clock, due: self.start + due })
+    }
+
+    /// The first time on the clock of the host at which a time of the equations has come.
+    fn on_clock(&self, time: f64) -> f64 {
+        let mut clock = self.start + time;
+        while clock - self.start < time {
+            clock = clock.next_up();
+        }
+        clock
     }
 
     fn follow(&mut self) {
-        let _ = self.equations.follow(self.time, &self.x, &self.inputs, &mut self.memory);
+        let _ = self.equations.follow(self.elapsed, &self.x, &self.inputs, &mut self.memory);
     }
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
     fn time(&self) -> f64 {
-        self.time
+        self.clock
     }
 
     fn set_time(&mut self, time: f64) {
-        self.time = time;
+        (self.clock, self.elapsed) = (time, time - self.start);
     }
 
     fn set_inputs(&mut self, values: &[f64]) {
@@ -170,9 +187,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
-        let refuse = |cause| ExchangeError::NotAdmissible { time: self.time, cause };
+        let refuse = |cause| ExchangeError::NotAdmissible { time: self.clock, cause };
         self.equations.admit(&self.x).map_err(refuse)?;
-        let here = self.equations.derivatives(self.time, &self.x, &self.inputs, &self.memory);
+        let here = self.equations.derivatives(self.elapsed, &self.x, &self.inputs, &self.memory);
         if here.iter().any(|rate| !rate.is_finite()) {
             return Err(refuse("a rate is not a finite number"));
         }
@@ -196,8 +213,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
             (self.x, self.memory, self.counters) = (before, memory, counters);
             return Err(error);
         }
-        let next = self.equations.next_sample(&self.memory).time.min(self.time + self.equations.max_step());
-        Ok(Update { changes_states: self.x != before, next_time_event: Some(next).filter(|time| time.is_finite()) })
+        let next = self.equations.next_sample(&self.memory).time.min(self.elapsed + self.equations.max_step());
+        let next = Some(next).filter(|time| time.is_finite()).map(|time| self.on_clock(time));
+        Ok(Update { changes_states: self.x != before, next_time_event: next })
     }
 
     fn accept_step(&mut self) {
@@ -208,7 +226,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     fn values(&self, computed: &mut [f64]) {
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
-        self.equations.outputs(self.time, &self.x, &self.inputs, &self.memory, own);
+        self.equations.outputs(self.elapsed, &self.x, &self.inputs, &self.memory, own);
         // No account is kept of what the host integrates.
         residuals.fill(0.0);
         self.counters.write(counters);
@@ -222,7 +240,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
             }
         }
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
-        let at = (self.time, &self.x, &self.inputs, &self.memory);
+        let at = (self.elapsed, &self.x, &self.inputs, &self.memory);
         let seeds = (direction.time, &states, &inputs);
         match varied(direction.parameters) {
             None => differentiate(&self.equations, at, seeds, computed),
@@ -238,19 +256,21 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn save(&self) -> Snapshot {
-        let memory = postcard::to_allocvec(&(&self.memory, self.counters)).expect("a memory holds plain data");
-        Snapshot { time: self.time, states: self.x.to_vec(), memory }
+        let memory =
+            postcard::to_allocvec(&(&self.memory, self.counters, self.start)).expect("a memory holds plain data");
+        Snapshot { time: self.clock, states: self.x.to_vec(), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let x: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
-        let (memory, counters): (E::Memory, Counters) =
+        let (memory, counters, start): (E::Memory, Counters, f64) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
-        let is_plain = x.iter().chain([&snapshot.time]).all(|value| value.is_finite());
+        let is_plain = x.iter().chain([&snapshot.time, &start]).all(|value| value.is_finite());
         if !is_plain || !self.equations.fits(&memory) {
             return Err(SnapshotError);
         }
-        (self.time, self.x, self.memory, self.counters) = (snapshot.time, x, memory, counters);
+        (self.start, self.x, self.memory, self.counters) = (start, x, memory, counters);
+        self.set_time(snapshot.time);
         Ok(())
     }
 }
@@ -335,7 +355,13 @@ mod tests {
         let indicators =
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
         let equations = Busy { switches, samples };
-        Exchanger::new((equations, Vec::new()), (1.0, [], [0, 0], []), table::<Busy, 0>(), indicators.to_vec())
+        Exchanger::new(
+            (equations, Vec::new()),
+            (10.0, 11.0),
+            (1.0, [], [0, 0], []),
+            table::<Busy, 0>(),
+            indicators.to_vec(),
+        )
     }
 
     /// Steps and events that it has counted.
@@ -356,9 +382,42 @@ mod tests {
     }
 
     #[test]
+    fn restored_model_goes_on_counting_where_it_was_saved() {
+        let mut model = busy(3, 0);
+        model.accept_step();
+        model.update().expect("three events");
+        let saved = model.save();
+        model.accept_step();
+        model.set_time(12.0);
+        model.memory = [0, 0];
+        model.update().expect("three events more");
+        assert_eq!(counted(&model), [2.0, 6.0]);
+        model.restore(&saved).expect("a state of its own");
+        assert_eq!((model.clock, model.elapsed, model.memory), (11.0, 1.0, [3, 0]));
+        assert_eq!(counted(&model), [1.0, 3.0]);
+    }
+
+    /// However the clock of the host rounds, a time event that it has reached is due.
+    #[test]
+    fn time_event_has_come_where_the_clock_says_so() {
+        let mut model = busy(0, 0);
+        for start in [0.0, 0.1, -0.3, 1.0 / 3.0, 1e4 / 3.0, -1e9 / 7.0, 1e9] {
+            model.start = start;
+            for count in 1..200 {
+                let time = 1e-3 * f64::from(count);
+                let clock = model.on_clock(time);
+                model.set_time(clock);
+                // A sum and a difference are rounded.
+                let rounding = 2.0 * f64::EPSILON * clock.abs().max(start.abs());
+                assert!(model.elapsed >= time && clock - (start + time) <= rounding, "{start} {time}");
+            }
+        }
+    }
+
+    #[test]
     fn events_without_end_are_refused_by_the_names_of_those_that_go_on() {
         let mut model = busy(usize::MAX, 0);
-        let expected = "at t = 1 s events follow each other without end; indicators: second, third";
+        let expected = "at t = 11 s events follow each other without end; indicators: second, third";
         assert_eq!(model.update().expect_err("no end").to_string(), expected);
         assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
     }
@@ -366,7 +425,7 @@ mod tests {
     #[test]
     fn time_events_that_the_host_has_passed_are_refused() {
         let mut model = busy(1, 200);
-        let expected = "at t = 1 s the time event of 0.5 s is still due, and too many after it";
+        let expected = "at t = 11 s the time event of 10.5 s is still due, and too many after it";
         assert_eq!(model.update().expect_err("too many").to_string(), expected);
         assert_eq!((model.memory, counted(&model)), ([0, 0], [0.0, 0.0]));
     }

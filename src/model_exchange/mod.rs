@@ -11,6 +11,7 @@
 //!   [`accept_step`](Exchange::accept_step). A host that never says it has accepted a step gets the error of a memory that
 //!   moves at events only: for the valve at most the width of its play, for laws with nested loops the loops that begin
 //!   and end between two events. Delay lines make time events of their own and need nothing.
+//! - Time is that of the host's clock, and the equations count theirs from the start: a run is the same from any start.
 //! - Sampled laws and delay lines announce their next time event with every update.
 //!
 //! [`Table::number_of_states`]: crate::variables::Table::number_of_states

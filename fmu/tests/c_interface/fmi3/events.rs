@@ -106,6 +106,41 @@ fn step_ends_where_its_own_path_breaks_away_at_the_default_tolerance() {
     }
 }
 
+/// A communication step that ends where the carriage breaks away is complete, and still tells of the event.
+#[test]
+fn event_at_the_very_end_of_a_step_is_told_without_early_return() {
+    let instance = stepping(Way::Events(true), STRIBECK, 6.0);
+    let start = instance.save();
+    let to = |end: f64| {
+        assert_eq!(instance.restore(start), OK);
+        let (status, step) = instance.step(0.0, end);
+        assert_eq!(status, OK);
+        step
+    };
+    let guess = to(0.5).time;
+    let (mut low, mut high) = (guess - 1e-9, guess + 1e-9);
+    assert_eq!((to(low).event, to(high).event), (0, 1));
+    while low.next_up() < high {
+        let middle = 0.5 * (low + high);
+        *(if to(middle).event == 1 { &mut high } else { &mut low }) = middle;
+    }
+    // Events are located to some last places: of the ends just behind, one is the instant of its event.
+    let mut ends = (0..64).map(|places| f64::from_bits(high.to_bits() + places));
+    let is_at_the_end = |end: &f64| {
+        let step = to(*end);
+        assert_eq!((step.event, step.early), (1, u8::from(step.time < *end)));
+        step.time == *end
+    };
+    let end = ends.find(is_at_the_end).expect("an event at the end of a step");
+    assert_eq!(to(end), Step { event: 1, terminate: 0, early: 0, time: end });
+    // It happens with the update, as one on the way would.
+    assert!(instance.sticks());
+    handle_event(&instance);
+    assert!(!instance.sticks());
+    let before = Step { event: 0, terminate: 0, early: 0, time: low };
+    assert_eq!(to(low), before);
+}
+
 /// Names, value references and nominal values of the cylinder's event indicators.
 fn indicators() -> impl Iterator<Item = (String, u32, f64)> {
     let variables = cylinder().indicator_variables().into_iter();

@@ -29,6 +29,7 @@ pub fn run_begins_at_the_start_and_ends_at_the_stop() {
     }
     let instance = Instance3::of(cylinder(), Way::Exchange);
     assert_eq!((enter(&instance, None, -2.0, None), instance.exit()), (OK, OK));
+    assert_eq!(instance.real("time"), -2.0);
     assert_eq!((instance.set_time(-2.5), instance.set_time(-1.9)), (ERROR, OK));
 }
 
