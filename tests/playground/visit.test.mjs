@@ -54,7 +54,8 @@ for (const view of VIEWS) {
   });
 }
 
-test("real time is kept with the law Stribeck; what does not fit is counted", async (context) => {
+// How real time is kept is tested by the clock alone (parts.test.mjs): what a browser gets done depends on the machine.
+test("all time that passes with the law Stribeck is simulated or counted as dropped", async (context) => {
   const { page, close } = await open(browser, `#view=stick-slip&${CYLINDER}.friction.law=7`);
   const begin = { ...(await status(page)), at: performance.now() };
   await page.waitForTimeout(5000);
