@@ -39,12 +39,15 @@ def test_every_model_has_a_picture_of_its_own(fmus: Path) -> None:
 
 
 @pytest.mark.parametrize("model", SYSTEMS)
-def test_every_law_runs_with_every_status_ok(fmus: Path, model: str) -> None:
-    """The client raises an exception for every status other than OK."""
+def test_laws_of_every_kind_run_with_every_status_ok(fmus: Path, model: str) -> None:
+    """The client raises an exception for every status other than OK.
+
+    Every law of every model runs in a small C host for `cargo xtask test --platforms`, and for the gallery.
+    """
     fmu = fmus / f"{model}.fmu"
-    laws = laws_of(fmu)
-    assert len(laws) == 24
-    for law in laws:
+    assert len(laws_of(fmu)) == 24
+    # Set-valued, with one bristle, with elements in parallel, sampled, and with a delay.
+    for law in ["Stribeck", "LuGre", "GMS", "DNLRX", "Armstrong"]:
         columns = simulate(fmu, law).columns
         for name, column in columns.items():
             assert np.all(np.isfinite(column)), f"{law}: {name}"

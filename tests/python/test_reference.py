@@ -19,10 +19,8 @@ COLUMNS = {
     "pressureB": "chamberB.pressure",
     "frictionForce": "frictionForce",
 }
-SAMPLE = [
-    *("default-Stribeck", "default-Polito", "default-Dahl", "default-LuGre", "default-Karnopp"),
-    *("sliding2-Polito", "lugre-stiff", "stribeck-delta-half", "end-stops-Stribeck"),
-]
+SAMPLE = ["default-Stribeck", "lugre-stiff", "end-stops-Stribeck"]
+"""Events, a stiff law, and end stops. The library meets all trajectories in tests/reference.rs."""
 
 
 def signal(definition: Any, time: float) -> float:
@@ -60,7 +58,7 @@ def cases() -> dict[str, dict[str, Any]]:
 @pytest.mark.parametrize("name", SAMPLE)
 def test_tight_tolerance(fmu: Path, cases: dict[str, dict[str, Any]], name: str) -> None:
     found, expected = rows_of(fmu, cases[name], 1e-10)
-    for column, bound in {"position": 2e-9, "pressureA": 0.01, "pressureB": 0.01}.items():
+    for column, bound in {"position": 1e-9, "pressureA": 4e-3, "pressureB": 4e-3}.items():
         place = list(COLUMNS).index(column)
         assert_close(found[place], expected[place], within=bound, what=column.rstrip("AB"))
     friction = list(COLUMNS).index("frictionForce")
@@ -74,4 +72,4 @@ def test_default_tolerance(fmu: Path, cases: dict[str, dict[str, Any]], name: st
     found, expected = rows_of(fmu, cases[name], 1e-6)
     for column, bound in {"position": 1e-6, "pressureA": 1.0, "pressureB": 1.0}.items():
         place = list(COLUMNS).index(column)
-        assert_close(found[place], expected[place], within=bound, what=column.rstrip("AB"))
+        assert_close(found[place], expected[place], within=bound, what=column.rstrip("AB"), why="promised")
