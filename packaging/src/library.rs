@@ -101,6 +101,20 @@ pub fn handed_in(workspace: &Workspace, binaries: &[Binary]) -> Result<BTreeMap<
     Ok(libraries)
 }
 
+/// Libraries for platforms: those that were handed in stay, and the others that are wanted are built.
+///
+/// # Errors
+/// Of what builds them.
+pub fn complete(
+    mut handed_in: BTreeMap<Platform, Library>,
+    wanted: BTreeSet<Platform>,
+    build: impl FnOnce(&BTreeSet<Platform>) -> Result<Vec<Library>>,
+) -> Result<Vec<Library>> {
+    let missing = wanted.into_iter().filter(|platform| !handed_in.contains_key(platform)).collect();
+    handed_in.extend(build(&missing)?.into_iter().map(|library| (library.platform, library)));
+    Ok(handed_in.into_values().collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +130,20 @@ mod tests {
         assert_eq!([Version::Fmi2, Version::Fmi3].map(|it| linux.folders(it)), [["linux64"], ["x86_64-linux"]]);
         let mac = library(Platform::Darwin64, &["aarch64", "x86_64"]);
         assert_eq!(mac.folders(Version::Fmi3), ["aarch64-darwin", "x86_64-darwin"]);
+    }
+
+    #[test]
+    fn a_library_that_was_handed_in_is_neither_built_nor_replaced() -> Result<()> {
+        let library = |platform, byte: u8| Library { platform, architectures: BTreeSet::new(), bytes: vec![byte] };
+        let handed_in = [Platform::Linux64, Platform::Darwin64].map(|platform| (platform, library(platform, 1))).into();
+        let wanted = [Platform::Linux64, Platform::Win64].into();
+        let libraries = complete(handed_in, wanted, |missing| {
+            assert_eq!(*missing, [Platform::Win64].into());
+            Ok(missing.iter().map(|&platform| library(platform, 2)).collect())
+        })?;
+        let found: Vec<_> = libraries.iter().map(|library| (library.platform, library.bytes[0])).collect();
+        assert_eq!(found, [(Platform::Linux64, 1), (Platform::Win64, 2), (Platform::Darwin64, 1)]);
+        Ok(())
     }
 
     fn problem(binaries: &[Binary]) -> Result<String> {

@@ -1,10 +1,12 @@
 //! `cargo xtask mutants`: whether the tests notice when the source is wrong in one place.
 
 use std::path::Path;
+use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 
+use crate::files;
 use crate::process::{self, heading};
 use crate::workspace::Workspace;
 
@@ -15,16 +17,23 @@ const DEVIATIONS: f64 = 1.96;
 /// What `cargo mutants` returns when it has come to its end: all caught, some missed, or some not ended in time.
 const ENDED: [i32; 3] = [0, 2, 3];
 
-/// Put mistakes into the plant and the instances of the FMU, one at a time, and count those that a test notices.
+/// Where a run leaves, in the folder of a shard, what it has tested once it has come to its end.
+const TESTED: &str = "tested.txt";
+
+/// Put mistakes into the source, one at a time, and count those that a test notices.
 ///
-/// There are more than six thousand of these mutants, and each costs a build and tests: all of them take days, so a run
-/// takes a sample, one shard of many. Shards are spread evenly over the source; together they are all mutants. What is
-/// changed, and which tests are run, is set in .cargo/mutants.toml and .config/nextest.toml.
+/// There are more than six thousand of these mutants in the plant and the instances of the FMU, and each costs a build and
+/// tests: all of them take days, so a run takes a sample, one shard of many. Shards are spread evenly over the source;
+/// together they are all mutants. `--all` tests one shard after the other and can be ended at any time: begun again at the
+/// same commit, it goes on with the first shard that has not come to its end. What is changed, and which tests are run,
+/// is set in .cargo/mutants.toml, .cargo/mutants-tools.toml and .config/nextest.toml.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask mutants                                    one mutant of 61, an hour or two
   cargo xtask mutants --shard 1 --shard 2                two other samples, counted together
+  cargo xtask mutants --all                              all of them, over some nights
+  cargo xtask mutants --in tools                         in packaging and the library of the page
   cargo xtask mutants --of 1 -- --file src/sensor.rs     all mutants of a file
 It needs two tools: cargo install --locked cargo-mutants cargo-nextest")]
 pub struct Mutants {
@@ -32,11 +41,45 @@ pub struct Mutants {
     #[arg(long, default_value_t = 61)]
     of: u32,
     /// Which of them to run, counted from 0.
-    #[arg(long, default_value = "0")]
+    #[arg(long, default_value = "0", conflicts_with = "all")]
     shard: Vec<u32>,
+    /// Run all shards, but those that have come to their end before at this commit.
+    #[arg(long)]
+    all: bool,
+    /// Where the mistakes are.
+    #[arg(long = "in", value_enum, default_value_t = Part::Plant)]
+    part: Part,
     /// What else `cargo mutants` is told: which files, which mutants.
     #[arg(last = true)]
     more: Vec<String>,
+}
+
+/// A part of the source that has tests of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// The plant and the instances of the FMU.
+    Plant,
+    /// What builds, describes and checks the FMUs, and the library of the page.
+    Tools,
+}
+
+impl Part {
+    /// Its name in paths.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Plant => "plant",
+            Self::Tools => "tools",
+        }
+    }
+
+    /// Its packages, and the settings for them.
+    fn arguments(self) -> [&'static str; 6] {
+        let [one, other, settings] = match self {
+            Self::Plant => ["pneumatic-servo", "pneumatic-servo-fmu", ".cargo/mutants.toml"],
+            Self::Tools => ["packaging", "pneumatic-servo-playground", ".cargo/mutants-tools.toml"],
+        };
+        ["--package", one, "--package", other, "--config", settings]
+    }
 }
 
 impl Mutants {
@@ -48,20 +91,40 @@ impl Mutants {
         for tool in ["cargo-mutants", "cargo-nextest"] {
             ensure!(which::which(tool).is_ok(), "{tool} is missing (cargo install --locked {tool})");
         }
+        let shards = if self.all { (0..self.of).collect() } else { self.shard.clone() };
+        let tested = if self.all { Some(self.tested(workspace)?) } else { None };
         let mut found = Outcomes::default();
-        for shard in &self.shard {
+        for shard in shards {
             heading(&format!("Mutants, shard {shard} of {}", self.of));
-            let folder = workspace.target.join(format!("mutation/{shard}-of-{}", self.of));
+            let folder = workspace.target.join(format!("mutation/{}/{shard}-of-{}", self.part.name(), self.of));
             std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-            self.test(workspace, *shard, &folder)?;
+            match &tested {
+                Some(tested) if has_ended(&folder, tested) => println!("tested before"),
+                _ => {
+                    forget_end(&folder)?;
+                    self.test(workspace, shard, &folder)?;
+                    if let Some(tested) = &tested {
+                        files::write(&folder.join(TESTED), tested)?;
+                    }
+                }
+            }
             found.add(&folder.join("mutants.out"))?;
         }
         found.judge()
     }
 
+    /// What tells whether a shard is that of another source, or of other mutants: the commit and the arguments.
+    fn tested(&self, workspace: &Workspace) -> Result<String> {
+        let git =
+            |arguments: &[&str]| process::output(Command::new("git").args(arguments).current_dir(&workspace.root));
+        let changes = git(&["status", "--porcelain", "--untracked-files=no"])?;
+        ensure!(changes.is_empty(), "--all goes on at the same commit; commit these changes first:\n{changes}");
+        Ok(format!("{}{}\n", git(&["rev-parse", "HEAD"])?, self.more.join(" ")))
+    }
+
     fn test(&self, workspace: &Workspace, shard: u32, folder: &Path) -> Result<()> {
         let mut cargo = process::cargo();
-        cargo.args(["mutants", "--package", "pneumatic-servo", "--package", "pneumatic-servo-fmu"]);
+        cargo.arg("mutants").args(self.part.arguments());
         cargo.args(["--caught", "--unviable", "--shard", &format!("{shard}/{}", self.of)]);
         cargo.arg("--output").arg(folder).args(&self.more).current_dir(&workspace.root);
         // Builds of mutants stay away from those of the source.
@@ -71,6 +134,22 @@ impl Mutants {
             bail!("cargo mutants failed ({status})");
         }
         Ok(())
+    }
+}
+
+/// Whether a shard has come to its end with what is tested now.
+fn has_ended(folder: &Path, tested: &str) -> bool {
+    std::fs::read_to_string(folder.join(TESTED)).is_ok_and(|text| text == tested)
+}
+
+/// Lets a shard count as not ended from now on.
+fn forget_end(folder: &Path) -> Result<()> {
+    let file = folder.join(TESTED);
+    match std::fs::remove_file(&file) {
+        Err(problem) if problem.kind() != std::io::ErrorKind::NotFound => {
+            Err(problem).with_context(|| format!("cannot remove {}", file.display()))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -141,6 +220,34 @@ fn confidence(count: usize, size: usize) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shard_has_ended_for_the_source_that_it_was_tested_with_until_it_is_begun_again() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
+        std::fs::create_dir_all(&folder)?;
+        assert!(!has_ended(&folder, "one commit"));
+        forget_end(&folder)?;
+        files::write(&folder.join(TESTED), "one commit")?;
+        assert!(has_ended(&folder, "one commit") && !has_ended(&folder, "another commit"));
+        forget_end(&folder)?;
+        assert!(!has_ended(&folder, "one commit"));
+        Ok(std::fs::remove_dir(&folder)?)
+    }
+
+    /// The settings are those of files that are there, and the packages those of the workspace.
+    #[test]
+    fn parts_name_packages_and_settings_of_the_repository() -> Result<()> {
+        let workspace = Workspace::find()?;
+        let metadata = cargo_metadata::MetadataCommand::new().no_deps().current_dir(&workspace.root).exec()?;
+        for part in Part::value_variants() {
+            let arguments = part.arguments();
+            for name in [arguments[1], arguments[3]] {
+                assert!(metadata.packages.iter().any(|package| package.name.as_str() == name), "{name}");
+            }
+            assert!(workspace.root.join(arguments[5]).is_file(), "{}", arguments[5]);
+        }
+        Ok(())
+    }
 
     #[test]
     fn confidence_is_the_published_one() {

@@ -70,21 +70,19 @@ impl Package {
         if self.sources.is_some() {
             tools::require([("the sources in C", wasm::missing()?)])?;
         }
-        let mut libraries = library::handed_in(workspace, &self.binaries)?;
-        match &self.platforms {
+        let handed_in = library::handed_in(workspace, &self.binaries)?;
+        let libraries = match &self.platforms {
             Some(Platforms(platforms)) => {
-                let wanted = platforms.iter().copied().filter(|platform| !libraries.contains_key(platform)).collect();
-                let built = build::libraries(workspace, &wanted)?;
-                libraries.extend(built.into_iter().map(|library| (library.platform, library)));
+                library::complete(handed_in, platforms.clone(), |missing| build::libraries(workspace, missing))?
             }
-            None if !libraries.contains_key(&Platform::host()?) => {
-                heading("Build the shared library");
-                let library = Library::for_this_machine(workspace)?;
-                libraries.insert(library.platform, library);
-            }
-            None => (),
-        }
-        let libraries: Vec<_> = libraries.into_values().collect();
+            None => library::complete(handed_in, [Platform::host()?].into(), |missing| {
+                let this_machine = missing.iter().map(|_| {
+                    heading("Build the shared library");
+                    Library::for_this_machine(workspace)
+                });
+                this_machine.collect()
+            })?,
+        };
         let modules = self.sources.map_or(Ok(BTreeMap::new()), |size| modules(workspace, size))?;
         heading("Join the FMUs");
         join_with(workspace, &libraries, &modules)?;
@@ -113,19 +111,17 @@ impl Join {
     /// # Errors
     /// When a library is not there or does not pass the gates, or an FMU cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        let mut libraries = library::handed_in(workspace, &self.binaries)?;
-        for &platform in self.platforms.iter().flat_map(|Platforms(platforms)| platforms) {
-            if libraries.contains_key(&platform) {
-                continue;
-            }
+        let handed_in = library::handed_in(workspace, &self.binaries)?;
+        let wanted = self.platforms.iter().flat_map(|Platforms(platforms)| platforms.clone()).collect();
+        let kept = |&platform: &Platform| {
             let file = library::kept(workspace, platform);
             let built = Library::read(workspace, &Binary { platform, file });
-            let advice = || {
+            built.with_context(|| {
                 format!("build it with `cargo xtask build --platforms {platform}` or add `--binary {platform}=PATH`")
-            };
-            libraries.insert(platform, built.with_context(advice)?);
-        }
-        join(workspace, &libraries.into_values().collect::<Vec<_>>())
+            })
+        };
+        let libraries = library::complete(handed_in, wanted, |missing| missing.iter().map(kept).collect())?;
+        join(workspace, &libraries)
     }
 }
 

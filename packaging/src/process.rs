@@ -1,12 +1,12 @@
 //! Running other programs, with a sign of life at least every few seconds.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::ffi::OsStr;
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -37,13 +37,59 @@ pub fn leave_out(what: &str, reason: &str) -> Result<()> {
     Ok(())
 }
 
-/// Prints the heading of a section, and how long the program has been running.
+/// Prints the heading of a section, and how long the program has been running. The section lasts until the next heading
+/// of the thread.
 pub fn heading(text: &str) {
-    static BEGIN: OnceLock<Instant> = OnceLock::new();
-    let seconds = BEGIN.get_or_init(Instant::now).elapsed().as_secs();
-    println!("\n== {text} == ({}:{:02})", seconds / 60, seconds % 60);
+    end_section();
+    let begin = since_begin();
+    SECTION.with(|section| section.replace(Some((text.to_owned(), begin))));
+    println!("\n== {text} == ({})", minutes(begin));
     // Programs started next write to the same terminal or file, so the heading must be there first.
     std::io::stdout().flush().ok();
+}
+
+/// A section that has come to its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Its heading.
+    pub text: String,
+    /// When it began, since the program did.
+    pub begin: Duration,
+    /// How long it took.
+    pub length: Duration,
+}
+
+/// The sections so far, in the order in which they began. Those of two threads may overlap.
+pub fn sections() -> Vec<Section> {
+    end_section();
+    let mut sections = SECTIONS.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    sections.sort_by_key(|section| section.begin);
+    sections
+}
+
+/// Minutes and seconds.
+pub fn minutes(duration: Duration) -> String {
+    format!("{}:{:02}", duration.as_secs() / 60, duration.as_secs() % 60)
+}
+
+static SECTIONS: Mutex<Vec<Section>> = Mutex::new(Vec::new());
+
+thread_local! {
+    /// The section that the thread is in, and when it began.
+    static SECTION: RefCell<Option<(String, Duration)>> = const { RefCell::new(None) };
+}
+
+fn end_section() {
+    if let Some((text, begin)) = SECTION.take() {
+        let section = Section { text, begin, length: since_begin() - begin };
+        SECTIONS.lock().unwrap_or_else(PoisonError::into_inner).push(section);
+    }
+}
+
+/// Time since this was first asked for.
+fn since_begin() -> Duration {
+    static BEGIN: OnceLock<Instant> = OnceLock::new();
+    BEGIN.get_or_init(Instant::now).elapsed()
 }
 
 /// Does something, and says every few seconds that it is still under way.
@@ -87,9 +133,13 @@ pub fn both<A: Send, B>(
     std::thread::scope(|scope| {
         let first = scope.spawn(move || {
             FAILED.with(|failed| failed.set(together).ok());
-            noted(first())
+            let outcome = noted(first());
+            end_section();
+            outcome
         });
         let second = noted(second());
+        // Waiting for the other is no part of it.
+        end_section();
         let first = first.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         match (first, second) {
             (Ok(first), Ok(second)) => Ok((first, second)),
@@ -173,6 +223,34 @@ mod tests {
     fn a_command_that_fails_is_quoted() {
         let problem = run(cargo().args(["no-such-command"])).map_err(|error| error.to_string());
         assert!(problem.is_err_and(|text| text.contains("no-such-command` failed")));
+    }
+
+    #[test]
+    fn sections_of_two_threads_are_told_in_their_order_and_end_with_their_thread() -> Result<()> {
+        let nap = || std::thread::sleep(Duration::from_millis(30));
+        heading("a test of sections: before");
+        both(
+            || {
+                heading("a test of sections: one");
+                nap();
+                Ok(())
+            },
+            || {
+                nap();
+                heading("a test of sections: other");
+                Ok(())
+            },
+        )?;
+        nap();
+        let ours: Vec<_> =
+            sections().into_iter().filter(|section| section.text.starts_with("a test of sections")).collect();
+        let texts: Vec<_> = ours.iter().map(|section| section.text.rsplit(' ').next().unwrap_or_default()).collect();
+        assert_eq!(texts, ["before", "one", "other"]);
+        let [before, one, other] = &ours[..] else { bail!("{ours:?}") };
+        assert!(before.length >= Duration::from_millis(30) && one.length >= Duration::from_millis(30), "{ours:?}");
+        assert!(other.begin >= before.begin + before.length && other.length < Duration::from_millis(30), "{ours:?}");
+        assert_eq!(minutes(Duration::from_secs(605)), "10:05");
+        Ok(())
     }
 
     #[test]

@@ -324,6 +324,36 @@ mod tests {
         Ok(())
     }
 
+    /// A connector of the system has the name of the variable that it shows; pressures are named without the chamber.
+    #[test]
+    fn connectors_of_the_system_show_the_variables_that_they_are_named_after() -> Result<()> {
+        let mut outputs = 0;
+        for Connection { start, end } in Connection::all()? {
+            for (outer, inner) in [(&start, &end), (&end, &start)] {
+                if outer.component.is_some() {
+                    continue;
+                }
+                let expected = match outer.connector {
+                    "pressureA" => "chamberA.pressure",
+                    "pressureB" => "chamberB.pressure",
+                    name => name,
+                };
+                assert_eq!((inner.connector, inner.variable.name.as_str()), (expected, expected));
+            }
+            outputs += usize::from(end.component.is_none());
+        }
+        assert_eq!(outputs, 7);
+        Ok(())
+    }
+
+    #[test]
+    fn connections_between_components_are_of_the_same_name() -> Result<()> {
+        for Connection { start, end } in Connection::all()? {
+            assert!(start.component.is_none() || end.component.is_none() || start.connector == end.connector);
+        }
+        Ok(())
+    }
+
     #[test]
     fn every_input_is_connected_once() -> Result<()> {
         let connections = Connection::all()?;

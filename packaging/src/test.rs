@@ -30,9 +30,13 @@ use crate::workspace::Workspace;
 Examples:
   cargo xtask test                 everything that the tools of this machine allow
   CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
+  cargo xtask test --times         and say how long each stage has taken
   cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
   cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else")]
 pub struct Test {
+    /// Say at the end when each stage began and how long it took, also after a failure.
+    #[arg(long)]
+    times: bool,
     /// Only build and compare the libraries of all platforms; a missing tool is an error then.
     #[arg(long)]
     platforms: bool,
@@ -47,12 +51,28 @@ impl Test {
     /// # Errors
     /// When a tool is missing or a check fails.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        match (self.platforms, self.sources) {
+        let outcome = match (self.platforms, self.sources) {
             (true, _) => platform_test::run(workspace),
             (_, true) => sources::check::run(workspace),
             _ => run(workspace),
+        };
+        if self.times {
+            print_times();
         }
+        outcome
     }
+}
+
+/// Stages in the order in which they began; two run at a time.
+fn print_times() {
+    let sections = process::sections();
+    println!("\nbegan at   took");
+    for process::Section { text, begin, length } in &sections {
+        println!("{:>8} {:>6}  {text}", process::minutes(*begin), process::minutes(*length));
+    }
+    let work = sections.iter().map(|section| section.length).sum();
+    let end = sections.iter().map(|section| section.begin + section.length).max().unwrap_or_default();
+    println!("{:>8} {:>6}  everything", process::minutes(end), process::minutes(work));
 }
 
 fn run(workspace: &Workspace) -> Result<()> {
@@ -70,10 +90,8 @@ fn run(workspace: &Workspace) -> Result<()> {
     deny::check(workspace)?;
 
     heading("Lints");
-    // The benchmark's rivals take longer to compile than everything else together; `cargo bench` compiles them.
-    let features = ["--features", "importer/fmi,benchmark/calls"];
     let all = ["--workspace", "--all-targets"];
-    checks.cargo(&[&["clippy"], &all[..], &features, &["--", "--deny", "warnings"]].concat())?;
+    checks.cargo(&[&["clippy"], &all[..], &FEATURES, &["--", "--deny", "warnings"]].concat())?;
 
     heading("Documentation");
     checks.documentation()?;
@@ -83,6 +101,10 @@ fn run(workspace: &Workspace) -> Result<()> {
     let (_, platforms) = process::both(|| checks.imports(&venv), || platform_test::run_if_possible(workspace))?;
     platforms.map_or(Ok(()), |platforms| platforms.join(workspace))
 }
+
+/// What lints and documentation look at. The benchmark's rivals take longer to compile than everything else together;
+/// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
+const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
 /// Runs checks in the repository.
 struct Checks<'a> {
@@ -114,7 +136,8 @@ impl Checks<'_> {
         playground::check(self.workspace, venv)?;
         site::check(self.workspace)?;
         heading("Import with the crate fmi");
-        self.cargo(&["test", "--package", "importer", "--features", "fmi"])
+        // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.
+        self.cargo(&["test", "--profile", "xtask", "--package", "importer", "--features", "fmi"])
     }
 
     /// What is handed out, in the hands of its users.
@@ -129,9 +152,7 @@ impl Checks<'_> {
 
     fn documentation(&self) -> Result<()> {
         let mut cargo = process::cargo();
-        cargo
-            .args(["doc", "--workspace", "--no-deps", "--features", "importer/fmi"])
-            .env("RUSTDOCFLAGS", "--deny warnings");
+        cargo.args(["doc", "--workspace", "--no-deps"]).args(FEATURES).env("RUSTDOCFLAGS", "--deny warnings");
         process::run(self.prepared(&mut cargo))
     }
 

@@ -102,4 +102,26 @@ mod tests {
         assert_eq!(tables["units"]["Pa"]["display"][0]["name"], "bar");
         assert_eq!(tables["enumerations"]["FrictionLaw"]["items"][6]["name"], "Stribeck");
     }
+
+    /// Some values in SI units, and what a visitor reads.
+    #[test]
+    fn shown_values_are_factor_times_value_plus_offset() {
+        let tables = tables();
+        for (unit, value, name, shown) in [
+            ("K", 293.15, "degC", 20.0),
+            ("K", 273.15, "degC", 0.0),
+            ("Pa", 6e5, "bar", 6.0),
+            ("m", 0.25, "mm", 250.0),
+            ("m3/(s.Pa)", 2.1e-8, "dm3/(s.bar)", 2.1),
+            // 1.185 g of air are a litre at the reference conditions.
+            ("kg/s", 1.185e-3, "l/min(ANR)", 60.0),
+            ("rad", std::f64::consts::PI, "deg", 180.0),
+        ] {
+            let display = tables["units"][unit]["display"].as_array().expect("display units");
+            let found = display.iter().find(|it| it["name"] == name).expect("the display unit");
+            let [factor, offset] = ["factor", "offset"].map(|key| found[key].as_f64().expect("a number"));
+            let seen = factor * value + offset;
+            assert!((seen - shown).abs() <= 1e-12 * value.max(shown), "{value} {unit}: {seen} {name}, not {shown}");
+        }
+    }
 }
