@@ -33,9 +33,9 @@ parameters! {
         frequency: f64 = Variable::parameter(1253, "switching.frequency", units::HERTZ, 100.0).range(0.1, 1e4)
             .text("Frequency of the pulses; the voltage counts that holds at the beginning of a period");
         opening_delay: f64 = Variable::parameter(1254, "switching.openingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the beginning of a pulse until a valve begins to open; a shorter pulse does nothing");
+            .text("Time from the beginning of a pulse until a valve begins to open; a pulse that is not longer does nothing");
         closing_delay: f64 = Variable::parameter(1255, "switching.closingDelay", units::SECOND, 1e-3).range(0.0, 1.0).shown_in("ms")
-            .text("Time from the end of a pulse until a valve begins to close; a shorter pause does nothing");
+            .text("Time from the end of a pulse until a valve begins to close; a pause that is not longer does nothing");
         travel_time: f64 = Variable::parameter(1256, "switching.travelTime", units::SECOND, 5e-4).range(0.0, 1.0).shown_in("ms")
             .text("Time in which a valve opens or closes, at a constant rate");
     }

@@ -25,7 +25,7 @@ pub struct Driver {
 /// coil off for longer than the closing delay: dy/dt = -1/travel until y = 0
 /// ```
 ///
-/// A shorter pulse, or a shorter pause, does nothing.
+/// A pulse, or a pause, that is not longer does nothing. One that is as long as the delay but for some roundings is as long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Armature {
     /// Time in s that the coil must be on until the armature opens.
@@ -43,20 +43,30 @@ pub struct Memory {
     next: u64,
     /// Duty cycle of the present period.
     duty: f64,
-    /// Time in s at which the pulse of the present period ends; infinite if it lasts on.
-    fall: f64,
+    /// When the pulse of the present period ends, unless it lasts on.
+    fall: Option<Moment>,
     motions: [Motion; 2],
 }
 
-/// An armature. Times are infinite if nothing is to happen.
+/// A moment, counted from the beginning of a period: what lies between two of them is known to some roundings of itself,
+/// however late in a run they are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Moment {
+    /// Number of the period.
+    period: u64,
+    /// Time in s since its beginning.
+    after: f64,
+}
+
+/// An armature.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Motion {
     /// Whether it opens or is open.
     opens: bool,
-    /// Time in s at which it turns to the other end.
-    turns: f64,
-    /// Time in s at which it arrives.
-    arrives: f64,
+    /// When it turns to the other end, if it does.
+    turns: Option<Moment>,
+    /// When it arrives, if it moves.
+    arrives: Option<Moment>,
 }
 
 /// What happens next.
@@ -70,8 +80,20 @@ enum Happening {
 impl Default for Memory {
     /// Both valves closed, before the first period.
     fn default() -> Self {
-        let still = Motion { opens: false, turns: f64::INFINITY, arrives: f64::INFINITY };
-        Self { next: 0, duty: 0.0, fall: f64::INFINITY, motions: [still; 2] }
+        let still = Motion { opens: false, turns: None, arrives: None };
+        Self { next: 0, duty: 0.0, fall: None, motions: [still; 2] }
+    }
+}
+
+impl Moment {
+    /// The beginning of a period.
+    fn beginning(period: u64) -> Self {
+        Self { period, after: 0.0 }
+    }
+
+    /// The moment a duration in s later.
+    fn later(self, duration: f64) -> Self {
+        Self { after: self.after + duration, ..self }
     }
 }
 
@@ -83,8 +105,8 @@ impl Memory {
 
     /// Whether a driver can have left it.
     pub fn is_sound(&self) -> bool {
-        let times = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]);
-        self.duty.abs() <= 1.0 && times.chain([self.fall]).all(|time| !time.is_nan())
+        let moments = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]).chain([self.fall]);
+        self.duty.abs() <= 1.0 && moments.flatten().all(|moment| moment.after >= 0.0 && moment.after.is_finite())
     }
 }
 
@@ -94,14 +116,29 @@ impl Driver {
         self.next_happening(memory).0
     }
 
-    /// The next happening. Of several at one time armatures come first, so that a period finds them where they are.
+    /// Time in s of a moment.
+    fn time(&self, moment: Moment) -> f64 {
+        moment.period as f64 / self.frequency + moment.after
+    }
+
+    /// Whether one moment is before another by more than rounding.
+    fn is_before(&self, first: Moment, second: Moment) -> bool {
+        /// Those of the voltage, the duty cycle, the times made of it, and their difference.
+        const ROUNDINGS: f64 = 8.0;
+        let periods = (second.period as f64 - first.period as f64) / self.frequency;
+        let magnitude = periods.abs() + first.after + second.after;
+        periods + (second.after - first.after) > ROUNDINGS * f64::EPSILON * magnitude
+    }
+
+    /// The next happening. Of several at one time arrivals come first, so that a period finds the armatures where they are,
+    /// and turns last, since a period that begins with a pulse ends a pause which is not longer than the delay.
     fn next_happening(&self, memory: &Memory) -> (Sample, Happening) {
-        let period = Sample::periodic(memory.next as f64 / self.frequency, 1.0 / self.frequency);
-        let mut first = (period, Happening::Period);
+        let beginning = Moment::beginning(memory.next);
+        let mut first = (Sample::periodic(self.time(beginning), 1.0 / self.frequency), Happening::Period);
         for (valve, motion) in memory.motions.iter().enumerate() {
-            for (time, happening) in
-                [(motion.turns, Happening::Turn(valve)), (motion.arrives, Happening::Arrival(valve))]
-            {
+            let turn = motion.turns.filter(|turn| self.is_before(*turn, beginning));
+            for (moment, happening) in [(turn, Happening::Turn(valve)), (motion.arrives, Happening::Arrival(valve))] {
+                let Some(time) = moment.map(|moment| self.time(moment)) else { continue };
                 if time <= first.0.time {
                     first = (Sample::exact(time), happening);
                 }
@@ -112,52 +149,52 @@ impl Driver {
 
     /// Lets the next thing happen: moves openings to their ends, and takes the duty cycle where a period begins.
     pub fn happen(&self, openings: &mut [f64; 2], duty: f64, memory: &mut Memory) {
-        let (Sample { time, .. }, happening) = self.next_happening(memory);
-        match happening {
-            Happening::Period => self.begin(time, duty, memory),
+        match self.next_happening(memory).1 {
+            Happening::Period => self.begin(duty, memory),
             Happening::Turn(valve) => {
                 let (motion, opening) = (&mut memory.motions[valve], &mut openings[valve]);
                 motion.opens = !motion.opens;
-                motion.turns = if motion.opens { memory.fall + self.armature.closing_delay } else { f64::INFINITY };
+                let closes = memory.fall.map(|fall| fall.later(self.armature.closing_delay));
+                let turn = std::mem::replace(&mut motion.turns, closes.filter(|_| motion.opens));
                 let end = f64::from(motion.opens);
                 let duration = (end - *opening).abs() * self.armature.travel;
-                if duration > 0.0 {
-                    motion.arrives = time + duration;
-                } else {
-                    (*opening, motion.arrives) = (end, f64::INFINITY);
+                motion.arrives = turn.filter(|_| duration > 0.0).map(|turn| turn.later(duration));
+                if motion.arrives.is_none() {
+                    *opening = end;
                 }
             }
             Happening::Arrival(valve) => {
                 let motion = &mut memory.motions[valve];
-                (openings[valve], motion.arrives) = (f64::from(motion.opens), f64::INFINITY);
+                (openings[valve], motion.arrives) = (f64::from(motion.opens), None);
             }
         }
     }
 
-    /// Begins a period with a duty cycle, at a time in s.
-    fn begin(&self, time: f64, duty: f64, memory: &mut Memory) {
+    /// Begins a period with a duty cycle.
+    fn begin(&self, duty: f64, memory: &mut Memory) {
+        let beginning = Moment::beginning(memory.next);
         (memory.next, memory.duty) = (memory.next + 1, duty);
-        memory.fall = if duty.abs() < 1.0 { time + duty.abs() / self.frequency } else { f64::INFINITY };
+        memory.fall = (duty.abs() < 1.0).then(|| beginning.later(duty.abs() / self.frequency));
         let Armature { opening_delay, closing_delay, .. } = self.armature;
         for (motion, has_pulse) in memory.motions.iter_mut().zip([duty > 0.0, duty < 0.0]) {
             // A coil that has been on through all of the last period has a turn pending, or none.
-            let pending = motion.turns.is_finite();
+            let pending = motion.turns.map(|turn| if self.is_before(beginning, turn) { turn } else { beginning });
+            let turn_after = |delay: f64| pending.unwrap_or_else(|| beginning.later(delay));
             motion.turns = match (has_pulse, motion.opens) {
-                (true, true) => memory.fall + closing_delay,
+                (true, true) => memory.fall.map(|fall| fall.later(closing_delay)),
                 (true, false) => {
-                    let turn = if pending { motion.turns } else { time + opening_delay };
-                    if turn < memory.fall { turn } else { f64::INFINITY }
+                    let turn = turn_after(opening_delay);
+                    memory.fall.is_none_or(|fall| self.is_before(turn, fall)).then_some(turn)
                 }
-                (false, true) if pending => motion.turns,
-                (false, true) => time + closing_delay,
-                (false, false) => f64::INFINITY,
+                (false, true) => Some(turn_after(closing_delay)),
+                (false, false) => None,
             };
         }
     }
 
     /// Rates in 1/s of the openings.
     pub fn rates(&self, memory: &Memory) -> [f64; 2] {
-        memory.motions.map(|motion| match (motion.arrives.is_finite(), motion.opens) {
+        memory.motions.map(|motion| match (motion.arrives.is_some(), motion.opens) {
             (false, _) => 0.0,
             (true, true) => 1.0 / self.armature.travel,
             (true, false) => -1.0 / self.armature.travel,
@@ -244,19 +281,46 @@ mod tests {
         let found = course(driver, |_| 0.5, 0.06);
         assert_eq!(found.iter().map(|(_, [first, _])| *first).collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
     }
+
+    /// At 9.5 V the pause is as long as the default closing delay, and at 5.5 V the pulse as the opening delay: neither does
+    /// anything, in no period of a long run. A pause as long as the delay that no pulse ends is longer.
+    #[test]
+    fn pulse_or_pause_as_long_as_its_delay_does_nothing() {
+        let armature = Armature { opening_delay: 1e-3, closing_delay: 1e-3, travel: 4e-4 };
+        let driver = Driver { frequency: 100.0, armature };
+        for volts in [9.5, 0.5] {
+            let duty: f64 = (volts - 5.0) / 5.0;
+            let open = if duty > 0.0 { [1.0, 0.0] } else { [0.0, 1.0] };
+            let found = course(driver, |_| duty, 20.0);
+            assert!(found.iter().skip(3).all(|(_, openings)| *openings == open), "{volts} V: {:?}", &found[..20]);
+        }
+        for volts in [5.5, 4.5] {
+            let found = course(driver, |_| (volts - 5.0) / 5.0, 20.0);
+            assert!(found.iter().all(|(_, openings)| *openings == [0.0; 2]), "{volts} V: {:?}", &found[..20]);
+        }
+        for last in 1..200 {
+            let end = f64::from(last) * 0.01;
+            let found = course(driver, |time| if time < end - 1e-3 { 0.9 } else { 0.0 }, end + 0.02);
+            let closed: Vec<_> = found.iter().skip(3).filter(|(_, openings)| *openings == [0.0; 2]).collect();
+            assert_eq!(closed[0].0, f64::from(last) * 10.0, "{closed:?}");
+        }
+    }
+
     #[test]
     fn memories_that_no_driver_leaves_are_not_sound() {
         let sound = Memory { duty: -1.0, ..Memory::default() };
         assert!(sound.is_sound() && Memory { duty: 1.0, ..sound }.is_sound());
         let motion = |motion: Motion| Memory { motions: [sound.motions[0], motion], ..sound };
         let still = sound.motions[1];
+        let [never, early] = [f64::NAN, -1e-3].map(|after| Some(Moment { period: 1, after }));
         for memory in [
             Memory { duty: 1.1, ..sound },
             Memory { duty: -1.1, ..sound },
             Memory { duty: f64::NAN, ..sound },
-            Memory { fall: f64::NAN, ..sound },
-            motion(Motion { turns: f64::NAN, ..still }),
-            motion(Motion { arrives: f64::NAN, ..still }),
+            Memory { fall: never, ..sound },
+            Memory { fall: early, ..sound },
+            motion(Motion { turns: never, ..still }),
+            motion(Motion { arrives: never, ..still }),
         ] {
             assert!(!memory.is_sound(), "{memory:?}");
         }
