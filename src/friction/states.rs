@@ -32,7 +32,7 @@ const KINDS: [Kind; 2] = [
         name: "deflection",
         count: 1,
         units: [units::METRE, units::METRE_PER_SECOND],
-        text: "Mean deflection of the bristles of the friction law",
+        text: "Mean deflection of the bristles of the friction law (law Bristle follows each of its bonds instead)",
     },
     Kind {
         kind: StateKind::Force,

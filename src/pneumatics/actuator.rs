@@ -28,8 +28,6 @@ pub struct Ports<'a, S> {
     pub supply: &'a Reservoir,
     /// Its absolute pressure in Pa.
     pub supply_pressure: S,
-    /// Whether it is a vessel, which can give no more than it has.
-    pub is_vessel: bool,
     /// Where the air goes to.
     pub exhaust: &'a Reservoir,
     /// Its absolute pressure in Pa.

@@ -1,8 +1,8 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, VOLTAGE, simpson_middle};
+use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
-use super::orifice::{Inflow, Orifice, piece};
+use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::hybrid::{Led, Stride};
 use crate::numbers::{Number, Pair, Scalar};
 use crate::variables::{ParameterError, Variable, units};
@@ -68,8 +68,12 @@ outputs! {
 
 /// The regulator that feeds chamber A, chamber B plugged. State: the pressure behind it.
 ///
-/// Its supply is as strong as it takes, unless it is a vessel: that feeds the chamber with no more than its own pressure,
-/// and takes nothing back. What the chamber has beyond the regulated pressure is vented.
+/// ```text
+/// mdot = orifice(p -> p_A),   p = min(p_regulated, max(p_supply, p_A))
+/// ```
+///
+/// The chamber gets no more than the pressure of the supply, be it a vessel or not, and the supply takes nothing back. What
+/// the chamber has beyond the regulated pressure is vented.
 #[derive(Clone, Debug)]
 pub struct PressureRegulator {
     regulator: Regulator,
@@ -81,7 +85,7 @@ impl Actuating for PressureRegulator {
     type Parameters = Parameters;
 
     const VARIABLES: [Option<u32>; STATES] = [None, Some(PRESSURE)];
-    const FEEDS: [&'static [u32]; 2] = [&[PRESSURE], &[]];
+    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, PRESSURE], &[]];
     const COMPUTED: usize = Outputs::<f64>::LEN;
     const HAS_CLOSED_FORM: bool = true;
 
@@ -134,12 +138,8 @@ impl Actuating for PressureRegulator {
     #[inline(always)]
     fn feed<S: Scalar>(&self, [_, pressure]: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
         let conductance = Pair([self.regulator.conductance, 0.0].map(S::constant));
-        let source = if ports.is_vessel {
-            let Pair([behind, _]) = gas.pressure;
-            pressure.min(ports.supply_pressure.max(behind))
-        } else {
-            pressure
-        };
+        let Pair([behind, _]) = gas.pressure;
+        let source = pressure.min(ports.supply_pressure.max(behind));
         Inflow::from(self.orifice.flow(conductance, ports.supply.at(Pair([source; 2])), gas))
     }
 
@@ -149,8 +149,11 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, pressure]: [f64; STATES], _ports: &Ports<f64>, Pair([pressure_a, _]): Pair<f64>) -> Pair<f64> {
-        Pair([piece(pressure, pressure_a), 0.0])
+    fn piece(&self, [_, pressure]: [f64; STATES], ports: &Ports<f64>, Pair([pressure_a, _]): Pair<f64>) -> Pair<f64> {
+        let highest = ports.supply_pressure.max(pressure_a);
+        let is_short = is_above(pressure, highest);
+        let is_spent = is_short * is_above(pressure_a, ports.supply_pressure);
+        Pair([piece(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), 0.0])
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {

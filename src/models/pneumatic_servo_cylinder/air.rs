@@ -81,7 +81,6 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         Ports {
             supply: &self.supply,
             supply_pressure: self.at_least_ambient(supply),
-            is_vessel: false,
             exhaust: &self.exhaust,
             exhaust_pressure: self.p.ambient_pressure,
         }

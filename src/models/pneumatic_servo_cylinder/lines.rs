@@ -11,7 +11,7 @@ use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{Actuators, Ports, SUPPLY};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
 use crate::pneumatics::hose::{COLUMNS, Hose};
-use crate::pneumatics::orifice::{Flow, Inflow, Orifice};
+use crate::pneumatics::orifice::{Flow, Inflow, LAMINAR_RATIO, Orifice};
 use crate::variables::{Tunable, Variable, units};
 
 enumeration! {
@@ -52,9 +52,13 @@ struct Line {
 ///
 /// ```text
 /// C_out = C + (min(C, C_cushion) - C)*clamp(10*(1 - s/s_cushion), 0, 1)   s the distance to the end of the stroke
+/// C     = C_least + (C_way - C_least)*min((1 - p2/p1)/0.005, 1)           of C_into and C_out that of the way, and the least
 /// ```
 ///
-/// The cushion closes on a tenth of its length, and lets air in freely.
+/// The cushion closes on a tenth of its length, and lets air in freely. A check valve opens with the difference of the
+/// pressures, fully at the ratio at which the flow of an orifice is no longer laminar. So the flow has a slope at equal
+/// pressures, the same from both sides: there a small volume at the end of a hose, which follows the chamber within
+/// nanoseconds through an open check valve and within microseconds through a closed one, would stop a solver.
 #[derive(Clone, Debug)]
 struct Restriction {
     orifice: Orifice,
@@ -85,7 +89,8 @@ struct Vessel {
 pub struct LineFlows<S> {
     /// What flows into the chambers through their ports.
     pub into: Inflow<Pair<S>>,
-    /// Mass flow in kg/s from supply and exhaust into all of it.
+    /// Mass flow in kg/s from outside into all of it: from supply and exhaust, and past the piston from a chamber that is
+    /// open.
     pub received: S,
     /// Rates of the states.
     pub rates: [S; STATES],
@@ -178,9 +183,11 @@ impl Restriction {
 
     /// Flow from the end of a hose into a chamber whose piston is a distance in m from the end of its stroke.
     fn flow<S: Scalar>(&self, from: GasState<S>, to: GasState<S>, distance: S) -> Flow<S> {
-        let conductance =
-            if from.pressure.value() >= to.pressure.value() { S::constant(self.into) } else { self.outward(distance) };
-        self.orifice.flow(conductance, from, to)
+        let (into, out) = (S::constant(self.into), self.outward(distance));
+        let (upstream, downstream) = (from.pressure.max(to.pressure), to.pressure.min(from.pressure));
+        let (way, least) = (S::if_at_least(from.pressure, to.pressure, into, out), into.min(out));
+        let opening = ((-downstream / upstream + 1.0) / (1.0 - LAMINAR_RATIO)).min(S::constant(1.0));
+        self.orifice.flow((way - least) * opening + least, from, to)
     }
 
     fn outward<S: Scalar>(&self, distance: S) -> S {
@@ -213,7 +220,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let ports = match lines.vessel {
-            Some(_) => Ports { supply_pressure: states[VESSEL], is_vessel: true, ..self.ports(supply) },
+            Some(_) => Ports { supply_pressure: states[VESSEL], ..self.ports(supply) },
             None => self.ports(supply),
         };
         let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
@@ -235,7 +242,9 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             received += filled - drawn;
         }
         if self.p.piston_leakage != 0.0 {
-            into = into + Inflow::from(self.piston_leak(gas));
+            let leak = self.piston_leak(gas);
+            received += self.closed(leak.mass);
+            into = into + Inflow::from(leak);
         }
         LineFlows { into, received, rates }
     }
@@ -337,9 +346,15 @@ fn state(place: usize) -> Variable {
         VESSEL => ("supply.vesselPressure".to_owned(), "Absolute pressure in the vessel of the supply".to_owned(), 1e5),
         _ if is_pressure(place) => {
             let number = place % HOSE + 1;
-            let text = format!(
-                "Absolute pressure in volume {number} of the hose, counted from the valve; the last one is part of the chamber unless a restriction is between them"
-            );
+            let chamber = ["chamberA", "chamberB"][place / HOSE];
+            let what = if number < VOLUMES {
+                "counted from the valve".to_owned()
+            } else {
+                format!(
+                    "where a restriction is between it and the chamber; otherwise it is part of the chamber: see {chamber}.pressure"
+                )
+            };
+            let text = format!("Absolute pressure in volume {number} of the hose, {what}");
             (format!("{hose}.pressure[{number}]"), text, 1e5)
         }
         _ => {

@@ -186,7 +186,7 @@ impl<L: Laws, A: Actuators> Parts<L, A> {
         let parameters: Parameters = values.read()?;
         parameters.check()?;
         let options: Options = values.read()?;
-        options.check(parameters.bore)?;
+        options.check(parameters.bore, parameters.stroke)?;
         let sensors: Sensors = values.read()?;
         sensors.check()?;
         Ok(Self { parameters, options, sensors, actuator: A::read(values)?, friction: L::read(values, "friction")? })

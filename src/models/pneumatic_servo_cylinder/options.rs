@@ -41,7 +41,7 @@ parameters! {
         throttled_flow: ThrottledFlow = Variable::choice(1218, "throttle.direction", ThrottledFlow::MeterOut)
             .text("Which flow the one-way flow controls throttle");
         cushion_length: f64 = Variable::parameter(1219, "cushion.length", units::METRE, 0.0).range(0.0, 1.0).nominal(0.02).shown_in("mm")
-            .text("Length of the end cushions at both ends of the stroke; 0: none. They need hoses at both chambers");
+            .text("Length of the end cushions at both ends of the stroke, at most the stroke; 0: none. They need hoses at both chambers");
         cushion_conductance: f64 = Variable::parameter(1220, "cushion.C", units::CUBIC_METRE_PER_SECOND_PASCAL, 2e-10).range(1e-14, 1e-5).shown_in("dm3/(s.bar)")
             .text("Sonic conductance by which air leaves a chamber through its cushion");
         vessel_volume: f64 = Variable::parameter(1221, "supply.volume", units::CUBIC_METRE, 0.0).range(0.0, 100.0).nominal(1e-3).shown_in("cm3")
@@ -94,11 +94,16 @@ impl Options {
         [self.throttle_a, self.throttle_b]
     }
 
-    /// Refuses a rod that fills the bore, in m, and restrictions without the hose that they end.
-    pub fn check(&self, bore: f64) -> Result<(), ParameterError> {
+    /// Refuses a rod that fills the bore, in m, a cushion longer than the stroke, in m, and restrictions without the hose that
+    /// they end.
+    pub fn check(&self, bore: f64, stroke: f64) -> Result<(), ParameterError> {
         if self.rod_a >= bore {
             let reason = format!("it must be smaller than cylinder.bore = {bore}");
             return Err(ParameterError::new("cylinder.rodA", self.rod_a, &reason));
+        }
+        if self.cushion_length > stroke {
+            let reason = format!("it must not exceed cylinder.stroke = {stroke}");
+            return Err(ParameterError::new("cushion.length", self.cushion_length, &reason));
         }
         for (side, chamber) in ["A", "B"].into_iter().enumerate() {
             let [length, _] = self.hoses()[side];

@@ -51,7 +51,7 @@ inputs! {
         external_force = Variable::input(depends::FORCE, "externalForce", units::NEWTON, 0.0).nominal(10.0)
             .text("External force on the carriage towards +x");
         supply_pressure = Variable::input(depends::SUPPLY, "supplyPressure", units::PASCAL, 5e5).at_least(0.0).nominal(1e5).shown_in("bar")
-            .text("Supply pressure of the valve, absolute; below ambient it acts as ambient");
+            .text("Supply pressure of the valve or the regulator, absolute; below ambient it acts as ambient");
     }
 }
 
@@ -189,7 +189,7 @@ outputs! {
 fn residuals_table() -> [Variable; RESIDUALS] {
     [
         Variable::output(213, "balance.massResidual", units::KILOGRAM).local().nominal(1e-3).shown_in("g")
-            .text("Mass of the gas in both chambers beyond what was there at the start and has flowed in since: the error of the integration; 0 unless balance.enabled"),
+            .text("Mass of the gas in chambers, hoses and vessel beyond what was there at the start and has flowed in since: the error of the integration, and with thermal.model = PolytropicServo what that model takes from or adds to the mass; 0 unless balance.enabled"),
         Variable::output(214, "balance.energyResidual", units::JOULE).local().nominal(1.0)
             .text("Energy of gas and carriage beyond what was there at the start and has flowed in since as enthalpy, heat and work; of the carriage alone unless thermal.model = EnergyBalance; 0 unless balance.enabled"),
     ]

@@ -29,9 +29,9 @@ parameters! {
         hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
             .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
-            .text("1: more than 5 V feeds chamber A; -1: chamber B");
+            .text("1: more than 5 V feeds chamber A through the proportional valve; -1: chamber B. Other actuators have no polarity");
         offset: Tunable = Variable::parameter(1100, "valve.offset", units::VOLT, 0.0).range(-5.0, 5.0)
-            .text("Electrical zero offset, added to the voltage: the valve is closed at 5 V less the offset");
+            .text("Electrical zero offset of the proportional valve, added to its voltage: it is closed at 5 V less the offset. Other actuators have none");
         factor_supply_a: f64 = factor(1101, "PA", "from the supply to chamber A");
         factor_supply_b: f64 = factor(1102, "PB", "from the supply to chamber B");
         factor_exhaust_a: f64 = factor(1103, "AR", "from chamber A to the exhaust");
