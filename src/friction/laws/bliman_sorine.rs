@@ -25,6 +25,17 @@ parameters! {
     /// `|z1| <= lambda*f1` and `|z2| <= lambda*f2` are invariant. Little damping around `v = 0`. Where `lambda*f1` falls to
     /// 0, within the last micronewton, `z1` and `z2` go to 0.
     ///
+    /// Passive for `f2 <= f1` and `eta < 1`, with the stored energy
+    ///
+    /// ```text
+    /// E = (P1*z1^2 + 2*c*z1*z2 + P2*z2^2)/(2*lambda)                                   [J]
+    /// c = 2*x_e*eta*(f1 - eta*f2)/(f1*f2*(1 - eta)^2),  P1 = eta*(x_e + c*f2)/f1,  P2 = (c*f1/eta - x_e)/f2
+    /// ```
+    ///
+    /// `P1*f1/eta - c*f2 = c*f1/eta - P2*f2 = x_e`, so that the power of `F` less `dE/dt` is a quadratic form, which is
+    /// never negative. Forces outlast the level at which they were built up: what they give back is `E` at the least level
+    /// since.
+    ///
     /// # Errors
     /// [`ParameterError`] for `f2 > f1`, which would drive the mass.
     ///

@@ -20,14 +20,17 @@ parameters! {
     ///       = 1/2*sin(pi*(|z| - (z_max + z_ba)/2)/(z_max - z_ba)) + 1/2              in between
     ///       = 1                                                                      |z| >= z_max
     /// z_ba  = zbaRatio*lambda*F_c/sigma0                                             [m]
-    /// F     = sigma0*z + sigma1*dz/dt + sigma2*v                                     [N], s the Stribeck curve
+    /// F     = sigma0*z + F_d + sigma2*v,  F_d = sigma1*dz/dt                         [N], s the Stribeck curve
+    /// |F_d| <= (sigma0*z)^2/s(v)                                                     |z| > z_max and sgn(z) = sgn(v)
     /// ```
     ///
     /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Oscillating loads below `zbaRatio*F_c` cause no drift.
     ///
     /// # Validity
-    /// `|z| <= lambda*F_s/sigma0` is invariant; passive only if `sigma2 > sigma1*(F_s - F_c)/F_c`. Where `s` falls to 0,
-    /// within the last micronewton, `z` goes to 0.
+    /// `|z| <= lambda*F_s/sigma0` is invariant at a constant load level. Passive at any level, however it varies, with the
+    /// stored energy `sigma0*z^2/2`: a bristle that is bent beyond what `s` lets it bear goes back while the mass goes on, and
+    /// the damping of that would push the mass; the bound leaves of it what the yielding takes up. At level 1 with the
+    /// defaults it is not reached. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
     ///
     /// # Errors
     /// [`ParameterError`] for `F_c > F_s`.
@@ -67,10 +70,17 @@ impl BristleLaw for ElastoPlastic {
         let limit = self.curve.at(v.abs(), contact.level);
         let elastic_limit = contact.level * (self.elastic_ratio * self.curve.coulomb_force);
         let spring = z * self.stiffness;
-        let plastic = plastic_share(spring * sign(v.value()), elastic_limit, limit);
+        let along = spring * sign(v.value());
+        let plastic = plastic_share(along, elastic_limit, limit);
         // The quotient is exactly 1 unless the limit fades away: elastic deflections are free of rounding.
-        let rate = v * (limit / divisor(limit)) - v.abs() * plastic * spring / divisor(limit) + fading_rate(z, limit);
-        (spring + rate * self.damping + v * self.viscous, rate)
+        let rate = v * (limit / divisor(limit)) - v.abs() * plastic * spring / divisor(limit);
+        let mut damped = rate * self.damping;
+        if along.value() > limit.value() {
+            // What goes back pushes against `sgn(v)`.
+            let most = along * along / divisor(limit);
+            damped = if v.value() > 0.0 { damped.max(-most) } else { damped.min(most) };
+        }
+        (spring + damped + v * self.viscous, rate + fading_rate(z, limit))
     }
 }
 

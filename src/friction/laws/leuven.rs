@@ -29,7 +29,21 @@ parameters! {
     ///
     /// # Validity
     /// `F_h` is a function of `z` without drift; `x` still drifts under oscillating loads unless `n` is large, since `z`
-    /// follows `x` only in part. Turning points are kept as positions, so that all loops scale with the load level.
+    /// follows `x` only in part.
+    ///
+    /// Passive at a constant load level. `F_h` is that of a spring `k1` and of infinitely many springs side by side, of the
+    /// stiffness `lambda*f1*f2^2*exp(-f2*b)*db` each, that follow `z` up to a deflection `b` and then slip. With their
+    /// deflections `e_b` the stored energy is
+    ///
+    /// ```text
+    /// E = k1*z^2/2 + lambda*f1*f2^2/2*integral(e_b^2*exp(-f2*b) db)                    [J]
+    ///   = k1*z^2/2 + lambda*f1/f2*(1 - (1 + f2*|z|)*exp(-f2*|z|))                      on the virgin curve
+    /// ```
+    ///
+    /// A level that grows makes bent springs stiffer: the load, not the motion, then brings the second part of `E`, at most
+    /// `lambda*f1/f2`, 1e-5 J with the defaults at level 1.
+    ///
+    /// Turning points are kept as positions, so that all loops scale with the load level.
     /// A retreat of `z` slower than 1e-9 m/s plus a millionth of `v` does not count as a reversal: in steady sliding `z` is
     /// at rest only to rounding. The stack holds 128 turning points. When it is full, the loop that differs least from its
     /// neighbours is forgotten; when the one around it closes, the force jumps by the little that it had contributed (less
