@@ -19,7 +19,10 @@ COLUMNS = 3
 
 @dataclass(frozen=True)
 class Restriction:
-    """What is between the end of a hose and its chamber: a one-way flow control, a cushion, or both."""
+    """What is between the end of a hose and its chamber: a one-way flow control, a cushion, or both.
+
+    A check valve opens with the difference of the pressures, and is open from 0.5 % of it on.
+    """
 
     into: float
     out: float
@@ -28,9 +31,12 @@ class Restriction:
     cushion_conductance: float
 
     def stream(self, hose: Gas, chamber: Gas, distance: float) -> Stream:
-        if hose.pressure >= chamber.pressure:
-            return orifice(self.into, self.critical_ratio, hose, chamber)
-        return orifice(self._out(distance), self.critical_ratio, hose, chamber)
+        into, out = self.into, self._out(distance)
+        higher, lower = max(hose.pressure, chamber.pressure), min(hose.pressure, chamber.pressure)
+        open_share = min((higher - lower) / (0.005 * higher), 1.0)
+        way = into if hose.pressure >= chamber.pressure else out
+        conductance = open_share * way + (1.0 - open_share) * min(into, out)
+        return orifice(conductance, self.critical_ratio, hose, chamber)
 
     def _out(self, distance: float) -> float:
         if distance >= self.cushion_length:
@@ -85,20 +91,33 @@ class Hose:
         masses = [before - after for before, after in pairwise(through)]
         return masses + self._accelerations(states, chamber)
 
+    @property
+    def _sound(self) -> float:
+        """The isothermal speed of sound."""
+        return math.sqrt(GAS_CONSTANT * self.temperature)
+
+    def _pressures(self, states: list[float], chamber: Gas) -> list[float]:
+        pressures = [self.gas(states, number).pressure for number in range(len(self.volumes))]
+        return pressures + ([chamber.pressure] if self.restriction is None else [])
+
+    def _choked(self, flow: float, before: float, after: float) -> float:
+        """What of a flow is not faster than sound in the volume that it leaves."""
+        source = before if flow > 0.0 else after
+        return math.copysign(min(abs(flow), self.area * source / self._sound), flow)
+
     def _passing(self, states: list[float], chamber: Gas) -> list[float]:
         """What passes each column: its flow, and what sound brings across the hose in the time of its width."""
-        crossing = self.diameter / math.sqrt(GAS_CONSTANT * self.temperature)
-        flows = states[len(self.volumes) :]
-        accelerations = self._accelerations(states, chamber)
-        return [flow + crossing * rate for flow, rate in zip(flows, accelerations, strict=True)]
+        flows, pressures = states[len(self.volumes) :], self._pressures(states, chamber)
+        rates = self._accelerations(states, chamber)
+        ends = zip(flows, rates, pairwise(pressures), strict=True)
+        return [self._choked(flow + self.diameter / self._sound * rate, *own) for flow, rate, own in ends]
 
     def _accelerations(self, states: list[float], chamber: Gas) -> list[float]:
-        count = len(self.volumes)
-        pressures = [self.gas(states, number).pressure for number in range(count)]
-        pressures += [chamber.pressure] if self.restriction is None else []
+        """What a column has beyond the speed of sound it loses in the time that sound takes across the hose."""
+        flows, pressures = states[len(self.volumes) :], self._pressures(states, chamber)
         return [
-            self._acceleration(flow, before, after)
-            for flow, before, after in zip(states[count:], pressures, pressures[1:], strict=False)
+            self._acceleration(flow, *own) - (flow - self._choked(flow, *own)) * self._sound / self.diameter
+            for flow, own in zip(flows, pairwise(pressures), strict=True)
         ]
 
     def _acceleration(self, flow: float, before: float, after: float) -> float:

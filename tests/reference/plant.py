@@ -496,7 +496,8 @@ def _table(parameters: Parameters, side: str) -> PchipInterpolator:
 class PressureRegulator(Actuator):
     """A reservoir at a regulated pressure feeds chamber A; chamber B is plugged.
 
-    The first state is the regulated pressure, the second is unused.
+    It gives no more than the pressure of its supply, which takes nothing back. The first state is the regulated pressure,
+    the second is unused.
     """
 
     units = (1e5, 1.0)
@@ -519,7 +520,11 @@ class PressureRegulator(Actuator):
         return (command - state[0]) / self._tau, 0.0
 
     def streams(self, state: list[float], a: Gas, b: Gas, supply_pressure: float) -> tuple[list[Stream], list[Stream]]:
-        reservoir = Gas(state[0], self._temperature)
+        regulated = state[0]
+        if regulated > supply_pressure:
+            # Short of supply: from there, or nothing.
+            regulated = min(regulated, max(supply_pressure, a.pressure))
+        reservoir = Gas(regulated, self._temperature)
         return [orifice(self._conductance, self._critical_ratio, reservoir, a)], []
 
     def spool(self, state: list[float]) -> float:

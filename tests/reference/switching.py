@@ -11,6 +11,9 @@ from gas import Gas, Stream, orifice
 
 Pulse = tuple[float, float]
 
+ROUNDING = 1e-12
+"""Pulses and pauses that are longer than a delay by less, in s, are as long."""
+
 
 class SwitchingValves(Actuator):
     """The voltage makes pulses; a list of these makes the times at which a valve turns, and these its opening."""
@@ -75,10 +78,9 @@ class SwitchingValves(Actuator):
         """The times at which a valve begins to open, to close, to open, and so on."""
         joined: list[Pulse] = []
         for begin, end in pulses:
-            # Rounding may leave a gap between pulses that last a whole period.
-            if joined and begin - joined[-1][1] <= max(self._closing_delay, 1e-12):
+            if joined and begin - joined[-1][1] <= self._closing_delay + ROUNDING:
                 joined[-1] = (joined[-1][0], end)
-            elif end - begin > self._opening_delay:
+            elif end - begin > self._opening_delay + ROUNDING:
                 joined.append((begin, end))
         return [turn for begin, end in joined for turn in (begin + self._opening_delay, end + self._closing_delay)]
 
