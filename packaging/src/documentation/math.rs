@@ -1,6 +1,6 @@
 //! Equations: `\( ... \)` in a line and `\[ ... \]` on its own, written in LaTeX, become MathML.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage, push_mathml};
 
@@ -39,6 +39,8 @@ fn equation(page: &mut String, latex: &str, display_mode: DisplayMode) -> Result
     push_mathml(&mut mathml, Parser::new(latex, &storage), config).with_context(|| excerpt(latex))?;
     // The renderer leaves this character as it is, and puts the space before a function into its power or index.
     let mathml = mathml.replace("<mo><</mo>", "<mo>&lt;</mo>");
+    // In a text it writes the name of a space, which is then shown letter by letter.
+    ensure!(!mathml.contains("nbsp"), "{}: put the space outside of the text", excerpt(latex));
     page.push_str(
         &["msup", "msub", "msubsup"].iter().fold(mathml, |mathml, script| {
             mathml.replace(&format!("<{script}>{SPACE}"), &format!("{SPACE}<{script}>"))
@@ -89,5 +91,6 @@ mod tests {
         let message = |source| render(source).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(message(r"\(x").contains("\\) is missing after x"));
         assert!(message(r"\(\nosuchcommand x\)").contains(r"\nosuchcommand x"));
+        assert!(message(r"\(\mathrm{Pa\,s}\)").contains("put the space outside of the text"));
     }
 }
