@@ -12,6 +12,9 @@ class Actuator(ABC):
 
     units: tuple[float, float]
 
+    vents_to_surroundings = False
+    """Whether what comes back from a chamber goes to the surroundings in place of the supply."""
+
     @abstractmethod
     def command(self, voltage: float, time: float) -> float:
         """What a voltage sampled at a time tells the actuator to do."""

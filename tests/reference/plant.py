@@ -252,6 +252,8 @@ class Plant:
         streams_a, streams_b = self.actuator.streams(self.actuator.at(time, actuator), port_a, port_b, supply_pressure)
         # The first stream of each chamber comes from the supply.
         drawn = sum(stream.mass_flow for stream in [*streams_a[:1], *streams_b[:1]])
+        if self.actuator.vents_to_surroundings:
+            drawn = max(drawn, 0.0)
         rates = []
         streams_a = self._through(self.hoses["A"], own["A"], streams_a, a, x, rates)
         streams_b = self._through(self.hoses["B"], own["B"], streams_b, b, self.stroke - x, rates)
@@ -297,9 +299,10 @@ class Plant:
 
     def _stop_force(self, x: float, v: float) -> float:
         if x < 0.0:
-            return max(0.0, -self.stop_stiffness * x * (1.0 - self.stop_damping * v))
+            depth = _hardened(-x, self.chamber_a.fixed_volume / self.chamber_a.area)
+            return max(0.0, self.stop_stiffness * depth * (1.0 - self.stop_damping * v))
         if x > self.stroke:
-            depth = x - self.stroke
+            depth = _hardened(x - self.stroke, self.chamber_b.fixed_volume / self.chamber_b.area)
             return -max(0.0, self.stop_stiffness * depth * (1.0 + self.stop_damping * v))
         return 0.0
 
@@ -501,6 +504,7 @@ class PressureRegulator(Actuator):
     """
 
     units = (1e5, 1.0)
+    vents_to_surroundings = True
 
     def __init__(self, parameters: Parameters) -> None:
         self._low = _number(parameters, "regulator.pMin")
@@ -563,6 +567,12 @@ def _actuator(parameters: Parameters) -> Actuator:
             return SwitchingValves(parameters)
         case other:
             raise ValueError(f"unknown actuation {other!r}")
+
+
+def _hardened(depth: float, clearance: float) -> float:
+    """The depth at which a linear stop would push as hard; it has no bound where the chamber would have no volume."""
+    half = clearance / 2.0
+    return depth if depth <= half else depth + half * ((depth - half) / (clearance - depth)) ** 8
 
 
 def _number(parameters: Parameters, name: str) -> float:
