@@ -499,8 +499,8 @@ def _table(parameters: Parameters, side: str) -> PchipInterpolator:
 class PressureRegulator(Actuator):
     """A reservoir at a regulated pressure feeds chamber A; chamber B is plugged.
 
-    It gives no more than the pressure of its supply, which takes nothing back. The first state is the regulated pressure,
-    the second is unused.
+    It gives no more than the pressure of its supply, which takes nothing back. The first state is the regulated
+    pressure, the second is unused.
     """
 
     units = (1e5, 1.0)
