@@ -29,8 +29,8 @@ parameters! {
     /// # Validity
     /// `|z| <= lambda*F_s/sigma0` is invariant at a constant load level. Passive at any level, however it varies, with the
     /// stored energy `sigma0*z^2/2`: a bristle that is bent beyond what `s` lets it bear goes back while the mass goes on, and
-    /// the damping of that would push the mass; the bound leaves of it what the yielding takes up. At level 1 with the
-    /// defaults it is not reached. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
+    /// the damping of that would push the mass; the bound leaves of it what the yielding takes up. The
+    /// default cylinder does not reach it. Where `s` falls to 0, within the last micronewton, `z` goes to 0.
     ///
     /// # Errors
     /// [`ParameterError`] for `F_c > F_s`.
