@@ -53,7 +53,11 @@ def course(stated: dict[str, Any]) -> Callable[[float], float]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
-    for fmu in parser.parse_args().fmus:
+    parser.add_argument("--experiments", type=Path, metavar="FILE", help="those of other models, as JSON")
+    arguments = parser.parse_args()
+    if arguments.experiments:
+        EXPERIMENTS.update(json.loads(arguments.experiments.read_text("utf-8")))
+    for fmu in arguments.fmus:
         write_csv(timed(fmu), fmu.with_suffix(".csv"))
     return 0
 

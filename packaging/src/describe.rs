@@ -26,7 +26,7 @@ impl Describe {
         for (file, text) in committed()? {
             write(&workspace.descriptions().join(file), &text)?;
         }
-        write(&workspace.descriptions().join("experiments.json"), &experiments()?)?;
+        write(&workspace.descriptions().join("experiments.json"), &experiments(models::ALL)?)?;
         for page in tables::pages() {
             let file = workspace.root.join(page);
             let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
@@ -42,15 +42,20 @@ fn write(file: &Path, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// The default experiment of every model, for programs that do not link the plant.
-fn experiments() -> Result<String> {
-    let all: BTreeMap<_, _> = models::ALL.iter().map(|model| (model.name, model.experiment)).collect();
+/// The default experiments of models, for programs that do not link the plant.
+///
+/// # Errors
+/// When they cannot be written as JSON.
+pub fn experiments(models: &[Model]) -> Result<String> {
+    let all: BTreeMap<_, _> = models.iter().map(|model| (model.name, model.experiment)).collect();
     Ok(serde_json::to_string_pretty(&all)? + "\n")
 }
 
 /// The descriptions without what changes from build to build, by their files.
 fn committed() -> Result<BTreeMap<PathBuf, String>> {
-    let stamp = Stamp { guid: "@guid@".to_owned(), date: "@generationDateAndTime@".to_owned(), sources: Vec::new() };
+    let [guid, date, version, licence] =
+        ["@guid@", "@generationDateAndTime@", env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
+    let stamp = Stamp { guid, date, version, licence, sources: Vec::new() };
     let all = Version::ALL.into_iter().flat_map(|version| models::ALL.iter().map(move |model| (version, model)));
     let file = |(version, model): (Version, &Model)| {
         let file = Path::new(version.folder()).join(format!("{}.xml", model.name));
@@ -77,6 +82,6 @@ mod tests {
 
     #[test]
     fn committed_experiments_are_up_to_date() -> Result<()> {
-        assert_committed(Path::new("experiments.json"), &experiments()?)
+        assert_committed(Path::new("experiments.json"), &experiments(models::ALL)?)
     }
 }

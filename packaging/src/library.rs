@@ -147,7 +147,7 @@ mod tests {
     }
 
     fn problem(binaries: &[Binary]) -> Result<String> {
-        Ok(handed_in(&Workspace::find()?, binaries)
+        Ok(handed_in(&Workspace::of_the_project()?, binaries)
             .map(|_| ())
             .map_or_else(|error| format!("{error:#}"), |()| String::new()))
     }

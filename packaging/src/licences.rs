@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
-use crate::library::PACKAGE;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -16,19 +15,26 @@ use crate::workspace::Workspace;
 /// # Errors
 /// When a licence file is missing, or Cargo cannot tell what the library depends on.
 pub fn files(workspace: &Workspace) -> Result<BTreeMap<String, String>> {
+    let product = &workspace.product;
+    let metadata = metadata(workspace)?;
     let mut files = BTreeMap::new();
-    for file in licence_files(&workspace.root)? {
-        files.insert(format!("{}.txt", file_name(&file)), read(&file)?);
+    let folder = folder_of(package(&metadata, &product.package)?)?;
+    for file in nearest(folder, &workspace.root).unwrap_or_default() {
+        files.insert(format!("{}.txt", file_name(&file).trim_end_matches(".txt")), read(&file)?);
     }
-    files.insert("license.txt".to_owned(), OVERVIEW.to_owned());
-    files.insert("third-party.txt".to_owned(), third_party(&metadata(workspace)?, PACKAGE)?);
+    let own = match (product.is_of_the_project(), &*product.licence) {
+        (true, _) => "This FMU is licensed under the MIT License or the Apache License 2.0, at your choice:\n\
+                      LICENSE-MIT.txt, LICENSE-APACHE.txt.\n"
+            .to_owned(),
+        (false, "") => "Its author states no licence of this FMU.\n".to_owned(),
+        (false, licence) => format!("The licence of this FMU: {licence}.\n"),
+    };
+    files.insert("license.txt".to_owned(), own + OVERVIEW);
+    files.insert("third-party.txt".to_owned(), third_party(&metadata, &product.package)?);
     Ok(files)
 }
 
-const OVERVIEW: &str = "\
-This FMU is licensed under the MIT License or the Apache License 2.0, at your choice:
-LICENSE-MIT.txt, LICENSE-APACHE.txt.
-
+const OVERVIEW: &str = "
 Its library contains the Rust standard library, under the same two licences, copyright the Rust project developers, and
 the packages listed in third-party.txt with their licences.
 ";
@@ -57,7 +63,7 @@ fn third_party(metadata: &Metadata, library: &str) -> Result<String> {
     for package in linked(metadata, library)? {
         let (name, version) = (&package.name, &package.version);
         let (licence, source) = (package.license.as_deref(), package.repository.as_deref());
-        let folder = package.manifest_path.parent().context("a manifest without a folder")?;
+        let folder = folder_of(package)?;
         let _ = write!(
             text,
             "\n{}\n{name} {version}\nLicence: {}\nSource: {}\n",
@@ -65,7 +71,11 @@ fn third_party(metadata: &Metadata, library: &str) -> Result<String> {
             licence.unwrap_or_default(),
             source.unwrap_or_default()
         );
-        for file in licence_files(folder.as_std_path()).with_context(|| format!("{name} {version}"))? {
+        let files = match package.source {
+            Some(_) => licence_files(folder),
+            None => nearest(folder, &workspace_of(folder)),
+        };
+        for file in files.with_context(|| format!("{name} {version}"))? {
             let _ = write!(text, "\n--- {} ---\n\n{}\n", file_name(&file), read(&file)?.trim_end());
         }
     }
@@ -76,8 +86,7 @@ fn third_party(metadata: &Metadata, library: &str) -> Result<String> {
 /// which run in the compiler.
 fn linked<'a>(metadata: &'a Metadata, library: &str) -> Result<Vec<&'a Package>> {
     let resolve = metadata.resolve.as_ref().context("cargo metadata resolves nothing")?;
-    let library = metadata.packages.iter().find(|package| package.name == library);
-    let mut found = vec![library.context("the library is no package")?];
+    let mut found = vec![package(metadata, library)?];
     let mut next = 0;
     while next < found.len() {
         let node = resolve.nodes.iter().find(|node| node.id == found[next].id).context("an unresolved package")?;
@@ -95,6 +104,33 @@ fn linked<'a>(metadata: &'a Metadata, library: &str) -> Result<Vec<&'a Package>>
     found.retain(|package| !metadata.workspace_members.contains(&package.id));
     found.sort_by_key(|package| (package.name.to_string(), package.version.clone()));
     Ok(found)
+}
+
+/// A package of this name.
+fn package<'a>(metadata: &'a Metadata, name: &str) -> Result<&'a Package> {
+    let found = metadata.packages.iter().find(|package| package.name == name);
+    found.with_context(|| format!("Cargo knows no package {name}"))
+}
+
+fn folder_of(package: &Package) -> Result<&Path> {
+    Ok(package.manifest_path.parent().context("a manifest without a folder")?.as_std_path())
+}
+
+/// The licence files of a folder or of the nearest above it up to a root: those that a package of a workspace has in common with
+/// the others are at the top.
+fn nearest(folder: &Path, root: &Path) -> Result<Vec<PathBuf>> {
+    let folders = folder.ancestors().take_while(|above| above.starts_with(root));
+    let found = folders.map(licence_files).find(Result::is_ok);
+    found.unwrap_or_else(|| licence_files(folder))
+}
+
+/// The root of the workspace that a folder is in.
+fn workspace_of(folder: &Path) -> PathBuf {
+    let is_root = |above: &&Path| {
+        let manifest = std::fs::read_to_string(above.join("Cargo.toml"));
+        manifest.is_ok_and(|manifest| manifest.lines().any(|line| line.trim() == "[workspace]"))
+    };
+    folder.ancestors().find(is_root).unwrap_or(folder).to_path_buf()
 }
 
 /// The licence files of a folder, sorted: those in it by their names, and all in its folder `LICENSES`.
@@ -129,10 +165,11 @@ fn read(file: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::library::PACKAGE;
 
     #[test]
     fn every_package_is_there_with_a_licence_text() -> Result<()> {
-        let files = files(&Workspace::find()?)?;
+        let files = files(&Workspace::of_the_project()?)?;
         assert_eq!(
             files.keys().collect::<Vec<_>>(),
             ["LICENSE-APACHE.txt", "LICENSE-MIT.txt", "license.txt", "third-party.txt"]

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use pneumatic_servo::model::Model;
-use pneumatic_servo::models;
-use pneumatic_servo_fmu::guid;
+use pneumatic_servo_fmu::guid_of_source;
 
 use crate::archive::Archive;
 use crate::build::{self, tools, wasm};
+use crate::describe;
 use crate::description::{self, Stamp, Version};
 use crate::documentation;
 use crate::experiment::Run;
@@ -132,7 +132,7 @@ pub fn fmus(workspace: &Workspace) -> impl Iterator<Item = PathBuf> {
 
 /// The FMU files of a version, in the order of the models.
 pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = PathBuf> {
-    models::ALL.iter().map(move |model| fmu_of(workspace, version, model))
+    workspace.product.models.iter().map(move |model| fmu_of(workspace, version, model))
 }
 
 fn fmu_of(workspace: &Workspace, version: Version, model: &Model) -> PathBuf {
@@ -151,7 +151,12 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
         command
     };
     let all = Version::ALL.into_iter().flat_map(|version| fmus_of(workspace, version));
-    process::run(script("check.py").args(all).arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME))))?;
+    let mut validation = script("check.py");
+    validation.args(all);
+    if workspace.product.is_of_the_project() {
+        validation.arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME)));
+    }
+    process::run(&mut validation)?;
 
     let host = Platform::host()?;
     if !platforms.any(|platform| platform == host) {
@@ -159,8 +164,10 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
         return Ok(());
     }
     heading("Run the default experiments");
-    process::run(script("experiment.py").args(fmus(workspace)))?;
-    for model in models::ALL {
+    let stated = workspace.target.join("experiments.json");
+    files::write(&stated, describe::experiments(workspace.product.models)?)?;
+    process::run(script("experiment.py").arg("--experiments").arg(&stated).args(fmus(workspace)))?;
+    for model in workspace.product.models {
         let file = workspace.fmus().join(format!("{}.csv", model.name));
         let run = Run::read(model, &text(&file)?).with_context(|| file.display().to_string())?;
         files::write(&file.with_extension("svg"), documentation::figure(model, &run)?)?;
@@ -175,7 +182,7 @@ fn modules(workspace: &Workspace, size: Size) -> Result<BTreeMap<&'static str, V
         heading(&format!("Build {} for the sources in C", model.name));
         Ok((model.name, sources::module(workspace, model, size)?))
     };
-    models::ALL.iter().map(build).collect()
+    workspace.product.models.iter().map(build).collect()
 }
 
 /// Puts libraries for any number of platforms into one FMU per model and version.
@@ -190,20 +197,22 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
 fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&str, Vec<u8>>) -> Result<()> {
     let moment = Moment::of_source(&workspace.root)?;
     let licences = licences::files(workspace)?;
-    for model in models::ALL {
+    for model in workspace.product.models {
         let experiment = documentation::experiment(model)?;
         for version in Version::ALL {
             let module = modules.get(model.name);
             let sources = module.map(|module| sources::of(workspace, model, &[version], module)).transpose()?;
             let mut archive = contents(workspace, model, version, (libraries, sources), &licences, moment)?;
-            let page = documentation::page(model, version, &workspace.descriptions(), &experiment)?;
+            let page = documentation::page(model, version, &workspace.product, &experiment)?;
             archive.add("documentation/index.html", page)?;
             let fmu = fmu_of(workspace, version, model);
             archive.write(&fmu, moment)?;
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
     }
-    println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
+    if workspace.product.is_of_the_project() {
+        println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
+    }
     Ok(())
 }
 
@@ -217,8 +226,15 @@ fn contents(
     moment: Moment,
 ) -> Result<Archive> {
     let mut archive = Archive::default();
+    let product = &workspace.product;
     let (files, sources) = sources.map(|sources| (sources.files, sources.compiled)).unwrap_or_default();
-    let stamp = Stamp { guid: guid(model), date: moment.iso(), sources };
+    let stamp = Stamp {
+        guid: guid_of_source(model, product.source.as_deref()),
+        date: moment.iso(),
+        version: product.version.clone(),
+        licence: product.licence.clone(),
+        sources,
+    };
     for (name, text) in files {
         archive.add(&format!("sources/{name}"), text)?;
     }
@@ -232,17 +248,19 @@ fn contents(
     for (name, text) in licences {
         archive.add(&format!("documentation/licenses/{name}"), text.as_bytes())?;
     }
-    for set in parameter_sets::of(model, &workspace.descriptions())? {
+    for set in parameter_sets::of(model, &product.parts)? {
         archive.add(&format!("resources/{}.json", set.name), set.json()?)?;
         archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
-    let icon = |extension| bytes(&workspace.descriptions().join(format!("icons/{}.{extension}", model.name)));
+    let [png, svg] = ["png", "svg"].map(|extension| product.parts.read(&format!("icons/{}.{extension}", model.name)));
+    let (png, svg) = (png?, svg?);
     match version {
-        Version::Fmi2 => archive.add("model.png", icon("png")?)?,
+        Version::Fmi2 => png.into_iter().try_for_each(|icon| archive.add("model.png", icon))?,
         Version::Fmi3 => {
-            archive.add("terminalsAndIcons/terminalsAndIcons.xml", description::terminals(model)?)?;
-            archive.add("terminalsAndIcons/icon.png", icon("png")?)?;
-            archive.add("terminalsAndIcons/icon.svg", icon("svg")?)?;
+            let terminals = description::terminals(model, png.is_some())?;
+            archive.add("terminalsAndIcons/terminalsAndIcons.xml", terminals)?;
+            png.into_iter().try_for_each(|icon| archive.add("terminalsAndIcons/icon.png", icon))?;
+            svg.into_iter().try_for_each(|icon| archive.add("terminalsAndIcons/icon.svg", icon))?;
         }
     }
     Ok(archive)
@@ -250,8 +268,4 @@ fn contents(
 
 fn text(file: &Path) -> Result<String> {
     std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
-}
-
-fn bytes(file: &Path) -> Result<Vec<u8>> {
-    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }

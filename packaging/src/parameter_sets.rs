@@ -11,6 +11,7 @@ use quick_xml::events::{BytesDecl, Event};
 use serde_json::{Map, Value, json};
 
 use crate::moment::Moment;
+use crate::product::Parts;
 use crate::ssc;
 use crate::units;
 use crate::xml::{Element, Xml, real};
@@ -28,13 +29,19 @@ pub struct ParameterSet {
     values: Vec<(Variable, Value)>,
 }
 
-/// The sets of a model, in the order of the file.
+/// The sets of a model, in the order of the files of all folders.
 ///
 /// # Errors
 /// As [`of_owner`].
-pub fn of(model: &Model, folder: &Path) -> Result<Vec<ParameterSet>> {
-    of_owner(model.name, folder, |name| settable(model, name).cloned())
+pub fn of(model: &Model, parts: &Parts) -> Result<Vec<ParameterSet>> {
+    let mut sets = Vec::new();
+    for folder in parts.folders().filter(|folder| folder.join(FILE).exists()) {
+        sets.extend(of_owner(model.name, folder, |name| settable(model, name).cloned())?);
+    }
+    Ok(sets)
 }
+
+const FILE: &str = "parameter_sets.json";
 
 /// The sets of a model or system, whose variables `find` knows by name.
 ///
@@ -45,7 +52,7 @@ pub fn of_owner(
     folder: &Path,
     find: impl Fn(&str) -> Result<Variable> + Copy,
 ) -> Result<Vec<ParameterSet>> {
-    let file = folder.join("parameter_sets.json");
+    let file = folder.join(FILE);
     let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     let sets: Vec<Value> = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
     let sets = sets.iter().filter(|set| set["of"] == owner);
@@ -195,9 +202,9 @@ mod tests {
 
     #[test]
     fn the_sets_of_the_repository_are_legal() -> Result<()> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
-        assert_eq!(of(CYLINDER, &folder)?.len(), 9);
-        let vibro_impact = of(&models::vibro_impact::MODEL, &folder)?;
+        let parts = Parts::of_the_project(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
+        assert_eq!(of(CYLINDER, &parts)?.len(), 9);
+        let vibro_impact = of(&models::vibro_impact::MODEL, &parts)?;
         assert_eq!(vibro_impact.into_iter().map(|set| set.name).collect::<Vec<_>>(), ["Bifurcations"]);
         Ok(())
     }

@@ -123,7 +123,15 @@ impl Checks<'_> {
         sanitizer::check(self.workspace)?;
         Stress::SHORT.run()?;
         heading("Packaging: unit tests");
-        self.cargo(&["test", "--profile", "xtask", "--package", "packaging", "--package", "pneumatic-servo-sources"])
+        self.cargo(&[
+            "test",
+            "--profile",
+            "xtask",
+            "--package",
+            "pneumatic-servo-packaging",
+            "--package",
+            "pneumatic-servo-sources",
+        ])
     }
 
     /// Everything that is handed out: FMUs, figures, wheel and page, and the FMUs in a host in Rust. Leaves the wheel

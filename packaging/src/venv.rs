@@ -49,7 +49,7 @@ impl Venv {
         let cache = workspace.environments.join("cache");
         let venv = Self { folder: workspace.environments.join(folder), cache };
         for list in lists {
-            venv.install(&workspace.root.join("packaging").join(list))?;
+            venv.install(&workspace.home.join("packaging").join(list))?;
         }
         Ok(venv)
     }

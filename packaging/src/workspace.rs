@@ -5,28 +5,45 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use cargo_metadata::MetadataCommand;
 
+use crate::product::Product;
+
 /// The folders that the commands work in.
+#[derive(Clone)]
 pub struct Workspace {
-    /// The root of the repository.
+    /// The root of the workspace that the library is built from.
     pub root: PathBuf,
+    /// The root of the project's repository, where the Python tools and the parts of its FMUs are.
+    pub home: PathBuf,
     /// Cargo's target directory, wherever the user put it.
     pub target: PathBuf,
     /// Where Python environments are made.
     pub environments: PathBuf,
+    /// What is packed.
+    pub product: Product,
 }
 
 impl Workspace {
-    /// Asks Cargo.
-    pub fn find() -> Result<Self> {
-        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
-        let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec()?;
+    /// Asks Cargo where that of the project is, for the FMUs of the project.
+    ///
+    /// # Errors
+    /// When Cargo does not answer.
+    pub fn of_the_project() -> Result<Self> {
+        Self::around(&home().join("packaging"), Product::of_the_project(&home()))
+    }
+
+    /// Asks Cargo where that of a package is.
+    ///
+    /// # Errors
+    /// When Cargo does not answer.
+    pub fn around(package: &Path, product: Product) -> Result<Self> {
+        let metadata = MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps().exec()?;
         let target = metadata.target_directory.into_std_path_buf();
-        Ok(Self { root: metadata.workspace_root.into(), environments: target.clone(), target })
+        Ok(Self { root: metadata.workspace_root.into(), home: home(), environments: target.clone(), target, product })
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
     pub fn inside(&self, folder: &str) -> Self {
-        Self { root: self.root.clone(), target: self.target.join(folder), environments: self.environments.clone() }
+        Self { target: self.target.join(folder), ..self.clone() }
     }
 
     /// Where the FMUs go, with the results of their default experiments.
@@ -39,23 +56,28 @@ impl Workspace {
         self.target.join("gallery")
     }
 
-    /// Where generated descriptions and hand-written parts of the FMU are kept.
+    /// Where generated descriptions and hand-written parts of the project's FMUs are kept.
     pub fn descriptions(&self) -> PathBuf {
-        self.root.join("modelDescription")
+        self.home.join("modelDescription")
     }
 
     /// Where the Python tools of the packaging are.
     pub fn python(&self) -> PathBuf {
-        self.root.join("packaging/python")
+        self.home.join("packaging/python")
     }
 
     /// Paths of this machine that nobody should find in a library, each with its last slash.
     pub fn private_paths(&self) -> Vec<String> {
         let home = std::env::home_dir();
-        let folders = [Some(self.root.clone()), Some(self.target.clone()), cargo_home(), home];
+        let folders = [Some(self.root.clone()), Some(self.target.clone()), Some(self.home.clone()), cargo_home(), home];
         let folders = folders.into_iter().flatten().filter(|folder| folder.parent().is_some());
         folders.map(|folder| format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)).collect()
     }
+}
+
+/// The root of the project's repository.
+pub fn home() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
 }
 
 /// Where Cargo keeps the sources of libraries.

@@ -9,7 +9,6 @@ use cargo_metadata::Message;
 use cargo_metadata::camino::Utf8PathBuf;
 
 use super::toolchain::Toolchain;
-use crate::library::PACKAGE;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -18,7 +17,7 @@ pub struct Recipe<'a> {
     workspace: &'a Workspace,
     toolchain: Toolchain,
     program: PathBuf,
-    package: &'static str,
+    package: String,
     panic: &'static str,
     target: Vec<OsString>,
     folder: PathBuf,
@@ -38,7 +37,7 @@ impl<'a> Recipe<'a> {
             workspace,
             toolchain,
             program,
-            package: PACKAGE,
+            package: workspace.product.package.clone(),
             panic: "unwind",
             target: Vec::new(),
             folder,
@@ -59,8 +58,8 @@ impl<'a> Recipe<'a> {
     }
 
     /// Builds the library of another package.
-    pub fn package(mut self, package: &'static str) -> Self {
-        self.package = package;
+    pub fn package(mut self, package: &str) -> Self {
+        self.package = package.to_owned();
         self
     }
 
@@ -139,7 +138,7 @@ impl<'a> Recipe<'a> {
         let mut command = Command::new(&self.program);
         // The crate is a Rust library too; only a build of the shared library alone is optimized at link time.
         command
-            .args(["rustc", "--release", "--package", self.package, "--lib", "--crate-type", "cdylib"])
+            .args(["rustc", "--release", "--package", &self.package, "--lib", "--crate-type", "cdylib"])
             .args(["--config".to_owned(), format!("profile.release.strip='{}'", self.strip)])
             .args(["--config".to_owned(), format!("profile.release.panic='{}'", self.panic)])
             .args(self.settings.iter().flat_map(|setting| ["--config", setting]))
@@ -150,6 +149,10 @@ impl<'a> Recipe<'a> {
             .env("CARGO_ENCODED_RUSTFLAGS", self.encoded_flags())
             .envs(self.environment.iter().map(|(name, value)| (name, value)))
             .current_dir(&self.workspace.root);
+        // The library says by it which source it is built from.
+        if let Some(source) = &self.workspace.product.source {
+            command.env("FMU_SOURCE_FINGERPRINT", source);
+        }
         if self.toolchain.compiles_std {
             let std = format!("build-std=std,panic_{}", self.panic);
             command.args(["-Z", &std, "-Z", "build-std-features="]);
@@ -182,6 +185,9 @@ impl<'a> Recipe<'a> {
         remap(&self.toolchain.source(), &self.toolchain.source_name);
         if let Some(home) = crate::workspace::cargo_home() {
             remap(&home, "cargo");
+        }
+        if self.workspace.home != self.workspace.root {
+            remap(&self.workspace.home, "pneumatic-servo");
         }
         remap(&self.workspace.root, ".");
         remap(&self.folder, "target");

@@ -28,6 +28,10 @@ pub struct Stamp {
     pub date: String,
     /// The source files that an importer compiles; none in an FMU without sources.
     pub sources: Vec<String>,
+    /// The version of the model.
+    pub version: String,
+    /// Its licence; empty if none is stated.
+    pub licence: String,
 }
 
 /// A version of FMI.
@@ -92,8 +96,8 @@ fn root(version: &str, token: &str, model: &Model, stamp: &Stamp) -> Element {
         .with("modelName", model.name)
         .with(token, &stamp.guid)
         .with("description", model.description)
-        .with("version", env!("CARGO_PKG_VERSION"))
-        .with("license", env!("CARGO_PKG_LICENSE"))
+        .with("version", &stamp.version)
+        .with_some("license", (!stamp.licence.is_empty()).then(|| stamp.licence.clone()))
         .with("generationTool", concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION")))
         .with("generationDateAndTime", &stamp.date)
         .with("variableNamingConvention", "structured")

@@ -37,14 +37,16 @@ const TERMINALS: [Terminal; 2] = [
     },
 ];
 
-/// The file of a model.
+/// The file of a model, with or without an icon.
 ///
 /// # Errors
 /// None but those of writing XML.
-pub fn xml(model: &Model) -> Result<String> {
+pub fn xml(model: &Model, has_icon: bool) -> Result<String> {
     document(|xml| {
         Element::new("fmiTerminalsAndIcons").with("fmiVersion", "3.0").contain(xml, |xml| {
-            graphics(xml)?;
+            if has_icon {
+                graphics(xml)?;
+            }
             let has = |variable: &str| (model.variables)().find(variable).is_some();
             let terminals = TERMINALS.iter().filter(|it| it.members.iter().all(|(_, variable, _)| has(variable)));
             let terminals: Vec<_> = terminals.collect();
@@ -90,7 +92,8 @@ mod tests {
 
     #[test]
     fn the_cylinder_has_all_terminals_and_the_bench_none() -> Result<()> {
-        let of = |name: &str| models::ALL.iter().find(|model| model.name == name).map(xml).expect("a model");
+        let of =
+            |name: &str| models::ALL.iter().find(|model| model.name == name).map(|it| xml(it, true)).expect("a model");
         let cylinder = of("PneumaticServoCylinder")?;
         for Terminal { name, members, .. } in &TERMINALS {
             assert!(cylinder.contains(&format!("<Terminal name=\"{name}\"")), "{cylinder}");

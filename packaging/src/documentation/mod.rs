@@ -6,33 +6,38 @@ mod math;
 mod table;
 mod text;
 
-use std::path::Path;
-
 use anyhow::{Context, Result};
+use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::Role;
 
 pub use self::experiment::{figure, section as experiment};
+use self::table::{END, TABLE};
 use self::text::escape;
 use crate::description::Version;
+use crate::product::{Parts, Product};
 
-/// The page of a model around its hand-written part, `<Model>.html` of a folder, and the section of its experiment.
+/// The page of a model around its hand-written part, `<Model>.html`, and the section of its experiment. Without that file the
+/// page says what the tables do.
 ///
 /// # Errors
-/// When that file or one it includes is missing, or an equation in it cannot be read.
-pub fn page(model: &Model, version: Version, folder: &Path, experiment: &str) -> Result<String> {
-    let source = source(folder, &format!("{}.html", model.name))?;
+/// When a file that it includes is missing, or an equation in it cannot be read.
+pub fn page(model: &Model, version: Version, product: &Product, experiment: &str) -> Result<String> {
+    let source = match source(&product.parts, &format!("{}.html", model.name))? {
+        Some(source) => laws::numbered(&source, model, &product.parts)?,
+        None => generated(model),
+    };
     let variables = (model.variables)();
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
     let sections = [
-        math::render(&laws::numbered(&source)).with_context(|| format!("the equations of {}", model.name))?,
+        math::render(&source).with_context(|| format!("the equations of {}", model.name))?,
         experiment.to_owned(),
         table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
         table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
         table::parameters(&of_role(&[Role::Fixed, Role::Tunable])),
         table::enumerations(variables),
         table::interface("internal", "Internal variables", &of_role(&[Role::Local])),
-        licence(),
+        licence(product),
     ];
     Ok(format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -45,7 +50,7 @@ pub fn page(model: &Model, version: Version, folder: &Path, experiment: &str) ->
         description = escape(model.description),
         fmi = version.name(),
         kinds = kinds(model, version),
-        release = env!("CARGO_PKG_VERSION"),
+        release = escape(&product.version),
         stop = text::number(model.experiment.stop_time),
         step = text::number(model.experiment.step_size),
         contents = contents(&sections.concat()),
@@ -58,14 +63,14 @@ fn kinds(model: &Model, version: Version) -> String {
     if (model.variables)().number_of_states() == 0 {
         return "Import it for co-simulation: there are no continuous states to exchange.".to_owned();
     }
-    let kinds = "Import it for co-simulation, where the solver inside locates stick and slip; choose model exchange where a tool \
+    let kinds = "Import it for co-simulation, where the solver inside locates events, such as stick and slip; choose model exchange where a tool \
                  offers nothing else, or where one solver is to see the whole system or derivatives.";
     let other = match version {
         Version::Fmi2 => {
             "A host that is to react to events, in co-simulation with event mode, needs the FMU of FMI 3.0."
         }
         Version::Fmi3 => {
-            "With event mode a step ends where the carriage breaks away or stops, if the host allows early return. Tools \
+            "With event mode a step ends at an event, a break-away for example, if the host allows early return. Tools \
              that do not know FMI 3.0 take the FMU of FMI 2.0, of the same build."
         }
     };
@@ -83,42 +88,68 @@ fn contents(sections: &str) -> String {
     format!("<nav aria-label=\"Contents\">\n<ul>\n{}</ul>\n</nav>\n", headings.collect::<String>())
 }
 
-/// A file in which every line `{{name}}` is replaced by the file of that name.
-fn source(folder: &Path, name: &str) -> Result<String> {
-    let file = folder.join(name);
-    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+/// A file in which every line `{{name}}` is replaced by the file of that name; nothing if there is no such file.
+fn source(parts: &Parts, name: &str) -> Result<Option<String>> {
+    let Some(text) = parts.text(name)? else { return Ok(None) };
     let mut whole = String::new();
     for line in text.lines() {
         match line.strip_prefix("{{").and_then(|line| line.strip_suffix("}}")) {
-            Some(included) => whole.push_str(&source(folder, included)?),
+            Some(included) => {
+                let part = source(parts, included)?;
+                whole.push_str(&part.with_context(|| format!("{name} includes {included}, which is missing"))?);
+            }
             None => whole.extend([line, "\n"]),
         }
     }
-    Ok(whole)
+    Ok(Some(whole))
 }
 
-fn licence() -> String {
-    "<section id=\"licence\">\n<h2>Licence</h2>\n<p>MIT or Apache-2.0, at your choice; the texts, and those of the packages inside the library, are in \
-     <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
-        .to_owned()
+/// What is known of a model that has no hand-written part: what it is, and what happens in it.
+fn generated(model: &Model) -> String {
+    let mut page =
+        format!("<section id=\"purpose\">\n<h2>Purpose</h2>\n<p>{}</p>\n</section>\n", escape(model.description));
+    let events = (model.indicators)();
+    if !events.is_empty() {
+        let row = |event: &Indicator| {
+            format!("<tr><td><code>{}</code></td><td>{}</td></tr>\n", escape(&event.name), escape(event.text))
+        };
+        page.push_str(&format!(
+            "<section id=\"events\">\n<h2>Events</h2>\n{TABLE}\n<thead><tr><th>Name</th><th>What happens</th></tr></thead>\n\
+             <tbody>\n{}</tbody>\n{END}\n</section>\n",
+            events.iter().map(row).collect::<String>()
+        ));
+    }
+    page
+}
+
+fn licence(product: &Product) -> String {
+    let licence = match (product.is_of_the_project(), &*product.licence) {
+        (true, _) => "MIT or Apache-2.0, at your choice".to_owned(),
+        (false, "") => "Its author states none".to_owned(),
+        (false, licence) => escape(licence),
+    };
+    format!(
+        "<section id=\"licence\">\n<h2>Licence</h2>\n<p>{licence}; the texts, and those of the packages inside the library, are in \
+         <code>documentation/licenses</code> of the FMU.</p>\n</section>\n"
+    )
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use std::path::Path;
 
     use pneumatic_servo::models;
 
     use super::*;
 
-    fn folder() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription")
+    fn product() -> Product {
+        Product::of_the_project(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
     }
 
     #[test]
     fn every_variable_is_on_the_page_of_its_model() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, Version::Fmi2, &folder(), "")?;
+            let page = page(model, Version::Fmi2, &product(), "")?;
             for variable in (model.variables)().iter().filter(|variable| variable.role != Role::Time) {
                 let cell = format!("<code>{}</code>", escape(&variable.name));
                 assert!(page.contains(&cell), "{} is missing", variable.name);
@@ -131,7 +162,7 @@ mod tests {
     #[test]
     fn contents_lead_to_every_section() -> Result<()> {
         for model in models::ALL {
-            let page = page(model, Version::Fmi2, &folder(), "")?;
+            let page = page(model, Version::Fmi2, &product(), "")?;
             let sections: Vec<_> =
                 page.split("<section id=\"").skip(1).filter_map(|text| text.split('"').next()).collect();
             let links: Vec<_> =
@@ -144,7 +175,7 @@ mod tests {
 
     #[test]
     fn equations_are_given_for_exactly_the_friction_laws() -> Result<()> {
-        let page = source(&folder(), "friction.html")?;
+        let page = source(&product().parts, "friction.html")?.context("the file")?;
         let named = page.split("<tr><td>").skip(1).filter_map(|row| row.split_once("</td>")).map(|(name, _)| name);
         let laws = pneumatic_servo::friction::LAWS.items.iter().map(|(_, name, _)| *name);
         assert_eq!(named.collect::<Vec<_>>(), laws.collect::<Vec<_>>(), "modelDescription/friction.html");

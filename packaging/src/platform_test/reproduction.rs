@@ -11,6 +11,7 @@ use crate::library::Library;
 use crate::package;
 use crate::platform::Platform;
 use crate::process;
+use crate::product::Product;
 use crate::workspace::Workspace;
 
 /// A copy of the checkout and the library for linux64 that was built in it.
@@ -28,7 +29,8 @@ impl Reproduction {
         let root = workspace.target.join("platform-test/a copy of the checkout");
         copy(&workspace.root, &root)?;
         let environments = workspace.environments.clone();
-        let elsewhere = Workspace { target: root.join("elsewhere"), root, environments };
+        let product = Product::of_the_project(&root);
+        let elsewhere = Workspace { target: root.join("elsewhere"), home: root.clone(), root, environments, product };
         let library = Library::for_everybody(&elsewhere, Platform::Linux64)?;
         Ok(Self { elsewhere, library })
     }

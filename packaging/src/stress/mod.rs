@@ -64,7 +64,7 @@ const LOOSE: Duration = Duration::from_millis(500);
 ///
 /// Seeded and repeatable: every model under every law, within factors of 3 and 30 of the defaults and in the whole legal
 /// range, from time 0 and from 1.7e9 s. The time of steps is judged by an optimised program only: `cargo run --release
-/// --package packaging -- stress`.
+/// --package pneumatic-servo-packaging -- stress`.
 #[derive(Args)]
 pub struct Stress {
     /// Sets for each model and law.

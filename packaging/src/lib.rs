@@ -1,0 +1,140 @@
+//! Builds, describes, zips and checks FMUs: those of the project by `cargo xtask`, and those of any other crate by a program of
+//! one line in it, [`package_fmus!`].
+
+mod archive;
+mod build;
+mod deny;
+mod describe;
+mod description;
+mod docs;
+mod documentation;
+mod experiment;
+mod files;
+mod fingerprint;
+mod gallery;
+mod gates;
+mod library;
+mod licences;
+mod lock;
+mod moment;
+mod mutants;
+mod own;
+mod package;
+mod parameter_sets;
+mod platform;
+mod platform_test;
+mod playground;
+mod process;
+mod product;
+mod rehearse;
+mod release;
+mod sanitizer;
+mod site;
+mod soundness;
+mod sources;
+mod ssc;
+mod ssp;
+mod stress;
+mod tables;
+mod test;
+mod units;
+mod valgrind;
+mod venv;
+mod wheel;
+mod workspace;
+mod xml;
+
+pub use own::{Crate, package};
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::workspace::Workspace;
+
+/// Builds, describes, zips and checks the FMUs.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Begin with `cargo xtask package`: it leaves the FMUs, validated and run once, in target/fmu.
+`cargo xtask help COMMAND` tells more and gives examples.";
+
+/// Each command is a file of its own.
+#[derive(Subcommand)]
+enum Command {
+    Package(package::Package),
+    Gallery(gallery::Gallery),
+    Build(build::Build),
+    Join(package::Join),
+    Release(release::Release),
+    Playground(playground::Playground),
+    Site(site::Site),
+    Describe(describe::Describe),
+    Record(valgrind::Record),
+    Stress(stress::Stress),
+    Mutants(mutants::Mutants),
+    Wheel(wheel::Wheel),
+    Docs(docs::Docs),
+    Test(test::Test),
+}
+
+/// `cargo xtask`: parses the command line and does what it says.
+pub fn xtask() -> ExitCode {
+    ended(run(&Arguments::parse().command))
+}
+
+/// Tells what went wrong.
+fn ended(outcome: Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<()> {
+    let workspace = Workspace::of_the_project()?;
+    let _alone = lock::hold(&workspace.target)?;
+    match command {
+        Command::Package(it) => it.run(&workspace),
+        Command::Gallery(it) => it.run(&workspace),
+        Command::Build(it) => it.run(&workspace),
+        Command::Join(it) => it.run(&workspace),
+        Command::Release(it) => it.run(&workspace),
+        Command::Playground(it) => it.run(&workspace),
+        Command::Site(it) => it.run(&workspace),
+        Command::Describe(it) => it.run(&workspace),
+        Command::Record(it) => it.run(&workspace),
+        Command::Docs(it) => it.run(&workspace),
+        Command::Stress(it) => it.run(),
+        Command::Mutants(it) => it.run(&workspace),
+        Command::Wheel(it) => it.run(&workspace),
+        Command::Test(it) => it.run(&workspace),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn every_command_names_itself_as_it_is_typed_and_tells_what_it_does() {
+        let mut root = Arguments::command();
+        root.build();
+        for command in root.get_subcommands_mut().filter(|command| command.get_name() != "help") {
+            let help = command.render_long_help().to_string();
+            assert!(help.contains(&format!("Usage: cargo xtask {}", command.get_name())), "{help}");
+            assert!(command.get_about().is_some(), "{help}");
+        }
+    }
+}

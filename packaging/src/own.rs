@@ -1,0 +1,98 @@
+//! FMUs of any other crate, packed by a program of two lines in it.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Parser;
+use pneumatic_servo::model::Model;
+
+use crate::package::Package;
+use crate::product::{Parts, Product};
+use crate::workspace::{self, Workspace};
+use crate::{ended, fingerprint, lock, soundness};
+
+/// The crate whose models are packed, as [`package_fmus!`](crate::package_fmus) fills it in.
+#[derive(Clone, Copy, Debug)]
+pub struct Crate {
+    /// Its models: those that its library serves.
+    pub models: &'static [Model],
+    /// Its folder.
+    pub folder: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// Its version.
+    pub version: &'static str,
+    /// Its licence, as SPDX writes it; empty if it states none.
+    pub licence: &'static str,
+}
+
+/// A `main` that packs the models of a crate into FMUs, from the library that [`export_fmu!`](pneumatic_servo_fmu::export_fmu)
+/// makes of it. Its only line is in `examples/package.rs` of that crate, which depends on this one for development:
+///
+/// ```ignore
+/// pneumatic_servo_packaging::package_fmus!(quarter_car::LIBRARY);
+/// ```
+///
+/// `cargo run --example package` then builds the library, describes the models in FMI 2.0 and 3.0, writes the page of each, zips,
+/// validates with FMPy, runs the default experiments and draws them. Everything is in `fmu` below the target folder.
+///
+/// Hand-written parts of the FMUs are in the folder `modelDescription` of the crate; none of them is needed:
+///
+/// | file | what it is |
+/// |---|---|
+/// | `<Model>.html` | the beginning of the page: sections of HTML, with equations in LaTeX between `\(` and `\)`, or `\[` and `\]` |
+/// | `friction-laws.html` | rows for the table of friction laws, `<tr><td>Name</td><td>equations</td><td>source</td></tr>` |
+/// | `parameter_sets.json` | sets of parameters, which become `resources` |
+/// | `icons/<Model>.png`, `icons/<Model>.svg` | the icon |
+///
+/// Models that are named as those of the project have its parts where the crate has none.
+#[macro_export]
+macro_rules! package_fmus {
+    ($library:path) => {
+        fn main() -> std::process::ExitCode {
+            $crate::package(&$crate::Crate {
+                models: $library.models(),
+                folder: env!("CARGO_MANIFEST_DIR"),
+                name: env!("CARGO_PKG_NAME"),
+                version: env!("CARGO_PKG_VERSION"),
+                licence: env!("CARGO_PKG_LICENSE"),
+            })
+        }
+    };
+}
+
+/// Builds the FMUs of this crate, validates them and runs the default experiment of each.
+///
+/// Results are in target/fmu: an FMU per model, its results as CSV and its figure; in target/fmu/fmi3 the same FMUs for FMI 3.0.
+#[derive(Parser)]
+struct Arguments {
+    #[command(flatten)]
+    package: Package,
+}
+
+/// Packs the models of a crate; what the command line of the program says is what `cargo xtask package` takes.
+pub fn package(of: &Crate) -> ExitCode {
+    ended(run(of, &Arguments::parse().package))
+}
+
+/// Nothing is built or written before the models are known to be sound.
+fn run(of: &Crate, package: &Package) -> Result<()> {
+    soundness::check(of.models)?;
+    let workspace = around(of)?;
+    let _alone = lock::hold(&workspace.target)?;
+    package.run(&workspace)
+}
+
+fn around(of: &Crate) -> Result<Workspace> {
+    let folder = Path::new(of.folder);
+    let product = Product {
+        models: of.models,
+        package: of.name.to_owned(),
+        version: of.version.to_owned(),
+        licence: of.licence.to_owned(),
+        source: Some(fingerprint::of(folder)?),
+        parts: Parts::of_a_crate(folder.join("modelDescription"), &workspace::home()),
+    };
+    Workspace::around(folder, product)
+}

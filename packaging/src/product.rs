@@ -1,0 +1,79 @@
+//! Whose FMUs are packed: those of the project, or those of a crate of somebody else.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+
+/// What is packed.
+#[derive(Clone, Debug)]
+pub struct Product {
+    /// The models.
+    pub models: &'static [Model],
+    /// The package that is built as the shared library.
+    pub package: String,
+    /// Its version.
+    pub version: String,
+    /// Its licence, as SPDX writes it; empty if it states none.
+    pub licence: String,
+    /// The fingerprint of a source that the library of the project does not have.
+    pub source: Option<String>,
+    /// Where hand-written parts of the FMUs are.
+    pub parts: Parts,
+}
+
+impl Product {
+    /// The FMUs of the project.
+    pub fn of_the_project(home: &Path) -> Self {
+        let [version, licence] = [env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
+        let package = crate::library::PACKAGE.to_owned();
+        Self { models: models::ALL, package, version, licence, source: None, parts: Parts::of_the_project(home) }
+    }
+
+    /// Whether they are those of the project.
+    pub fn is_of_the_project(&self) -> bool {
+        self.source.is_none()
+    }
+}
+
+/// Folders with hand-written parts of FMUs: pages, icons, parameter sets. What is in an earlier one counts.
+#[derive(Clone, Debug)]
+pub struct Parts(Vec<PathBuf>);
+
+impl Parts {
+    /// Those of a folder, which need not be there, and those of the project.
+    pub fn of_a_crate(folder: PathBuf, home: &Path) -> Self {
+        Self(vec![folder, home.join("modelDescription")])
+    }
+
+    /// Those of the project.
+    pub fn of_the_project(home: &Path) -> Self {
+        Self(vec![home.join("modelDescription")])
+    }
+
+    /// The folders.
+    pub fn folders(&self) -> impl Iterator<Item = &Path> {
+        self.0.iter().map(PathBuf::as_path)
+    }
+
+    /// A part, if there is one of this name.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn read(&self, name: &str) -> Result<Option<Vec<u8>>> {
+        let Some(file) = self.folders().map(|folder| folder.join(name)).find(|file| file.is_file()) else {
+            return Ok(None);
+        };
+        std::fs::read(&file).map(Some).with_context(|| format!("cannot read {}", file.display()))
+    }
+
+    /// A part that is text, if there is one of this name.
+    ///
+    /// # Errors
+    /// When it cannot be read or is not UTF-8.
+    pub fn text(&self, name: &str) -> Result<Option<String>> {
+        let bytes = self.read(name)?;
+        bytes.map(String::from_utf8).transpose().with_context(|| format!("{name} is not UTF-8"))
+    }
+}

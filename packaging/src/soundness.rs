@@ -1,0 +1,296 @@
+//! Whether the tables of a model hold together: looked at before anything of it is built or written.
+
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use anyhow::{Result, ensure};
+use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::variables::{Kind, Table, Variable};
+
+/// Refuses models whose tables do not hold together, each by its name with all that is wrong with it.
+///
+/// # Errors
+/// When there is anything wrong.
+pub fn check(models: &[Model]) -> Result<()> {
+    let wrong: Vec<String> =
+        models.iter().flat_map(|model| problems(model).into_iter().map(|it| format!("{}: {it}", model.name))).collect();
+    ensure!(wrong.is_empty(), "the models cannot be packed:\n  {}", wrong.join("\n  "));
+    Ok(())
+}
+
+/// What is wrong with a model.
+fn problems(model: &Model) -> Vec<String> {
+    // A table refuses to be made of names or value references that come twice, or that lead nowhere.
+    let table = match quietly(|| (model.variables)()) {
+        Ok(table) => table,
+        Err(reason) => return vec![reason],
+    };
+    let mut problems = Vec::new();
+    if model.description.is_empty() {
+        problems.push("it has no description".to_owned());
+    }
+    table.iter().for_each(|variable| of_variable(variable, &mut problems));
+    of_enumerations(table, &mut problems);
+    of_events(model, table, &mut problems);
+    of_experiment(model, table, &mut problems);
+    // What is unsound may not even start.
+    if problems.is_empty() {
+        of_start(model, table, &mut problems);
+    }
+    problems
+}
+
+/// What makes a table, or why it cannot be made.
+fn quietly<T>(make: impl FnOnce() -> T) -> Result<T, String> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| ()));
+    let made = catch_unwind(AssertUnwindSafe(make));
+    std::panic::set_hook(hook);
+    made.map_err(|panic| {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+        text.unwrap_or_else(|| "its table of variables cannot be made".to_owned())
+    })
+}
+
+fn of_variable(variable: &Variable, problems: &mut Vec<String>) {
+    let Variable { name, min, max, start, nominal, .. } = variable;
+    if name.is_empty() {
+        problems.push(format!("the variable with value reference {} has no name", variable.reference));
+    }
+    if let (Some(min), Some(max)) = (min, max)
+        && min > max
+    {
+        problems.push(format!("the range of {name}, {min} to {max}, is empty"));
+    }
+    if let Some(start) = start
+        && let Err(refusal) = variable.check(*start)
+    {
+        problems.push(format!("the start value of {name} is not legal: {refusal}"));
+    }
+    if nominal.is_some_and(|nominal| !(nominal.is_finite() && nominal > 0.0)) {
+        problems.push(format!("the nominal of {name} is no positive number"));
+    }
+}
+
+/// It starts with its defaults, and knows how large each of its states is.
+fn of_start(model: &Model, table: &Table, problems: &mut Vec<String>) {
+    let starts = |variable: &Variable| variable.start.unwrap_or_default();
+    let parameters: Vec<f64> = table.parameters().map(starts).collect();
+    let inputs: Vec<f64> = table.inputs().map(starts).collect();
+    let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+    let run = match quietly(|| (model.start)(&start)) {
+        Ok(Ok(run)) => run,
+        Ok(Err(refusal)) => return problems.push(format!("it does not start with its defaults: {refusal}")),
+        Err(reason) => return problems.push(format!("it does not start with its defaults: {reason}")),
+    };
+    let mut scales = vec![1.0; table.number_of_states()];
+    if let Some(exchange) = run.exchange(model) {
+        exchange.nominals(&mut scales);
+    }
+    for (reference, scale) in table.states().zip(scales) {
+        let name = table.by_reference(reference).map_or("", |entry| &entry.variable.name);
+        if !(scale.is_finite() && scale > 0.0) {
+            problems.push(format!("the state {name} has the scale {scale}, which is no positive number"));
+        }
+    }
+}
+
+fn of_enumerations(table: &Table, problems: &mut Vec<String>) {
+    for variable in table {
+        let Kind::Enumeration(of) = variable.kind else { continue };
+        let (mut ids, mut names) = (BTreeSet::new(), BTreeSet::new());
+        for (id, name, _) in of.items {
+            if !ids.insert(id) {
+                problems.push(format!("the id {id} of {} in {} is taken", name, of.name));
+            }
+            if !names.insert(name) {
+                problems.push(format!("{} has the item {name} twice", of.name));
+            }
+        }
+    }
+}
+
+fn of_events(model: &Model, table: &Table, problems: &mut Vec<String>) {
+    let mut names = BTreeSet::new();
+    let events = (model.indicators)();
+    for (number, event) in (1..).zip(&events) {
+        if event.name.is_empty() {
+            problems.push(format!("event {number} of {} has no name", events.len()));
+        } else if !names.insert(&event.name) || table.find(&event.name).is_some() {
+            problems.push(format!("the name of the event {} is taken", event.name));
+        }
+        if event.text.is_empty() {
+            problems.push(format!("the event {} does not say what happens", event.name));
+        }
+        if !(event.nominal.is_finite() && event.nominal > 0.0) {
+            problems.push(format!("the nominal of the event {} is no positive number", event.name));
+        }
+    }
+    for indicator in model.indicator_variables() {
+        if let Some(entry) = table.by_reference(indicator.reference) {
+            let name = &entry.variable.name;
+            problems.push(format!("{name} has the value reference {}, which is an event's", indicator.reference));
+        }
+    }
+}
+
+fn of_experiment(model: &Model, table: &Table, problems: &mut Vec<String>) {
+    let experiment = &model.experiment;
+    let is_positive = |value: f64| value.is_finite() && value > 0.0;
+    if !is_positive(experiment.stop_time) || !is_positive(experiment.step_size) {
+        problems.push("stop time and step size of the default experiment must be positive".to_owned());
+    }
+    for signal in experiment.signals {
+        if !table.inputs().any(|input| input.name == signal.input) {
+            problems.push(format!("the default experiment moves {}, which is no input", signal.input));
+        }
+    }
+    for name in experiment.panels.iter().flat_map(|panel| panel.curves) {
+        if table.find(name).is_none() {
+            problems.push(format!("the default experiment shows {name}, which is no variable"));
+        }
+    }
+    if experiment.panels.is_empty() || experiment.panels.iter().any(|panel| panel.curves.is_empty()) {
+        problems.push("the default experiment shows nothing: it needs panels with curves".to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use pneumatic_servo::hybrid::Indicator;
+    use pneumatic_servo::model::{Experiment, Panel};
+    use pneumatic_servo::models;
+    use pneumatic_servo::variables::{Enumeration, ParameterError, Role, units};
+
+    use super::*;
+
+    #[test]
+    fn the_models_of_the_project_hold_together() {
+        check(models::ALL).expect("nothing wrong");
+    }
+
+    fn refusals(model: &Model) -> String {
+        check(&[Model { ..*model }]).err().map(|error| error.to_string()).unwrap_or_default()
+    }
+
+    fn table(change: impl FnOnce(&mut Vec<Variable>)) -> Table {
+        let mut variables = vec![
+            Variable::time(),
+            Variable::input(1, "input", units::METRE, 0.0),
+            Variable::output(2, "state", units::METRE).nominal(1.0),
+            Variable::output(3, "der(state)", units::METRE_PER_SECOND).local().derivative_of(2).depends_on(&[1]),
+            Variable::parameter(4, "lag", units::SECOND, 1.0).range(0.1, 10.0),
+        ];
+        change(&mut variables);
+        Table::new(variables)
+    }
+
+    const MODEL: Model = Model {
+        name: "Sound",
+        description: "A model with nothing wrong",
+        variables: || {
+            static TABLE: LazyLock<Table> = LazyLock::new(|| table(|_| ()));
+            &TABLE
+        },
+        indicators: Vec::new,
+        start: |_| Err(ParameterError::new("lag", 1.0, "it must fit the gap")),
+        experiment: Experiment {
+            stop_time: 1.0,
+            step_size: 0.1,
+            signals: &[],
+            panels: &[Panel { label: "state", curves: &["state"] }],
+        },
+    };
+
+    /// The tables of the model are sound; then it is started.
+    #[test]
+    fn a_model_that_does_not_start_is_refused_with_the_reason() {
+        let refused = "the models cannot be packed:\n  Sound: it does not start with its defaults: ";
+        assert!(
+            refusals(&MODEL).starts_with(refused)
+                && refusals(&MODEL).contains("lag = 1 is refused: it must fit the gap"),
+            "{}",
+            refusals(&MODEL)
+        );
+        let panics = Model { start: |_| panic!("a slip"), ..MODEL };
+        assert_eq!(refusals(&panics), format!("{refused}a slip"));
+    }
+
+    macro_rules! with_table {
+        ($change:expr) => {
+            Model {
+                variables: || {
+                    static TABLE: LazyLock<Table> = LazyLock::new(|| table($change));
+                    &TABLE
+                },
+                ..MODEL
+            }
+        };
+    }
+
+    #[test]
+    fn what_is_wrong_with_variables_is_named() {
+        let twice = with_table!(|it| it.push(Variable::parameter(4, "gap", units::METRE, 1.0)));
+        let name = with_table!(|it| it.push(Variable::parameter(5, "lag", units::METRE, 1.0)));
+        let lost = with_table!(|it| it.push(Variable::output(5, "sum", units::METRE).depends_on(&[77])));
+        let scale = with_table!(|it| it[2].nominal = Some(0.0));
+        let start = with_table!(|it| it[4].start = Some(100.0));
+        for (model, expected) in [
+            (twice, "Sound: the value reference 4 of gap is used twice"),
+            (name, "Sound: two variables have the name lag"),
+            (lost, "no variable has the value reference 77"),
+            (scale, "the nominal of state is no positive number"),
+            (start, "the start value of lag is not legal: lag = 100 is refused"),
+        ] {
+            assert!(refusals(&model).contains(expected), "{expected}: {}", refusals(&model));
+        }
+    }
+
+    #[test]
+    fn ids_that_are_taken_are_named() {
+        static LAWS: Enumeration = Enumeration {
+            name: "Laws",
+            description: "",
+            items: &[(1, "None", ""), (1000, "One", ""), (1000, "Two", ""), (1001, "One", "")],
+        };
+        let model = with_table!(|it| it.push(Variable {
+            reference: 9,
+            role: Role::Fixed,
+            kind: Kind::Enumeration(&LAWS),
+            start: Some(1.0),
+            ..Variable::output(9, "law", units::ONE)
+        }));
+        let text = refusals(&model);
+        assert!(text.contains("the id 1000 of Two in Laws is taken"), "{text}");
+        assert!(text.contains("Laws has the item One twice"), "{text}");
+    }
+
+    #[test]
+    fn what_is_wrong_with_events_and_the_experiment_is_named() {
+        fn event(name: &str, nominal: f64, text: &'static str) -> Indicator {
+            Indicator { name: name.to_owned(), nominal, text }
+        }
+        let events =
+            || vec![event("", 1.0, "a"), event("lag", 1.0, "b"), event("stop", 0.0, ""), event("stop", 1.0, "c")];
+        let panels = &[Panel { label: "height", curves: &["height"] }];
+        let experiment = Experiment { stop_time: 0.0, panels, ..MODEL.experiment };
+        let text = refusals(&Model { indicators: events, experiment, description: "", ..MODEL });
+        for expected in [
+            "it has no description",
+            "event 1 of 4 has no name",
+            "the name of the event lag is taken",
+            "the event stop does not say what happens",
+            "the nominal of the event stop is no positive number",
+            "the name of the event stop is taken",
+            "stop time and step size",
+            "shows height, which is no variable",
+        ] {
+            assert!(text.contains(expected), "{expected}: {text}");
+        }
+        let nothing = Experiment { panels: &[], ..MODEL.experiment };
+        assert!(refusals(&Model { experiment: nothing, ..MODEL }).contains("shows nothing"));
+    }
+}
