@@ -76,7 +76,7 @@ impl Part {
     fn arguments(self) -> [&'static str; 6] {
         let [one, other, settings] = match self {
             Self::Plant => ["pneumatic-servo", "pneumatic-servo-fmu", ".cargo/mutants.toml"],
-            Self::Tools => ["packaging", "pneumatic-servo-playground", ".cargo/mutants-tools.toml"],
+            Self::Tools => ["pneumatic-servo-packaging", "pneumatic-servo-playground", ".cargo/mutants-tools.toml"],
         };
         ["--package", one, "--package", other, "--config", settings]
     }
@@ -237,7 +237,7 @@ mod tests {
     /// The settings are those of files that are there, and the packages those of the workspace.
     #[test]
     fn parts_name_packages_and_settings_of_the_repository() -> Result<()> {
-        let workspace = Workspace::find()?;
+        let workspace = Workspace::of_the_project()?;
         let metadata = cargo_metadata::MetadataCommand::new().no_deps().current_dir(&workspace.root).exec()?;
         for part in Part::value_variants() {
             let arguments = part.arguments();

@@ -1,6 +1,6 @@
 //! Equations: `\( ... \)` in a line and `\[ ... \]` on its own, written in LaTeX, become MathML.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage, push_mathml};
 
@@ -37,10 +37,9 @@ fn equation(page: &mut String, latex: &str, display_mode: DisplayMode) -> Result
     let config = RenderConfig { display_mode, ..RenderConfig::default() };
     let mut mathml = String::new();
     push_mathml(&mut mathml, Parser::new(latex, &storage), config).with_context(|| excerpt(latex))?;
-    // The renderer leaves this character as it is, and puts the space before a function into its power or index.
-    let mathml = mathml.replace("<mo><</mo>", "<mo>&lt;</mo>");
-    // In a text it writes the name of a space, which is then shown letter by letter.
-    ensure!(!mathml.contains("nbsp"), "{}: put the space outside of the text", excerpt(latex));
+    // The renderer leaves the first as it is, escapes the name of the second, which is then shown letter by letter, and puts
+    // the space before a function into its power or index.
+    let mathml = mathml.replace("<mo><</mo>", "<mo>&lt;</mo>").replace("&amp;nbsp;", "\u{a0}");
     page.push_str(
         &["msup", "msub", "msubsup"].iter().fold(mathml, |mathml, script| {
             mathml.replace(&format!("<{script}>{SPACE}"), &format!("{SPACE}<{script}>"))
@@ -80,6 +79,12 @@ mod tests {
     }
 
     #[test]
+    fn spaces_are_shown_as_spaces() -> Result<()> {
+        assert!(render(r"\(1\ \mathrm{Pa}\)")?.contains("<mtext>\u{a0}</mtext>"));
+        Ok(())
+    }
+
+    #[test]
     fn power_of_a_function_has_a_base_and_an_exponent() -> Result<()> {
         let page = render(r"\(m \sin^2 \phi\)")?;
         assert!(page.contains("<msup><mi>sin</mi><mn>2</mn></msup>"), "{page}");
@@ -91,6 +96,5 @@ mod tests {
         let message = |source| render(source).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(message(r"\(x").contains("\\) is missing after x"));
         assert!(message(r"\(\nosuchcommand x\)").contains(r"\nosuchcommand x"));
-        assert!(message(r"\(\mathrm{Pa\,s}\)").contains("put the space outside of the text"));
     }
 }
