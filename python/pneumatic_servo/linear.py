@@ -161,7 +161,8 @@ def linearise(
     rates = [point.rates[name] for name in chosen]
     driven = simulation.jacobian(rates, inputs)
     through = simulation.jacobian(outputs, inputs)
-    for place, name in enumerate(inputs):
+    # States that were chosen may leave out those that an input moves.
+    for place, name in enumerate(inputs if states is None else ()):
         if not driven[:, place].any() and not through[:, place].any():
             warn(f"{name} = {simulation[name]:g}{_of_unit(model, name)}: it has no effect here, B is 0; {_why(point)}")
     return Linearisation(
