@@ -1,5 +1,5 @@
-//! Deviations held against bounds. NaN passes none of them, and how much of each bound is used is recorded, so that
-//! `cargo xtask test` can tell which of them are slack.
+//! Deviations held against bounds. NaN passes none of them, and how much of each bound is used is recorded in
+//! `target/tmp/bounds`, where slack ones can be found.
 
 #![allow(dead_code, reason = "each test uses a part of it")]
 
