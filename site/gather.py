@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import html
+import importlib
 import re
 import shutil
 import subprocess
@@ -188,8 +189,13 @@ def gallery_page(gallery: Path, target: Path) -> str:
 def python_page() -> str:
     """The reference of the package, from its docstrings."""
     text = ["# Python reference\n"]
+    told: set[str] = set()
     for module in ["pneumatic_servo", "pneumatic_servo.envs", "pneumatic_servo.identification"]:
         extra = "   :imported-members:\n   :special-members: __getitem__, __setitem__\n"
+        names = set(importlib.import_module(module).__all__)
+        if again := sorted(names & told):
+            extra += f"   :exclude-members: {', '.join(again)}\n"
+        told |= names
         text.append(f"## {module}\n")
         text.append(f"```{{eval-rst}}\n.. automodule:: {module}\n{extra}```\n")
     return "\n".join(text)
