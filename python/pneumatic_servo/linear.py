@@ -161,8 +161,8 @@ def linearise(
     rates = [point.rates[name] for name in chosen]
     driven = simulation.jacobian(rates, inputs)
     through = simulation.jacobian(outputs, inputs)
-    # States that were chosen may leave out those that an input moves.
-    for place, name in enumerate(inputs if states is None else ()):
+    # States that were chosen may leave out those that an input moves; a carriage that sticks moves by none.
+    for place, name in enumerate(inputs if states is None or _sticks(point) else ()):
         if not driven[:, place].any() and not through[:, place].any():
             warn(f"{name} = {simulation[name]:g}{_of_unit(model, name)}: it has no effect here, B is 0; {_why(point)}")
     return Linearisation(
@@ -185,10 +185,13 @@ def _of_unit(model: Model, name: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
+def _sticks(point: OperatingPoint) -> bool:
+    return "sticking" in point.variables and bool(point.simulation["sticking"] > 0.5)
+
+
 def _why(point: OperatingPoint) -> str:
     """Say why an input has no effect, and what to do."""
-    sticks = "sticking" in point.variables and point.simulation["sticking"] > 0.5
-    stuck = "the carriage sticks, and " if sticks else ""
+    stuck = "the carriage sticks, and " if _sticks(point) else ""
     return (
         f"{stuck}an input has none while the valve is in its dead zone, or within the play of its hysteresis; "
         "linearise about a motion instead, for example at velocity = 0.05 with valve.hysteresis = 0"

@@ -11,6 +11,7 @@ import pandas
 import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
+from pneumatic_servo.identification.plausibility import outliers
 from test_identification import bench
 
 Array = NDArray[np.float64]
@@ -73,6 +74,15 @@ def test_outlier_is_named_with_its_line_or_bridged(tmp_path: Path) -> None:
     found = ps.fit(tmp_path / "rig.csv", loss="soft_l1", **QUICK)
     assert any("99.999" in note and "bridged" in note for note in found.notes)
     assert found.values["friction.coulomb.Fc"] == pytest.approx(expected["friction.coulomb.Fc"], rel=0.02)
+
+
+def test_peak_that_is_climbed_to_is_no_outlier() -> None:
+    """The break-away of a seal, after which its motion was cut from the record: 14 N above all that follows."""
+    climb = [149.2, 149.2, 149.3, 150.1, 152.0, 155.6, 159.9, 165.3, 170.0]
+    values = np.array([*climb, *([156.0, 155.9] * 20)])
+    assert outliers(values)[0].tolist() == []
+    values[30:32] = 999.99
+    assert outliers(values)[0].tolist() == [30, 31]
 
 
 def test_model_that_misses_a_signal_is_told() -> None:

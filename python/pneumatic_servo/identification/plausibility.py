@@ -196,4 +196,17 @@ def outliers(values: Array) -> tuple[NDArray[np.int64], Array]:
     usual = np.asarray(median_filter(values, size=NEIGHBOURS, mode="nearest"))
     low, high = np.quantile(usual, [0.01, 0.99])
     limit = max(AWAY * noise(values), HALF * float(high - low))
-    return np.flatnonzero(np.abs(values - usual) > limit) if limit > 0.0 else np.zeros(0, dtype=np.int64), usual
+    if limit <= 0.0:
+        return np.zeros(0, dtype=np.int64), usual
+    # A peak that is climbed to over some samples was measured, however short it is.
+    away = np.abs(values - usual)
+    far = np.flatnonzero(away > limit)
+    runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if len(far) else []
+    wrong = [run for run in runs if _leaps(values, run, max(limit, 0.5 * float(away[run].max())))]
+    return np.concatenate([*wrong, np.zeros(0, dtype=np.int64)]), usual
+
+
+def _leaps(values: Array, run: NDArray[np.int64], limit: float) -> bool:
+    """Whether a signal leaps into these samples and back; at the ends of a record one leap is all there is."""
+    edges = ((run[0] - 1, run[0]), (run[-1], run[-1] + 1))
+    return all(abs(values[j] - values[i]) > limit for i, j in edges if i >= 0 and j < len(values))
