@@ -30,6 +30,8 @@ AWAY = 20.0
 """An outlier is off by more than so many standard deviations of the noise."""
 HALF = 0.5
 """And by more than this share of the range of the others."""
+LEAP = 3.0
+"""So many times the step before it is a leap."""
 SHOWN = 5
 """Outliers that are named."""
 EMPTY = 2e4
@@ -199,14 +201,16 @@ def outliers(values: Array) -> tuple[NDArray[np.int64], Array]:
     if limit <= 0.0:
         return np.zeros(0, dtype=np.int64), usual
     # A peak that is climbed to over some samples was measured, however short it is.
-    away = np.abs(values - usual)
-    far = np.flatnonzero(away > limit)
+    far = np.flatnonzero(np.abs(values - usual) > limit)
     runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if len(far) else []
-    wrong = [run for run in runs if _leaps(values, run, max(limit, 0.5 * float(away[run].max())))]
+    wrong = [
+        run for run in runs if _leaps(values, int(run[0]), limit) and _leaps(values[::-1], -1 - int(run[-1]), limit)
+    ]
     return np.concatenate([*wrong, np.zeros(0, dtype=np.int64)]), usual
 
 
-def _leaps(values: Array, run: NDArray[np.int64], limit: float) -> bool:
-    """Whether a signal leaps into these samples and back; at the ends of a record one leap is all there is."""
-    edges = ((run[0] - 1, run[0]), (run[-1], run[-1] + 1))
-    return all(abs(values[j] - values[i]) > limit for i, j in edges if i >= 0 and j < len(values))
+def _leaps(values: Array, first: int, limit: float) -> bool:
+    """Whether a signal leaps to a sample, by far more than it moved before; the first of a record has none before."""
+    first %= len(values)
+    steps = np.abs(np.diff(values[max(first - 2, 0) : first + 1]))
+    return not len(steps) or bool(steps[-1] > max(limit, LEAP * float(steps[0] if len(steps) > 1 else 0.0)))
