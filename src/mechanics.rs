@@ -1,5 +1,6 @@
 //! Gravity, contacts that only push, end stops.
 
+use crate::hybrid::Limits;
 use crate::numbers::Scalar;
 
 /// Standard acceleration of gravity in m/s2.
@@ -57,6 +58,14 @@ impl EndStops {
     #[inline(always)]
     pub fn touched(&self, position: f64) -> [bool; 2] {
         [position < 0.0, position > self.stroke]
+    }
+
+    /// Between which positions a solver outside gets the equations as they are: until a ten thousandth of a
+    /// clearance is left, deeper than blows carry the piston.
+    pub fn limits(&self) -> Limits {
+        const LEFT: f64 = 1e-4;
+        let [low, high] = self.clearances;
+        Limits::between([-low * (1.0 - LEFT), self.stroke + high * (1.0 - LEFT)], [low * LEFT, high * LEFT])
     }
 
     /// Force in N on the carriage towards +x.

@@ -3,11 +3,13 @@
 //! Nothing here knows friction, and nothing a solver.
 
 mod indicators;
+mod limits;
 mod longest_steps;
 mod sample;
 mod system;
 
 pub use indicators::{Indicator, UNUSED};
+pub use limits::Limits;
 pub use longest_steps::LongestSteps;
 pub use sample::Sample;
 pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_duals};

@@ -2,10 +2,10 @@
 
 use super::{Exchange, ExchangeError, Update};
 use crate::co_simulation::{Direction, Snapshot, SnapshotError, build, differentiate, differentiate_varied, varied};
-use crate::hybrid::{Indicator, UNUSED};
+use crate::hybrid::{Indicator, Limits, UNUSED};
 use crate::model::Start;
 use crate::solver::Counters;
-use crate::system::Shortcuts;
+use crate::system::{Shortcuts, state_name};
 use crate::variables::{Notices, ParameterError, Table};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
@@ -18,6 +18,9 @@ pub const HYSTERESIS: f64 = 1e-7;
 pub fn seen(indicator: &Indicator, value: f64) -> f64 {
     if value == UNUSED { 1.0 } else { value / indicator.nominal + HYSTERESIS }
 }
+
+/// Time in s within which states beyond their [`Limits`] return.
+const RETURN: f64 = 1e-2;
 
 /// Switches or samples at one instant before the model gives up.
 const MAX_SWITCHES: usize = 100;
@@ -36,6 +39,11 @@ pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
     /// Time in s of the equations.
     elapsed: f64,
     x: [f64; N],
+    limits: [Limits; N],
+    /// The states whose equations are taken: those nearest to `x` within the limits, or hardly beyond.
+    near: [f64; N],
+    /// Whether `x` is within the limits, and `near` is the same.
+    is_within: bool,
     memory: E::Memory,
     inputs: [f64; U],
     counters: Counters,
@@ -46,6 +54,12 @@ struct State {
     /// Its index among those that are integrated, or its value if it is not.
     place: Result<usize, f64>,
     nominal: f64,
+    /// The place of its variable among the computed ones.
+    value: usize,
+    /// The place of its rate among the computed ones.
+    rate: usize,
+    /// The index of the state that is its rate, if one is: that of a position.
+    led_by: Option<usize>,
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
@@ -59,6 +73,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         table: &Table,
         indicators: Vec<Indicator>,
     ) -> Self {
+        let limits = equations.limits();
         let mut exchanger = Self {
             equations,
             parameters,
@@ -68,10 +83,14 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             clock,
             elapsed: time,
             x,
+            limits,
+            near: x,
+            is_within: true,
             memory,
             inputs,
             counters: Counters::default(),
         };
+        exchanger.look_around();
         let mut computed = vec![0.0; table.computed().count()];
         exchanger.values(&mut computed);
         exchanger.states = exchanger.table_states(table, &computed);
@@ -89,18 +108,61 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         let scales: [f64; N] = self.equations.scales();
         let references = table.states();
         let states = references.filter_map(|reference| {
-            let position = table.computed().position(|variable| variable.reference == reference)?;
+            let value = table.computed().position(|variable| variable.reference == reference)?;
+            let rate = table.computed().position(|variable| variable.derivative_of == Some(reference))?;
             let variable = table.by_reference(reference)?.variable;
-            let place = self.equations.state_at(reference, N).ok_or(computed[position]);
+            let place = self.equations.state_at(reference, N).ok_or(computed[value]);
             let scale = place.map_or(1.0, |index| scales[index]);
-            Some(State { place, nominal: variable.nominal.unwrap_or(scale) })
+            let led_by = table.computed().nth(rate).and_then(|rate| self.equations.state_at(rate.reference, N));
+            Some(State { place, nominal: variable.nominal.unwrap_or(scale), value, rate, led_by })
         });
         states.collect()
     }
 
+    /// Finds out where the states lie.
+    fn look_around(&mut self) {
+        self.is_within = self.x.iter().zip(&self.limits).all(|(value, limits)| limits.hold(*value));
+        self.near = self.x;
+        if !self.is_within {
+            self.near = std::array::from_fn(|index| self.limits[index].nearest(self.x[index]).0);
+        }
+    }
+
+    /// What is added to the rate of a state where the states are beyond the limits: what leads it back, or what its rate,
+    /// a state, has beyond its own.
+    fn added_rate(&self, index: usize, led_by: Option<usize>) -> f64 {
+        // A sum of finite numbers is kept one.
+        let bounded = |rate: f64| rate.clamp(-f64::MAX, f64::MAX);
+        match led_by {
+            Some(rate) => bounded(self.x[rate] - self.near[rate]),
+            None => bounded((self.near[index] - self.x[index]) / RETURN),
+        }
+    }
+
+    /// Makes values of the equations at the nearest states those at the states themselves.
+    fn carry_on(&self, computed: &mut [f64]) {
+        for state in &self.states {
+            let Ok(index) = state.place else { continue };
+            computed[state.rate] += self.added_rate(index, state.led_by);
+        }
+        self.each_beyond(|index, value| computed[value] = self.x[index]);
+    }
+
+    /// Does something with the index of each state that is beyond its limits, and the place of its variable unless that is
+    /// another state's rate.
+    fn each_beyond(&self, mut act: impl FnMut(usize, usize)) {
+        for state in &self.states {
+            let is_rate = || self.states.iter().any(|other| other.place.is_ok() && other.rate == state.value);
+            match state.place {
+                Ok(index) if self.near[index] != self.x[index] && !is_rate() => act(index, state.value),
+                _ => {}
+            }
+        }
+    }
+
     /// Indicators as the equations have them, in their own units and exactly 0 at an event.
     fn exact_indicators(&self) -> E::Indicators {
-        self.equations.indicators(self.elapsed, &self.x, &self.inputs, &self.memory)
+        self.equations.indicators(self.elapsed, &self.near, &self.inputs, &self.memory)
     }
 
     /// Lets the system switch until all modes are valid.
@@ -110,6 +172,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             let indicators = self.exact_indicators();
             let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else { return Ok(()) };
             self.equations.switch(event, self.elapsed, &mut self.x, &self.inputs, &mut self.memory);
+            self.look_around();
             self.counters.events += 1;
             if switches >= MAX_SWITCHES / 2 && !last.contains(&event) {
                 last.push(event);
@@ -128,6 +191,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             }
             // A sample that is due is taken, however the host has rounded its time.
             self.equations.sample(self.elapsed.max(sample.time), &mut self.x, &self.inputs, &mut self.memory);
+            self.look_around();
         }
         let due = self.equations.next_sample(&self.memory).time;
         Err(ExchangeError::MissedTimeEvents { time: self.clock, due: self.start + due })
@@ -163,6 +227,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
         self.equations = self.build(parameters, &[])?;
         self.parameters.copy_from_slice(parameters);
+        self.limits = self.equations.limits();
+        self.look_around();
         Ok(())
     }
 
@@ -178,6 +244,18 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
                 self.x[index] = *value;
             }
         }
+        self.look_around();
+    }
+
+    fn admit(&self) -> Result<(), ExchangeError> {
+        let refuse = |cause| ExchangeError::NotAdmissible { time: self.clock, cause };
+        self.equations.admit(&self.x).map_err(|cause| refuse(cause.to_owned()))?;
+        for (index, (value, limits)) in self.x.iter().zip(&self.limits).enumerate() {
+            if let Some(passed) = limits.passed(*value) {
+                return Err(refuse(format!("{} = {value} is {passed}", state_name::<E, U>(&self.equations, index, N))));
+            }
+        }
+        Ok(())
     }
 
     fn nominals(&self, nominals: &mut [f64]) {
@@ -187,14 +265,15 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
-        let refuse = |cause| ExchangeError::NotAdmissible { time: self.clock, cause };
-        self.equations.admit(&self.x).map_err(refuse)?;
-        let here = self.equations.derivatives(self.elapsed, &self.x, &self.inputs, &self.memory);
+        let here = self.equations.derivatives(self.elapsed, &self.near, &self.inputs, &self.memory);
         if here.iter().any(|rate| !rate.is_finite()) {
-            return Err(refuse("a rate is not a finite number"));
+            return Err(ExchangeError::NotFinite { time: self.clock });
         }
         for (slot, state) in rates.iter_mut().zip(&self.states) {
             *slot = state.place.map_or(0.0, |index| here[index]);
+            if let (false, Ok(index)) = (self.is_within, state.place) {
+                *slot += self.added_rate(index, state.led_by);
+            }
         }
         Ok(())
     }
@@ -207,10 +286,12 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn update(&mut self) -> Result<Update, ExchangeError> {
+        self.admit()?;
         let (before, memory, counters) = (self.x, self.memory.clone(), self.counters);
         self.follow();
         if let Err(error) = self.sample().and_then(|()| self.settle()) {
             (self.x, self.memory, self.counters) = (before, memory, counters);
+            self.look_around();
             return Err(error);
         }
         let next = self.equations.next_sample(&self.memory).time.min(self.elapsed + self.equations.max_step());
@@ -218,18 +299,23 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
         Ok(Update { changes_states: self.x != before, next_time_event: next })
     }
 
-    fn accept_step(&mut self) {
+    fn accept_step(&mut self) -> Result<(), ExchangeError> {
+        self.admit()?;
         self.counters.steps += 1;
         self.follow();
+        Ok(())
     }
 
     fn values(&self, computed: &mut [f64]) {
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
-        self.equations.outputs(self.elapsed, &self.x, &self.inputs, &self.memory, own);
+        self.equations.outputs(self.elapsed, &self.near, &self.inputs, &self.memory, own);
         // No account is kept of what the host integrates.
         residuals.fill(0.0);
         self.counters.write(counters);
+        if !self.is_within {
+            self.carry_on(computed);
+        }
     }
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
@@ -239,15 +325,27 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
                 states[index] = *seed;
             }
         }
+        let of_near: [f64; N] =
+            std::array::from_fn(|index| self.limits[index].nearest(self.x[index]).1 * states[index]);
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
-        let at = (self.elapsed, &self.x, &self.inputs, &self.memory);
-        let seeds = (direction.time, &states, &inputs);
+        let at = (self.elapsed, &self.near, &self.inputs, &self.memory);
+        let seeds = (direction.time, &of_near, &inputs);
         match varied(direction.parameters) {
             None => differentiate(&self.equations, at, seeds, computed),
             Some(slopes) => {
                 let equations = self.build(&self.parameters, slopes).expect("parameters that have been accepted");
                 differentiate_varied(&equations, at, seeds, computed);
             }
+        }
+        if !self.is_within {
+            for state in &self.states {
+                let Ok(index) = state.place else { continue };
+                computed[state.rate] += match state.led_by {
+                    Some(rate) => states[rate] - of_near[rate],
+                    None => (of_near[index] - states[index]) / RETURN,
+                };
+            }
+            self.each_beyond(|index, value| computed[value] = states[index]);
         }
     }
 
@@ -270,6 +368,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
             return Err(SnapshotError);
         }
         (self.start, self.x, self.memory, self.counters) = (start, x, memory, counters);
+        self.look_around();
         self.set_time(snapshot.time);
         Ok(())
     }
@@ -376,18 +475,18 @@ mod tests {
         let mut model = busy(99, 99);
         assert_eq!(model.update(), Ok(Update { changes_states: false, next_time_event: None }));
         assert_eq!((model.memory, counted(&model)), ([99, 99], [0.0, 99.0]));
-        model.accept_step();
-        model.accept_step();
+        model.accept_step().expect("states with a meaning");
+        model.accept_step().expect("states with a meaning");
         assert_eq!(counted(&model), [2.0, 99.0]);
     }
 
     #[test]
     fn restored_model_goes_on_counting_where_it_was_saved() {
         let mut model = busy(3, 0);
-        model.accept_step();
+        model.accept_step().expect("states with a meaning");
         model.update().expect("three events");
         let saved = model.save();
-        model.accept_step();
+        model.accept_step().expect("states with a meaning");
         model.set_time(12.0);
         model.memory = [0, 0];
         model.update().expect("three events more");

@@ -11,6 +11,9 @@
 //!   [`accept_step`](Exchange::accept_step). A host that never says it has accepted a step gets the error of a memory that
 //!   moves at events only: for the valve at most the width of its play, for laws with nested loops the loops that begin
 //!   and end between two events. Delay lines make time events of their own and need nothing.
+//! - Every finite vector of states has rates, values and indicators, since a solver tries states that no run comes to. Beyond
+//!   the [`Limits`](crate::hybrid::Limits) of the states, where volumes, pressures or temperatures would vanish, the
+//!   equations are those of states nearby, and states are led back. What a host accepts there is refused.
 //! - Time is that of the host's clock, and the equations count theirs from the start: a run is the same from any start.
 //! - Sampled laws and delay lines announce their next time event with every update.
 //!
@@ -54,10 +57,16 @@ pub trait Exchange: Send {
     /// Writes the magnitudes of the states, to which a host may relate its tolerance.
     fn nominals(&self, nominals: &mut [f64]);
 
-    /// Writes the time derivatives of the states, exactly 0 for a position that is held.
+    /// Refuses states that a run cannot come to: a host may try them, but not go on from there.
     ///
     /// # Errors
     /// [`ExchangeError::NotAdmissible`] when the equations have no meaning at these states.
+    fn admit(&self) -> Result<(), ExchangeError>;
+
+    /// Writes the time derivatives of the states, exactly 0 for a position that is held.
+    ///
+    /// # Errors
+    /// [`ExchangeError::NotFinite`] when one of them overflows, under inputs without measure.
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError>;
 
     /// Writes the event indicators.
@@ -67,11 +76,15 @@ pub trait Exchange: Send {
     ///
     /// # Errors
     /// [`ExchangeError::Chattering`] when switches follow each other without end, [`ExchangeError::MissedTimeEvents`]
-    /// when the host has passed time events; nothing is changed then.
+    /// when the host has passed time events, [`ExchangeError::NotAdmissible`] as [`admit`](Self::admit); nothing is changed
+    /// then.
     fn update(&mut self) -> Result<Update, ExchangeError>;
 
     /// Lets memories follow a step that the host has accepted.
-    fn accept_step(&mut self);
+    ///
+    /// # Errors
+    /// [`ExchangeError::NotAdmissible`] as [`admit`](Self::admit); nothing is changed then.
+    fn accept_step(&mut self) -> Result<(), ExchangeError>;
 
     /// Writes all computed variables.
     fn values(&self, computed: &mut [f64]);
@@ -109,7 +122,12 @@ pub enum ExchangeError {
         /// Time in s.
         time: f64,
         /// What has no meaning, as part of a sentence.
-        cause: &'static str,
+        cause: String,
+    },
+    /// A rate is not a finite number.
+    NotFinite {
+        /// Time in s.
+        time: f64,
     },
     /// Events followed each other without end at one instant.
     Chattering {
@@ -133,6 +151,7 @@ impl fmt::Display for ExchangeError {
             Self::NotAdmissible { time, cause } => {
                 write!(f, "at t = {time} s the equations have no meaning at the given states: {cause}")
             }
+            Self::NotFinite { time } => write!(f, "at t = {time} s a rate is not a finite number"),
             Self::Chattering { time, indicators } => {
                 let names = indicators.join(", ");
                 write!(f, "at t = {time} s events follow each other without end; indicators: {names}")

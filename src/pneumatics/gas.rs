@@ -15,6 +15,12 @@ pub const REFERENCE_DENSITY: f64 = 1.185;
 /// Temperature in K of the reference conditions.
 pub const REFERENCE_TEMPERATURE: f64 = 293.15;
 
+/// Pressure in Pa below which solvers outside are led back: no run of a cylinder comes near it, nor does air stay a gas.
+pub const THINNEST: f64 = 1.0;
+
+/// Temperature in K of the same kind.
+pub const COLDEST: f64 = 1.0;
+
 /// Pressure and temperature of a gas.
 #[derive(Clone, Copy, Debug)]
 pub struct GasState<N> {

@@ -18,7 +18,7 @@ use serde::{Serialize, de::DeserializeOwned};
 pub use self::event::{Event, Happening, Watch};
 pub use self::shortcuts::{Place, Shortcuts};
 pub use self::tables::{Tables, references, state_name, table};
-use crate::hybrid::{Indicator, QUANTITIES, Sample};
+use crate::hybrid::{Indicator, Limits, QUANTITIES, Sample};
 use crate::numbers::Scalar;
 use crate::variables::{Notices, ParameterError, StateSet, Values};
 
@@ -174,6 +174,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// What has no meaning, as part of a sentence.
     fn admit<const N: usize>(&self, _x: &[f64; N]) -> Result<(), &'static str> {
         Ok(())
+    }
+
+    /// Between which values of the states a solver outside gets the equations as they are. Beyond them it gets those of a
+    /// state nearby, which must have a meaning, and is led back: so every state that it tries has an answer, and none that
+    /// it accepts may lie there. All states that are admitted and that a run can come to lie between them.
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        self.scales().map(Limits::of_magnitude)
     }
 
     /// The choice on which the equations depend most, for messages: the friction law, for example.

@@ -145,7 +145,7 @@ impl Host {
                 continue;
             }
             (self.time, self.states) = (target, states);
-            self.model.accept_step();
+            self.model.accept_step().expect("a state with a meaning");
             let best = h * (0.9 * error.max(1e-4).powf(-0.2)).min(4.0);
             // A step that was cut short says little about the next one.
             self.step = if h < self.step { self.step.max(best) } else { best };
@@ -171,7 +171,7 @@ impl Host {
         }
         let (_, states) = self.smallest(high.0);
         (self.time, self.states) = (self.time + high.0, states);
-        self.model.accept_step();
+        self.model.accept_step().expect("a state with a meaning");
         self.update();
     }
 }

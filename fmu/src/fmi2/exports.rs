@@ -249,7 +249,8 @@ exports! {
     /// Goes on to integrate.
     fn fmi2EnterContinuousTimeMode() => EnterContinuousTime, |instance| instance.enter_continuous_time_mode();
 
-    /// Lets the memories of the model follow a step of the host's solver; never asks for an event.
+    /// Lets the memories of the model follow a step of the host's solver, refused at states without a meaning; never asks for
+    /// an event.
     fn fmi2CompletedIntegratorStep(
         _no_set_fmu_state_prior_to_current_point: Boolean,
         enter_event_mode: *mut Boolean,
@@ -271,7 +272,7 @@ exports! {
         set_states(instance, states, number)
     };
 
-    /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
+    /// Reads the derivatives of the continuous states; discarded where one is no finite number.
     fn fmi2GetDerivatives(values: *mut Real, number: usize) => GetRates, |instance| {
         vector(instance, Vector::Derivatives, values, number)
     };

@@ -327,7 +327,8 @@ exports_with_numbers! {
     /// Goes on to integrate.
     fn fmi3EnterContinuousTimeMode() => EnterContinuousTime, |instance| instance.enter_continuous_time_mode();
 
-    /// Lets the memories of the model follow a step of the host's solver; never asks for an event.
+    /// Lets the memories of the model follow a step of the host's solver, refused at states without a meaning; never asks for
+    /// an event.
     fn fmi3CompletedIntegratorStep(
         _no_set_fmu_state_prior_to_current_point: Boolean,
         enter_event_mode: *mut Boolean, terminate_simulation: *mut Boolean
@@ -348,7 +349,7 @@ exports_with_numbers! {
         set_states(instance, states, number)
     };
 
-    /// Reads the derivatives of the continuous states; discarded where the equations have no meaning.
+    /// Reads the derivatives of the continuous states; discarded where one is no finite number.
     fn fmi3GetContinuousStateDerivatives(values: *mut f64, number: usize) => GetStates, |instance| {
         vector(instance, Vector::Derivatives, values, number)
     };

@@ -27,7 +27,10 @@ impl Instance {
                 return Err(Failure::error("the instance was made without event mode and handles all events itself"));
             }
             Kind::HybridCoSimulation { .. } => Mode::StepEvent,
-            Kind::ModelExchange => Mode::Event,
+            Kind::ModelExchange => {
+                self.outside()?.admit()?;
+                Mode::Event
+            }
         };
         Ok(())
     }
@@ -53,7 +56,7 @@ impl Instance {
 
     /// Lets the model follow a step that the host has accepted.
     pub fn accept_step(&mut self) -> Result<(), Failure> {
-        self.outside()?.accept_step();
+        self.outside()?.accept_step()?;
         self.tell_notices()
     }
 
@@ -137,10 +140,10 @@ impl Instance {
 }
 
 impl From<ExchangeError> for Failure {
-    /// A host that integrates may try another step where the equations have no meaning; the rest is final.
+    /// A host that integrates may try another step where rates overflow; the rest is final.
     fn from(error: ExchangeError) -> Self {
         match error {
-            ExchangeError::NotAdmissible { .. } => Self::discard(error.to_string()),
+            ExchangeError::NotFinite { .. } => Self::discard(error.to_string()),
             _ => Self::error(error.to_string()),
         }
     }

@@ -264,18 +264,53 @@ pub fn indicators_are_those_that_fmi_3_shows_as_variables() {
     assert_eq!(indicators, expected);
 }
 
+/// A solver tries what no run comes to. It gets rates that lead back; what it accepts there is refused.
 #[test]
-fn states_without_meaning_are_discarded_so_that_a_host_tries_a_shorter_step() {
+pub fn states_without_meaning_are_answered_where_a_host_tries_them_and_refused_where_it_accepts_them() {
+    const REFUSAL: &str = "at t = 0 s the equations have no meaning at the given states: chamberA.pressure falls to 0";
     let instance = integrating(STRIBECK, 7.0);
     let mut states = [0.0; STATES];
     assert_eq!(instance.states(&mut states), OK);
     let right = states;
     states[2] = -1e5;
-    let mut rates = [-7.0; STATES];
-    assert_eq!((instance.set_states(&states), instance.derivatives(&mut rates)), (OK, DISCARD));
-    assert_eq!(rates, [-7.0; STATES]);
-    assert!(instance.messages().is_empty(), "logging is off, and the host may try otherwise");
-    assert_eq!((instance.set_states(&right), instance.derivatives(&mut rates)), (OK, OK));
+    let (mut rates, mut z) = ([-7.0; STATES], [-7.0; INDICATORS]);
+    assert_eq!(
+        (instance.set_states(&states), instance.derivatives(&mut rates), instance.indicators(&mut z)),
+        (OK, OK, OK)
+    );
+    assert!(rates[2] > 0.0 && rates.iter().chain(&z).all(|number| number.is_finite() && *number != -7.0), "{rates:?}");
+    assert_eq!(instance.real("chamberA.pressure"), -1e5);
+    assert_eq!(instance.real("der(chamberA.pressure)").to_bits(), rates[2].to_bits());
+    assert!(instance.messages().is_empty());
+    let before = instance.fingerprint();
+    for (function, call) in [
+        ("fmi2CompletedIntegratorStep", Exchange::accept_step as fn(&Instance) -> c_int),
+        ("fmi2EnterEventMode", Exchange::enter_event_mode),
+    ] {
+        assert_eq!((call(&instance), instance.message()), (ERROR, format!("{function}: {REFUSAL}")));
+    }
+    assert_eq!(instance.fingerprint(), before);
+    assert_eq!((instance.set_states(&right), instance.accept_step(), instance.enter_event_mode()), (OK, OK, OK));
+}
+
+/// From one side to the other of the least pressure of a gas, 1 Pa, rates and their slopes change without a jump.
+#[test]
+pub fn rates_of_trial_states_go_on_smoothly_where_the_equations_lose_their_meaning() {
+    let instance = integrating(STRIBECK, 7.0);
+    let mut states = [0.0; STATES];
+    assert_eq!(instance.states(&mut states), OK);
+    let mut at = |pressure: f64| {
+        states[2] = pressure;
+        let (mut rates, mut slope) = ([0.0; STATES], [0.0]);
+        assert_eq!((instance.set_states(&states), instance.derivatives(&mut rates)), (OK, OK));
+        let (rate, state) = (vr("der(chamberA.pressure)"), vr("chamberA.pressure"));
+        assert_eq!(instance.directional(&[rate], &[state], &[1.0], &mut slope), OK);
+        [rates[2], slope[0]]
+    };
+    let (within, beyond) = (at(1.0 + 1e-7), at(1.0 - 1e-7));
+    for (one, other) in within.iter().zip(beyond) {
+        assert!((one - other).abs() <= 1e-6 * one.abs() + 1e-9, "{within:?} {beyond:?}");
+    }
 }
 
 #[test]

@@ -7,9 +7,10 @@ use super::variables::State;
 use super::{PneumaticServoCylinder, of_actuator};
 use crate::enumeration;
 use crate::friction::Laws;
+use crate::hybrid::Limits;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{Actuators, Ports, SUPPLY};
-use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir};
+use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{Flow, Inflow, LAMINAR_RATIO, Orifice};
 use crate::variables::{Tunable, Variable, units};
@@ -157,13 +158,24 @@ impl Lines {
 
     /// Whether all pressures in use are positive.
     pub fn are_filled(&self, states: &[f64; STATES]) -> bool {
-        let is_pressure = |place: usize| place == VESSEL || place % HOSE < VOLUMES;
         (0..STATES).all(|place| !(self.has(place) && is_pressure(place)) || states[place] > 0.0)
     }
 
     /// Magnitudes of the states: 1 bar, and 1 g/s.
     pub fn scales() -> [f64; STATES] {
-        std::array::from_fn(|place| if place == VESSEL || place % HOSE < VOLUMES { 1e5 } else { 1e-3 })
+        std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
+    }
+
+    /// Between which values of the states a solver outside gets the equations as they are.
+    pub fn limits(&self) -> [Limits; STATES] {
+        let scales = Self::scales();
+        std::array::from_fn(|place| {
+            if self.has(place) && is_pressure(place) {
+                Limits::above(THINNEST, scales[place])
+            } else {
+                Limits::of_magnitude(scales[place])
+            }
+        })
     }
 }
 

@@ -36,13 +36,13 @@ use self::sensors::Sensors;
 use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::{Simulation, Simulator, build};
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
-use crate::hybrid::{Groups, Indicator, Led, LongestSteps, QUANTITIES, Sample, Stride};
+use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{self, Actuator, Actuators, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
-use crate::pneumatics::gas::Reservoir;
+use crate::pneumatics::gas::{self, Reservoir};
 use crate::sensor;
 use crate::start_sized;
 use crate::system::{Place, Shortcuts, System, Tables, references, table};
@@ -459,6 +459,23 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
         Ok(())
+    }
+
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        limits[State::Position.at(N)] = self.stops.limits();
+        for (state, least) in [
+            (State::PressureA, gas::THINNEST),
+            (State::PressureB, gas::THINNEST),
+            (State::TemperatureA, gas::COLDEST),
+            (State::TemperatureB, gas::COLDEST),
+        ] {
+            limits[state.at(N)] = Limits::above(least, state.scale(&self.p));
+        }
+        if EXTENDED && self.lines.are_used() {
+            limits[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&self.lines.limits());
+        }
+        limits
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {
