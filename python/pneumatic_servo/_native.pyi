@@ -76,4 +76,5 @@ def simulate_many(
     outputs: Sequence[str],
     workers: int,
     progress: _Progress,
+    most: int | None = None,
 ) -> tuple[_Array, list[tuple[int, str | None]], BaseException | None, list[tuple[int, _Noticed]]]: ...

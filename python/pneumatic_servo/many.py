@@ -38,6 +38,8 @@ class Work:
         Start, step, number of steps, and steps per row.
     outputs : list of str
         What is recorded.
+    most : int or None
+        Solver steps, rejected ones included, after which a run is given up.
     """
 
     model: str
@@ -46,6 +48,7 @@ class Work:
     inputs: Mapping[str, Courses]
     grid: tuple[float, float, int, int]
     outputs: Sequence[str]
+    most: int | None = None
 
     def part(self, first: int, last: int) -> Work:
         """Return the runs from one number up to another."""
@@ -66,6 +69,7 @@ class Work:
             list(self.outputs),
             threads,
             progress,
+            self.most,
         )
         rows = np.array([count for count, _ in reached], dtype=np.int64)
         failures = {run: failure for run, (_, failure) in enumerate(reached) if failure is not None}

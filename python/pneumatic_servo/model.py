@@ -333,10 +333,11 @@ class Model:
         step: float,
         outputs: Sequence[str],
         workers: int | None = None,
+        most: int | None = None,
     ) -> Runs:
         """Make runs of values that are known to be in SI units, without warnings and without defaults that give way."""
         grid = self._grid(0.0, stop, step, 1)
-        work = Work(self.name, common, runs, inputs, grid.numbers, list(outputs))
+        work = Work(self.name, common, runs, inputs, grid.numbers, list(outputs), most)
         done = work.make(available_cores() if workers is None else workers)
         recorded = Variables(self.variables[name] for name in outputs)
         return self._runs_of(work, done, grid, recorded, keep_failures=True)

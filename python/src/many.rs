@@ -6,18 +6,22 @@ use std::thread;
 
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Notice, Place};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::failure::{refused_setting, room};
+use crate::failure::{refused_setting, room, stopped};
 use crate::model::Model;
 use crate::recording::{Driven, Grid, Noticed, Reached, places, record};
 use crate::signal::Signal;
 use crate::value::{Setting, apply, setup};
 use crate::watch::{INTERVAL, STEPS_PER_LOOK, Watch};
+
+/// What a solver has done by the variables of every model.
+const COUNTERS: [&str; 2] = ["solver.steps", "solver.rejectedSteps"];
 
 /// An input of all runs as the Python package hands it over.
 #[derive(FromPyObject)]
@@ -67,6 +71,10 @@ struct Plan<'a> {
     inputs: Vec<(String, Signals<'a>)>,
     grid: Grid,
     outputs: Vec<Place>,
+    /// Solver steps, rejected ones included, after which a run is given up.
+    most: Option<u64>,
+    /// Where they are counted.
+    counters: Vec<Place>,
     /// Set when no run is to go on.
     halted: AtomicBool,
     finished: AtomicUsize,
@@ -80,14 +88,28 @@ impl Plan<'_> {
         let outcome = apply(&mut setup, &self.runs[index]).map_err(refused_setting).and_then(|()| {
             let driven = self.inputs.iter().map(|(name, signals)| Driven::find(setup.table(), name, signals.of(index)));
             let mut driven = driven.collect::<PyResult<Vec<_>>>()?;
-            record(setup.clone(), &mut driven, self.grid, &self.outputs, slots, &mut reached, |step| {
-                Ok(step % STEPS_PER_LOOK != 0 || !self.halted.load(Ordering::Relaxed))
+            record(setup.clone(), &mut driven, self.grid, &self.outputs, slots, &mut reached, |step, plant| {
+                if step % STEPS_PER_LOOK != 0 {
+                    return Ok(true);
+                }
+                self.limit(plant)?;
+                Ok(!self.halted.load(Ordering::Relaxed))
             })
         });
         self.finished.fetch_add(1, Ordering::Relaxed);
         let problem = outcome.err().map(|error| Python::attach(|py| error.value(py).to_string()));
         reached.failure = problem.or(reached.failure);
         reached
+    }
+
+    /// Refuses to go on with a plant that has taken too many solver steps.
+    fn limit(&self, plant: &mut Plant) -> PyResult<()> {
+        let Some(most) = self.most else { return Ok(()) };
+        let steps: f64 = self.counters.iter().map(|counter| plant.value(*counter)).sum();
+        if steps <= most as f64 {
+            return Ok(());
+        }
+        Err(stopped(format!("at t = {} s the run was given up after {steps} solver steps of {most}", plant.time())))
     }
 
     /// Makes all runs on a number of threads.
@@ -103,8 +125,10 @@ impl Plan<'_> {
 /// an exception that ended all of them, and what was noticed first of each variable, with the number of its run.
 type Outcome<'py> = (Bound<'py, PyArray3<f64>>, Vec<(usize, Option<String>)>, Option<PyErr>, Vec<(usize, Noticed)>);
 
-/// Runs a model as often as there are lists in `runs`, whose settings come on top of `settings`.
+/// Runs a model as often as there are lists in `runs`, whose settings come on top of `settings`. A run of more than `most`
+/// solver steps is given up.
 #[pyfunction]
+#[pyo3(signature = (model, settings, runs, inputs, grid, outputs, workers, progress, most=None))]
 #[expect(clippy::too_many_arguments, reason = "the Python package calls it, and names them")]
 pub fn simulate_many<'py>(
     py: Python<'py>,
@@ -116,6 +140,7 @@ pub fn simulate_many<'py>(
     outputs: Vec<String>,
     workers: usize,
     progress: Option<Py<PyAny>>,
+    most: Option<u64>,
 ) -> PyResult<Outcome<'py>> {
     let (start, step, count, every) = grid;
     let grid = Grid { start, step, count, every };
@@ -124,8 +149,9 @@ pub fn simulate_many<'py>(
     let inputs = inputs.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?)));
     let inputs = inputs.collect::<PyResult<Vec<_>>>()?;
     let number = runs.len();
-    let plan =
-        Plan { setup, runs, inputs, grid, outputs, halted: AtomicBool::new(false), finished: AtomicUsize::new(0) };
+    let counters = most.map_or(Ok(Vec::new()), |_| places(setup.table(), &COUNTERS.map(String::from)))?;
+    let (halted, finished) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let plan = Plan { setup, runs, inputs, grid, outputs, most, counters, halted, finished };
     let mut slots = room(plan.outputs.len(), grid.rows(), number)?;
     let pool = pool(workers)?;
     let watch = Watch::new(progress);

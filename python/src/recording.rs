@@ -118,7 +118,7 @@ impl Reached {
 /// Starts a plant with the inputs' first values and runs it over a grid.
 ///
 /// The slot of output `o` in row `r` is `record[o * rows + r]`. Before every step `look` is asked, with the index of
-/// the step, whether to go on.
+/// the step and the plant, whether to go on.
 ///
 /// # Errors
 /// A parameter or an input that is refused, or what a function of Python raises; the rows until then are recorded.
@@ -129,7 +129,7 @@ pub fn record(
     outputs: &[Place],
     slots: &mut [f64],
     reached: &mut Reached,
-    mut look: impl FnMut(usize) -> PyResult<bool>,
+    mut look: impl FnMut(usize, &mut Plant) -> PyResult<bool>,
 ) -> PyResult<()> {
     for input in &mut *driven {
         let value = input.at(grid.start)?;
@@ -142,7 +142,7 @@ pub fn record(
     read(&mut plant, outputs, slots, rows, 0);
     reached.rows = 1;
     for index in 0..grid.count {
-        if !look(index)? {
+        if !look(index, &mut plant)? {
             return Ok(());
         }
         let point = grid.point(index);

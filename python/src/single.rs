@@ -57,7 +57,7 @@ pub fn simulate<'py>(
     let mut reached = Reached::default();
     let mut watch = Watch::new(progress);
     let ended = py.detach(|| {
-        record(setup, &mut driven, grid, &places, &mut slots, &mut reached, |index| {
+        record(setup, &mut driven, grid, &places, &mut slots, &mut reached, |index, _| {
             if index % STEPS_PER_LOOK == 0 {
                 watch.look(index)?;
             }

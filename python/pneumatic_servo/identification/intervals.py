@@ -72,6 +72,19 @@ def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 
     )  # fmt: skip
 
 
+def hidden(problem: Problem) -> dict[str, str]:
+    """Return the parameters that the data hardly tell, and why, before anything is fitted.
+
+    At the start values, they would be hidden if nothing but the noise of the sensors were left.
+    """
+    x = problem.start
+    linear = linearised(problem, x)
+    own, blind = x[: len(problem.free)], _blind(linear.derivatives)
+    half = float(student.ppf(0.5 + 0.5 * LEVEL, max(1, len(linear.scores)))) * np.sqrt(np.diag(linear.white))
+    half[blind] = np.inf
+    return _undetermined(problem, own, own - half, own + half, blind)
+
+
 @dataclass(frozen=True)
 class Linearised:
     """A problem about its solution: least squares of the free parameters alone.

@@ -12,15 +12,24 @@ from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.run import Runs
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
+Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
+"""Values of the free parameters, and what each window begins with, for each vector."""
 
 TOLERANCE = 1e-6
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
 
 PULL = 1.5
 """Standard deviation, in logarithms, of how far a parameter without bounds is from its start: a factor of 4.5."""
+
+WORK = 20
+"""A run may take so many times the solver steps of the start; one that takes more is given up."""
+
+COUNTED = ["solver.steps", "solver.rejectedSteps"]
+"""What tells the solver steps of a run."""
 
 FAILED = 1e12
 """Residual, in units of the noise, where a simulation could not go on: worse than any of one that could."""
@@ -57,6 +66,8 @@ class Problem:
     workers: int | None = None
     tolerance: float = TOLERANCE
     """Relative tolerance of the solver."""
+    most: int | None = None
+    """Solver steps after which a run is given up."""
     refusals: list[str] = field(default_factory=list, compare=False)
     """Why a single vector could not be simulated, last time."""
 
@@ -136,6 +147,19 @@ class Problem:
             for window in self.windows
         ]
         return replace(self, windows=tuple(windows))
+
+    def bounded(self) -> Problem:
+        """Return the same problem, in which runs are given up that take many times the work of the start.
+
+        Far off what can be meant, say where a bristle is all damping, a run may take a thousand times as long, and
+        tells no more than that this is no place to look.
+        """
+        steps = 0.0
+        every = [(self.values(self.start), self.begins(self.start))]
+        for group in self._groups():
+            runs = self._run(group, every, COUNTED, None)
+            steps = max(steps, float(np.nanmax(sum(runs[name] for name in COUNTED))))
+        return replace(self, most=int(WORK * steps))
 
     def with_free(self, free: Sequence[Free]) -> Problem:
         """Return the same problem with other free parameters."""
@@ -254,37 +278,38 @@ class Problem:
             groups.setdefault((len(window.record.grid), window.record.step), []).append(index)
         return list(groups.values())
 
-    def _simulate(
-        self,
-        group: list[int],
-        every: Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]],
-        found: list[list[dict[str, Array]]],
-    ) -> None:
+    def _simulate(self, group: list[int], every: Vectors, found: list[list[dict[str, Array]]]) -> None:
+        outputs = self.experiment.outputs
+        runs = self._run(group, every, outputs, self.most)
+        pairs = _pairs(group, every)
+        if len(pairs) == len(group) and runs.failures:
+            self.refusals[:] = [next(iter(runs.failures.values()))]
+        for run, (vector, index) in enumerate(pairs):
+            courses = {name: runs[name][run] for name in outputs}
+            found[vector][index] = self._compare(self.windows[index], courses, every[vector][0])
+
+    def _run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None) -> Runs:
+        """Make the runs of a group of windows under vectors."""
         experiment = self.experiment
-        pairs = [(vector, index) for vector in range(len(every)) for index in group]
         settings: list[Mapping[str, Value]] = []
         driven: dict[str, list[Array]] = {}
-        for vector, index in pairs:
+        for vector, index in _pairs(group, every):
             values, begins = every[vector]
             settings.append({**begins[index], **experiment.start(self.windows[index], values)})
             for name, course in experiment.inputs(self.windows[index], values).items():
                 driven.setdefault(name, []).append(course)
         record = self.windows[group[0]].record
         grid = record.grid
-        runs = experiment.simulated._run_many(
+        return experiment.simulated._run_many(
             settings,
             common={"solver.relativeTolerance": self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
             stop=(len(grid) - 1) * record.step,
             step=record.step,
-            outputs=experiment.outputs,
+            outputs=outputs,
             workers=self.workers,
+            most=most,
         )
-        if len(pairs) == len(group) and runs.failures:
-            self.refusals[:] = [next(iter(runs.failures.values()))]
-        for run, (vector, index) in enumerate(pairs):
-            outputs = {name: runs[name][run] for name in experiment.outputs}
-            found[vector][index] = self._compare(self.windows[index], outputs, every[vector][0])
 
     def _compare(self, window: Window, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
         record = window.record
@@ -295,6 +320,11 @@ class Problem:
             seen = np.interp(record.time - values.get(f"delay.{signal}", 0.0), record.grid, course)
             differences[signal] = record.signals[signal] - seen - values.get(f"offset.{signal}", 0.0)
         return differences
+
+
+def _pairs(group: list[int], every: Vectors) -> list[tuple[int, int]]:
+    """Return vector and window of each run."""
+    return [(vector, index) for vector in range(len(every)) for index in group]
 
 
 def _cut(window: Window) -> Window | None:

@@ -29,6 +29,10 @@ AT_NOISE = 1.5
 """Mean square of residuals, in units of the noise, at which no other start can lead to anything better."""
 SAME = 1e-3
 """Relative difference of costs below which two solutions are taken for the same."""
+LOOKED = 8
+"""A rough search ends where so many vectors in a row have gained little."""
+GAINED = 0.02
+"""Share of the cost that is little."""
 CHUNK = 32
 """Starts that are simulated in one task."""
 
@@ -45,15 +49,19 @@ class Effort:
         Relative tolerance of the solver.
     is_central : bool
         Whether derivatives are central differences, which take twice as many runs as those to one side.
+    gives_up : bool
+        Whether it ends as well where `LOOKED` vectors in a row have gained little, as along a valley of a model that
+        does not describe the data, which leads on and on to nowhere.
     """
 
     cost: float
     step: float
     tolerance: float
     is_central: bool
+    gives_up: bool = False
 
 
-ROUGH = Effort(1e-4, 1e-5, 1e-5, is_central=False)
+ROUGH = Effort(1e-4, 1e-5, 1e-5, is_central=False, gives_up=True)
 """For a search that another one continues."""
 FINE = Effort(1e-6, 1e-8, TOLERANCE, is_central=True)
 """For the last one."""
@@ -67,6 +75,41 @@ class Solution:
     cost: float
     converged: bool
     message: str
+
+
+class Stalled(Exception):
+    """A search that leads nowhere."""
+
+
+class Course:
+    """The course of a search.
+
+    Attributes
+    ----------
+    best : ndarray
+        Its best vector.
+    cost : float
+        The cost there.
+    """
+
+    def __init__(self) -> None:
+        self.best: Array = np.zeros(0)
+        self.cost = np.inf
+        self._before: list[float] = []
+
+    def see(self, x: Array, cost: float) -> None:
+        """Take notice of a vector.
+
+        Raises
+        ------
+        Stalled
+            Where the last `LOOKED` vectors have gained less than the share `GAINED` together.
+        """
+        if cost < self.cost or not len(self.best):
+            self.best, self.cost = x.copy(), cost
+        self._before.append(self.cost)
+        if len(self._before) > LOOKED and self.cost > (1.0 - GAINED) * self._before[-1 - LOOKED]:
+            raise Stalled
 
 
 def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tuple[Array, Array]:
@@ -128,6 +171,7 @@ def refine(
     margin = 1e-9 * (1.0 + np.abs(start))
     inside = np.clip(start, low + margin, high - margin)
     last: list[tuple[Array, Array]] = []
+    course = Course()
 
     def residuals(x: Array) -> Array:
         if last and np.array_equal(last[0][0], x):
@@ -137,6 +181,8 @@ def refine(
         last[:] = [(x.copy(), found)]
         if watch is not None:
             watch.see(x, float(np.mean(of_data**2)))
+        if effort.gives_up and loss == "linear":
+            course.see(x, 0.5 * float(found @ found))
         return found
 
     def slopes(x: Array) -> Array:
@@ -144,10 +190,13 @@ def refine(
 
     # Other losses look at each residual by itself.
     function, derivatives = compressed(residuals, slopes) if loss == "linear" else (residuals, slopes)
-    found: Any = least_squares(
-        function, inside, jac=derivatives, bounds=(low, high), loss=loss,
-        x_scale="jac", ftol=effort.cost, xtol=effort.step, gtol=1e-10, max_nfev=80,
-    )  # fmt: skip
+    try:
+        found: Any = least_squares(
+            function, inside, jac=derivatives, bounds=(low, high), loss=loss,
+            x_scale="jac", ftol=effort.cost, xtol=effort.step, gtol=1e-10, max_nfev=80,
+        )  # fmt: skip
+    except Stalled:
+        return Solution(course.best, course.cost, False, f"{LOOKED} steps in a row have gained little")
     return Solution(found.x, float(found.cost), bool(found.status > 0), str(found.message))
 
 

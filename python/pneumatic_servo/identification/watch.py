@@ -37,10 +37,11 @@ class Watch:
         self._cost = np.inf
         self._stage = "first search"
         self._tell: Callable[[str], None] = lambda text: None
+        self._say: Callable[[str], None] = lambda text: None
 
-    def told_by(self, tell: Callable[[str], None]) -> None:
-        """Tell a function from now on."""
-        self._tell = tell
+    def told_by(self, tell: Callable[[str], None], say: Callable[[str], None]) -> None:
+        """Tell one function how far it is from now on, and another what has to be known at once."""
+        self._tell, self._say = tell, say
 
     def stage(self, name: str) -> None:
         """Begin something else, whose misfits are not to be compared with those before."""
@@ -59,21 +60,28 @@ class Watch:
         """Tell how far something has come."""
         self._tell(text)
 
+    def say(self, text: str) -> None:
+        """Tell something that has to be known at once, and stays to be read."""
+        self._say(text)
+
 
 @contextmanager
 def told(progress: Told, watch: Watch) -> Iterator[None]:
     """Show what a watch tells: on a terminal in one line, elsewhere now and then; or tell it to a function."""
     if callable(progress):
-        watch.told_by(progress)
+        watch.told_by(progress, progress)
         yield
     elif not progress:
         yield
     elif sys.stderr.isatty():
         with tqdm(total=None, bar_format="{desc} [{elapsed}]", leave=False) as bar:
-            watch.told_by(lambda text: bar.set_description_str(f"{watch.label}: {text}"))
+            watch.told_by(
+                lambda text: bar.set_description_str(f"{watch.label}: {text}"),
+                lambda text: bar.write(f"{watch.label}: {text}", file=sys.stderr),
+            )
             yield
     else:
-        watch.told_by(_lines(watch.label))
+        watch.told_by(_lines(watch.label), lambda text: print(f"{watch.label}: {text}", file=sys.stderr, flush=True))
         yield
 
 
