@@ -12,4 +12,6 @@ pub use indicators::{Indicator, UNUSED};
 pub use limits::Limits;
 pub use longest_steps::LongestSteps;
 pub use sample::Sample;
-pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_duals};
+pub use system::{
+    Couplings, Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_couplings, jacobian_by_duals,
+};

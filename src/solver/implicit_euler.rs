@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use super::array;
-use super::linear::Inverse;
+use super::linear::Solver;
 use super::run::Trial;
 use crate::hybrid::{Held, HybridSystem};
 
@@ -32,7 +32,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change = Inverse::new(&jacobian, 1.0 / h, H::GROUPS)?.times(&residual, H::GROUPS);
+        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS)?.solve(&residual);
         for i in 0..N {
             end[i] += change[i];
         }

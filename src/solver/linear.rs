@@ -1,4 +1,6 @@
 //! The linear systems of the implicit schemes.
+//!
+//! A matrix that is small, or whose couplings are grouped, is inverted by blocks. A larger one is factorised without its zeros.
 
 use std::ops::Range;
 
@@ -22,6 +24,39 @@ pub struct Inverse<const N: usize> {
     /// `J - shift*I`, with inverses in the places of `A`, `C` and `F` (of `F` as it is after elimination of the second
     /// group), and `-C^-1*D` in that of `D`.
     columns: [[f64; N]; N],
+}
+
+/// Solves the linear systems of a step.
+#[derive(Clone, Debug)]
+pub enum Solver<const N: usize> {
+    /// For few states, and for couplings that are grouped.
+    Inverse(Inverse<N>, Groups),
+    /// For many.
+    Factors(Factors<N>),
+}
+
+impl<const N: usize> Solver<N> {
+    /// States from which on factors take less work than an inverse, where nothing is said of their couplings.
+    const MANY: usize = 10;
+
+    /// Prepares for `shift*I - jacobian`; `None` if a pivot is zero or not finite.
+    #[inline(always)]
+    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups) -> Option<Self> {
+        if N >= Self::MANY && groups == [0, 0] {
+            Factors::new(jacobian, shift).map(Self::Factors)
+        } else {
+            Inverse::new(jacobian, shift, groups).map(|inverse| Self::Inverse(inverse, groups))
+        }
+    }
+
+    /// The solution for a right-hand side.
+    #[inline(always)]
+    pub fn solve(&self, right: &[f64; N]) -> [f64; N] {
+        match self {
+            Self::Inverse(inverse, groups) => inverse.times(right, *groups),
+            Self::Factors(factors) => factors.solve(right),
+        }
+    }
 }
 
 impl<const N: usize> Inverse<N> {
@@ -62,6 +97,85 @@ impl<const N: usize> Inverse<N> {
 #[inline(always)]
 fn ranges<const N: usize>([second, third]: Groups) -> [Range<usize>; 3] {
     [0..second, second..third, third..N]
+}
+
+/// The triangular factors of a matrix, of which what is zero is left alone.
+///
+/// The couplings of a chain, of hoses for example, fill few of the zeros in between: then factors take a number of operations
+/// that grows with that of the states, where an inversion takes one that grows with its cube.
+#[derive(Clone, Debug)]
+pub struct Factors<const N: usize> {
+    /// Both factors, with the inverses of the pivots on the diagonal.
+    columns: [[f64; N]; N],
+    /// For each column, the rows of entries that are not zero, as bits.
+    filled: [u64; N],
+}
+
+impl<const N: usize> Factors<N> {
+    /// Factorises `shift*I - jacobian` in the given order of the states, as [`Inverse`] inverts it; `None` if a pivot is zero or
+    /// not finite.
+    // A function of its own, as large as a step: inlined, it would be optimised once more with each of them.
+    #[inline(never)]
+    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64) -> Option<Self> {
+        let mut factors = Self { columns: jacobian.data.0, filled: [0; N] };
+        for (k, column) in factors.columns.iter_mut().enumerate() {
+            for (row, entry) in column.iter_mut().enumerate() {
+                factors.filled[k] |= u64::from(*entry != 0.0) << row;
+                *entry = -*entry;
+            }
+            column[k] += shift;
+        }
+        for k in 0..N {
+            let below = below(factors.filled[k], k);
+            let (before, after) = factors.columns.split_at_mut(k + 1);
+            let pivot = &mut before[k];
+            let inverse_pivot = 1.0 / pivot[k];
+            if !inverse_pivot.is_finite() {
+                return None;
+            }
+            pivot[k] = inverse_pivot;
+            bits(below).for_each(|row| pivot[row] *= inverse_pivot);
+            for (column, filled) in after.iter_mut().zip(&mut factors.filled[k + 1..]) {
+                if *filled >> k & 1 == 1 {
+                    let value = column[k];
+                    bits(below).for_each(|row| column[row] -= value * pivot[row]);
+                    *filled |= below;
+                }
+            }
+        }
+        Some(factors)
+    }
+
+    /// The solution for a right-hand side.
+    #[inline(never)]
+    pub fn solve(&self, right: &[f64; N]) -> [f64; N] {
+        let mut solution = *right;
+        for (k, (column, filled)) in self.columns.iter().zip(&self.filled).enumerate() {
+            let value = solution[k];
+            bits(below(*filled, k)).for_each(|row| solution[row] -= value * column[row]);
+        }
+        for (k, (column, filled)) in self.columns.iter().zip(&self.filled).enumerate().rev() {
+            let value = solution[k] * column[k];
+            solution[k] = value;
+            bits(filled & ((1 << k) - 1)).for_each(|row| solution[row] -= value * column[row]);
+        }
+        solution
+    }
+}
+
+/// The rows below a pivot.
+#[inline(always)]
+fn below(rows: u64, k: usize) -> u64 {
+    rows & !((2 << k) - 1)
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn bits(mut left: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = left.trailing_zeros() as usize;
+        (left != 0).then(|| left &= left - 1).map(|()| place)
+    })
 }
 
 /// Inverts a block on the diagonal in place.
@@ -131,6 +245,28 @@ mod tests {
             let left: f64 = (0..4).map(|j| (if i == j { 10.0 } else { 0.0 } - jacobian[(i, j)]) * y[j]).sum();
             assert!((left - right[i]).abs() < 1e-12, "row {i}: {left} is not {}", right[i]);
         }
+    }
+
+    /// A chain whose states change each other, as the air in a hose does, with a state that all others act on.
+    #[test]
+    fn solution_by_factors_satisfies_the_equations() {
+        const MANY: usize = 15;
+        let jacobian = SMatrix::<f64, MANY, MANY>::from_fn(|i, j| match (i, j) {
+            _ if i == j => -3.0,
+            _ if i.abs_diff(j) == 1 => 1e4 * (i as f64 - 7.3),
+            (_, j) if j == MANY - 1 => 0.3,
+            (i, _) if i == MANY - 1 => -0.7,
+            _ => 0.0,
+        });
+        let right: [f64; MANY] = std::array::from_fn(|i| 1.0 - 0.3 * i as f64);
+        let y = Factors::new(&jacobian, 1e4).unwrap().solve(&right);
+        for i in 0..MANY {
+            let terms = (0..MANY).map(|j| (if i == j { 1e4 } else { 0.0 } - jacobian[(i, j)]) * y[j]);
+            let largest = terms.clone().fold(0.0, |largest: f64, term| largest.max(term.abs()));
+            // Some roundings of the largest term of the row.
+            assert!((terms.sum::<f64>() - right[i]).abs() < 1e-14 * largest.max(1.0), "row {i}: {y:?}");
+        }
+        assert!(Factors::new(&SMatrix::<f64, MANY, MANY>::identity(), 1.0).is_none(), "a pivot of 0");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The air in the chambers: what flows in, and how pressures and temperatures follow.
 
-use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, lines, of_actuator};
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{self, Actuators, Ports};
@@ -59,7 +59,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             return self.inflow(of_actuator(x), supply, gas);
         }
         let flows = self.through_lines(x, supply, gas);
-        rates[self.first_of_lines(x.len())..][..lines::STATES].copy_from_slice(&flows.rates);
+        self.put_lines(&flows.rates, rates);
         flows.into
     }
 

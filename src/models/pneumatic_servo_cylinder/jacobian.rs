@@ -8,7 +8,7 @@ use nalgebra::SMatrix;
 use super::variables::{Inputs, State};
 use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
 use crate::friction::Laws;
-use crate::hybrid::jacobian_by_duals;
+use crate::hybrid::{jacobian_by_couplings, jacobian_by_duals};
 use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
 use crate::pneumatics::actuator::{Actuators, FLOW, STATES};
@@ -23,16 +23,21 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         memory: &MemoryOf<L, A>,
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
-        // The parts are independent only without options, without leakage between the chambers, and where one state of the
-        // actuator sets the flow.
-        if EXTENDED || self.p.piston_leakage != 0.0 || self.friction.count() > 2 || self.actuator.feeds_by_both_states()
-        {
+        // The parts are independent only without lines and sensors, and without leakage between the chambers.
+        if EXTENDED && (self.lines.are_used() || self.sensors.states() > 0) {
+            return jacobian_by_couplings(self, &self.couplings(), time, x, u, memory, jacobian);
+        }
+        if self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
         let inputs = &Inputs::read(u);
         self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
-        self.linearise_chambers(x, inputs, memory, jacobian, &mut derivatives);
+        if self.actuator.feeds_by_both_states() {
+            self.linearise_chambers::<4, 6, N>(x, inputs, memory, jacobian, &mut derivatives);
+        } else {
+            self.linearise_chambers::<3, 5, N>(x, inputs, memory, jacobian, &mut derivatives);
+        }
         match self.friction.count() {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
@@ -55,7 +60,9 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
-    fn linearise_chambers<const N: usize>(
+    /// The rows of both chambers. What flows into each depends on `FED` states: one or both of the actuator, and its own two;
+    /// what becomes of it on `ALL`, with position and velocity.
+    fn linearise_chambers<const FED: usize, const ALL: usize, const N: usize>(
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
@@ -63,20 +70,25 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         jacobian: &mut SMatrix<f64, N, N>,
         derivatives: &mut [f64; N],
     ) {
-        // Each chamber in the directions of its own states, and what flows into it in the first three of them.
-        let seeded = |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<3>::variable(x[i], direction)));
-        let gas = self.chambers.gas(seeded([PRESSURE_A, PRESSURE_B], 1), seeded([TEMPERATURE_A, TEMPERATURE_B], 2));
-        let actuator = [Dual::constant(x[0]), Dual::variable(x[FLOW], 0)];
-        let inflow = self.inflow(actuator, Dual::constant(u.supply_pressure), gas);
-        let position_ = Dual::<5>::variable(x[State::Position.at(N)], 3);
-        let rate = self.friction.rate(Dual::variable(x[State::Velocity.at(N)], 4), &memory.friction);
+        let feeding = FED - 2;
+        // Each chamber in the directions of its own states.
+        let seeded =
+            |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<FED>::variable(x[i], direction)));
+        let gas = self
+            .chambers
+            .gas(seeded([PRESSURE_A, PRESSURE_B], feeding), seeded([TEMPERATURE_A, TEMPERATURE_B], feeding + 1));
+        let flow = Dual::variable(x[FLOW], feeding - 1);
+        let other = if feeding > 1 { Dual::variable(x[0], 0) } else { Dual::constant(x[0]) };
+        let inflow = self.inflow([other, flow], Dual::constant(u.supply_pressure), gas);
+        let position_ = Dual::<ALL>::variable(x[State::Position.at(N)], FED);
+        let rate = self.friction.rate(Dual::variable(x[State::Velocity.at(N)], FED + 1), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
         let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];
         for (side, (pressure, temperature)) in chambers.into_iter().enumerate() {
-            let states = [FLOW, pressure, temperature, State::Position.at(N), State::Velocity.at(N)];
+            let states = [0, FLOW, pressure, temperature, State::Position.at(N), State::Velocity.at(N)];
             let rows = [(pressure, pressures[side]), (temperature, temperatures[side])];
-            scatter(rows.into_iter(), &states, jacobian, derivatives);
+            scatter(rows.into_iter(), &states[STATES - feeding..], jacobian, derivatives);
         }
     }
 

@@ -30,7 +30,7 @@ pub const HOSE: usize = VOLUMES + COLUMNS;
 /// States of both hoses and of the vessel.
 pub const STATES: usize = 2 * HOSE + 1;
 /// Place of the pressure in the vessel among these.
-const VESSEL: usize = 2 * HOSE;
+pub const VESSEL: usize = 2 * HOSE;
 
 /// The lines of a cylinder.
 #[derive(Clone, Debug)]
@@ -39,6 +39,9 @@ pub struct Lines {
     vessel: Option<Vessel>,
     /// Temperature in K of the air in hoses.
     temperature: f64,
+    /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
+    integrated: [u8; STATES],
+    count: usize,
 }
 
 /// A hose and what is at its end.
@@ -113,12 +116,33 @@ impl Lines {
             air: Reservoir::new(supply_temperature),
             gas: supply_temperature * GAS_CONSTANT,
         });
-        Self { hoses: [line(0), line(1)], vessel, temperature }
+        Self::of([line(0), line(1)], vessel, temperature)
+    }
+
+    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, temperature: f64) -> Self {
+        let mut lines = Self { hoses, vessel, temperature, integrated: [0; STATES], count: 0 };
+        for place in 0..STATES {
+            if lines.has(place) {
+                lines.integrated[lines.count] = place as u8;
+                lines.count += 1;
+            }
+        }
+        lines
     }
 
     /// Whether any of their states is integrated.
     pub fn are_used(&self) -> bool {
-        self.vessel.is_some() || self.hoses.iter().any(Option::is_some)
+        self.count > 0
+    }
+
+    /// How many of their states are integrated.
+    pub fn states(&self) -> usize {
+        self.count
+    }
+
+    /// The places of those that are integrated, in the order in which a run has them.
+    pub fn integrated(&self) -> impl Iterator<Item = usize> {
+        self.integrated[..self.count].iter().map(|place| usize::from(*place))
     }
 
     /// Whether a state, by its place, is integrated.
@@ -158,7 +182,7 @@ impl Lines {
 
     /// Whether all pressures in use are positive.
     pub fn are_filled(&self, states: &[f64; STATES]) -> bool {
-        (0..STATES).all(|place| !(self.has(place) && is_pressure(place)) || states[place] > 0.0)
+        self.integrated().all(|place| !is_pressure(place) || states[place] > 0.0)
     }
 
     /// Magnitudes of the states: 1 bar, and 1 g/s.
@@ -170,7 +194,7 @@ impl Lines {
     pub fn limits(&self) -> [Limits; STATES] {
         let scales = Self::scales();
         std::array::from_fn(|place| {
-            if self.has(place) && is_pressure(place) {
+            if is_pressure(place) {
                 Limits::above(THINNEST, scales[place])
             } else {
                 Limits::of_magnitude(scales[place])
@@ -210,15 +234,22 @@ impl Restriction {
 }
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Index of the first state of the lines among `n` states.
-    pub(super) fn first_of_lines(&self, n: usize) -> usize {
-        State::Position.at(n) - self.sensors.states() - STATES
+    /// Places of the states of the lines, and their indices among `n` states.
+    pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
+        let first = State::Position.at(n) - self.sensors.states() - self.lines.states();
+        self.lines.integrated().zip(first..)
     }
 
-    /// The states of the lines, which must be among the states.
+    /// The states of the lines; 0 for those that are not integrated.
     pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; STATES] {
-        let first = self.first_of_lines(x.len());
-        std::array::from_fn(|place| x[first + place])
+        let mut states = [S::zero(); STATES];
+        self.places_of_lines(x.len()).for_each(|(place, index)| states[place] = x[index]);
+        states
+    }
+
+    /// Puts what belongs to the states of the lines in its places.
+    pub(super) fn put_lines<T: Copy>(&self, states: &[T; STATES], x: &mut [T]) {
+        self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
     }
 
     /// What flows in lines that are there.
@@ -314,9 +345,9 @@ pub fn feeds(chamber: usize) -> [u32; 4] {
 }
 
 impl Lines {
-    /// Place of the state that a variable stands for, if it is integrated.
+    /// The state that a variable stands for, if it is integrated, counted among those that are.
     pub fn state_at(&self, of: u32) -> Option<usize> {
-        (0..STATES).find(|place| reference(*place) == of && self.has(*place))
+        self.integrated().position(|place| reference(place) == of)
     }
 
     /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
@@ -451,8 +482,8 @@ mod tests {
             air: Reservoir::new(supply),
             gas: supply * GAS_CONSTANT,
         };
-        let both = Lines { hoses: [hose(), hose()], vessel: Some(vessel), temperature: 293.15 };
-        let one = Lines { hoses: [None, hose()], vessel: None, temperature: 293.15 };
+        let both = Lines::of([hose(), hose()], Some(vessel), 293.15);
+        let one = Lines::of([None, hose()], None, 293.15);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
             let start = lines.start([2e5, 3e5], 7e5);
             assert!(lines.are_filled(&start));

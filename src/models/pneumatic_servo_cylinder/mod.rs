@@ -15,6 +15,7 @@
 mod air;
 mod balance;
 mod carriage;
+mod couplings;
 mod gentle;
 mod jacobian;
 mod lines;
@@ -34,9 +35,9 @@ use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::{Simulation, Simulator, build};
+use crate::co_simulation::{Simulation, build};
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
-use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
+use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
@@ -105,6 +106,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     is_gentle: bool,
     /// How long they may be.
     gentle: GentleSteps,
+    /// Which states change which others; of extended equations only.
+    couplings: Couplings<MOST>,
 }
 
 /// Modes and memories of the cylinder.
@@ -139,12 +142,9 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 /// States of a cylinder that has them all.
 const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
-/// Whether few sizes are compiled, with more states than needed in most of them.
-const SMALL: bool = cfg!(feature = "small");
-
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, settings) = build::<PneumaticServoCylinder<L, A, true>, 3>(start, &[])?;
+    let (equations, _) = build::<PneumaticServoCylinder<L, A, true>, 3>(start, &[])?;
     if !equations.needs_extension() {
         #[cfg(feature = "small")]
         return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [State::OTHERS + 2, State::OTHERS + MAX_STATES]);
@@ -157,19 +157,17 @@ fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, Pa
             State::OTHERS + MAX_STATES
         ]);
     }
-    macro_rules! run {
-        ($states:expr) => {
-            Ok(Box::new(Simulator::<_, { $states }, 3>::new(equations, settings, start)))
-        };
-    }
-    match (equations.lines.are_used(), equations.sensors.states(), equations.friction.count()) {
-        (false, 0, 0..=2) if !SMALL => run!(State::OTHERS + 2),
-        (false, 0, _) if !SMALL => run!(State::OTHERS + MAX_STATES),
-        (false, _, 0..=2) if !SMALL => run!(State::OTHERS + 2 + sensors::COUNT),
-        (true, 0, 0..=2) if !SMALL => run!(State::OTHERS + 2 + lines::STATES),
-        (true, 0, _) if !SMALL => run!(State::OTHERS + MAX_STATES + lines::STATES),
-        _ => run!(MOST),
-    }
+    #[cfg(feature = "small")]
+    return start_sized!(start, PneumaticServoCylinder<L, A, true>, 3, [MOST]);
+    #[cfg(not(feature = "small"))]
+    start_sized!(start, PneumaticServoCylinder<L, A, true>, 3, [
+        State::OTHERS + 2,
+        State::OTHERS + 2 + sensors::COUNT,
+        State::OTHERS + MAX_STATES,
+        State::OTHERS + 2 + lines::STATES,
+        State::OTHERS + MAX_STATES + lines::STATES,
+        MOST
+    ])
 }
 
 /// What the equations are made of.
@@ -224,7 +222,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
         // Waves in lines, pulses, friction along the stroke: they change faster within a step than its error estimate can tell.
         let has_rapid_parts = lines.are_used() || actuator.is_sampled() || options.waviness != 0.0;
-        Self {
+        let mut cylinder = Self {
             is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
             actuator,
@@ -245,7 +243,12 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             options,
             lines,
             sensors,
+            couplings: Couplings::NONE,
+        };
+        if EXTENDED {
+            cylinder.couplings = cylinder.found_couplings();
         }
+        cylinder
     }
 
     /// The next point in time at which a part changes by itself.
@@ -291,7 +294,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
         if EXTENDED && self.lines.are_used() {
             let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
-            x[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&states);
+            self.put_lines(&states, &mut x);
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
@@ -307,17 +310,16 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn states(&self) -> usize {
-        let lines = if self.lines.are_used() { lines::STATES } else { 0 };
-        State::OTHERS + self.friction.count() + lines + self.sensors.states()
+        State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
     }
 
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
         let own = State::of(reference).map(|state| state.at(n));
-        let of_lines = || self.lines.state_at(reference).map(|place| self.first_of_lines(n) + place);
+        let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
         let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
         own.or_else(|| self.friction.state_at(reference))
             .or_else(|| self.actuator.state_at(reference))
-            .or_else(of_lines)
+            .or_else(|| of_lines().map(|(_, index)| index))
             .or_else(of_sensors)
     }
 
@@ -473,7 +475,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
             limits[state.at(N)] = Limits::above(least, state.scale(&self.p));
         }
         if EXTENDED && self.lines.are_used() {
-            limits[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&self.lines.limits());
+            self.put_lines(&self.lines.limits(), &mut limits);
         }
         limits
     }
@@ -482,7 +484,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
         scales[..STATES].copy_from_slice(&self.actuator.scales());
         if EXTENDED && self.lines.are_used() {
-            scales[self.first_of_lines(N)..][..lines::STATES].copy_from_slice(&Lines::scales());
+            self.put_lines(&Lines::scales(), &mut scales);
         }
         if EXTENDED && self.sensors.states() > 0 {
             scales[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&Sensors::scales());
