@@ -60,12 +60,20 @@ def folder(fmu: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [page for page in pages() if blocks(page, "python")])
-def test_programs_run(page: str, folder: Path) -> None:
-    """One after the other, in one process."""
-    command = [sys.executable, "-c", "\n".join(blocks(page, "python"))]
+def programs() -> Iterator[tuple[str, int]]:
+    """Each program by its page and its number there."""
+    for page in pages():
+        for number in range(len(blocks(page, "python"))):
+            yield page, number
+
+
+@pytest.mark.parametrize(("page", "number"), list(programs()))
+def test_program_runs_alone(page: str, number: int, folder: Path) -> None:
+    """As people copy it, by itself; and without warnings that nobody explains."""
+    command = [sys.executable, "-c", blocks(page, "python")[number]]
     answer = subprocess.run(command, cwd=folder, env=os.environ | {"MPLBACKEND": "Agg"}, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
+    assert not re.search(r"^(.*Warning: .*)$", answer.stdout + answer.stderr, re.MULTILINE), answer.stdout
 
 
 @pytest.mark.parametrize("page", [page for page in pages() if blocks(page, "sh") and page not in NOT_HERE])

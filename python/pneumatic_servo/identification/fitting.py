@@ -140,8 +140,8 @@ def fit(
     >>> x = 1e-3 * np.sin(6.0 * t)
     >>> force = 7.0 * np.sign(np.cos(6.0 * t)) + 0.01 * np.random.default_rng(0).standard_normal(len(t))
     >>> found = ps.fit({"time": t, "position": x, "frictionForce": force}, experiment="motion", law="Coulomb",
-    ...                progress=False)
-    >>> round(found.values["friction.coulomb.Fc"], 2)
+    ...                fit="friction.coulomb.Fc", settings={"friction.coulomb.sigma2": 0.0}, progress=False)
+    >>> round(found.values["friction.coulomb.Fc"], 1)
     7.0
     """
     watch = Watch(f"fit {law}")

@@ -147,7 +147,7 @@ def plan(
     >>> import pneumatic_servo as ps
     >>> found = ps.plan(law="Coulomb", experiment="motion", duration=2.0, step=0.01, noise={"frictionForce": "0.1 N"})
     >>> found.determined
-    {'friction.coulomb.Fc': True}
+    {'friction.coulomb.Fc': True, 'friction.coulomb.sigma2': True}
     """
     if experiment not in ("rig", "motion"):
         raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")

@@ -1,0 +1,63 @@
+"""The examples in the help of the package run, and every public function has one."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo import envs
+from public import MODULES
+
+
+def documented() -> Iterator[tuple[str, Any]]:
+    """Everything of the package that has a docstring with an example."""
+    names = [module.name for module in pkgutil.walk_packages(ps.__path__, "pneumatic_servo.")]
+    for name in ["pneumatic_servo", *(name for name in names if not name.endswith("__main__"))]:
+        for test in doctest.DocTestFinder(exclude_empty=True).find(importlib.import_module(name)):
+            if test.examples:
+                yield test.name, test
+
+
+TESTS = dict(documented())
+
+
+@pytest.fixture(autouse=True)
+def _quiet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Examples draw without a screen, and write into a folder of their own."""
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_example_runs(name: str) -> None:
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
+    with warnings.catch_warnings():
+        told: list[str] = []
+        runner.run(TESTS[name], out=told.append, clear_globs=False)
+    assert runner.summarize(verbose=False).failed == 0, "".join(told)
+
+
+def functions() -> Iterator[tuple[str, Any]]:
+    """Every public function, and every method of a model."""
+    for module in MODULES:
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if inspect.isfunction(thing) and thing is not envs.register:
+                yield name, thing
+    for name, method in vars(ps.Model).items():
+        if inspect.isfunction(method) and not name.startswith("_"):
+            yield f"Model.{name}", method
+
+
+def test_every_public_function_has_an_example() -> None:
+    lacking = [name for name, function in functions() if ">>>" not in (inspect.getdoc(function) or "")]
+    assert lacking == []
