@@ -123,10 +123,11 @@ impl Driver {
 
     /// Whether one moment is before another by more than rounding.
     fn is_before(&self, first: Moment, second: Moment) -> bool {
-        /// Those of the voltage, the duty cycle, the times made of it, and their difference.
+        /// Those of the voltage, the duty cycle, the times made of it, and their difference. The first two are of the size of
+        /// a whole period, however short the pulse.
         const ROUNDINGS: f64 = 8.0;
         let periods = (second.period as f64 - first.period as f64) / self.frequency;
-        let magnitude = periods.abs() + first.after + second.after;
+        let magnitude = 1.0 / self.frequency + periods.abs() + first.after + second.after;
         periods + (second.after - first.after) > ROUNDINGS * f64::EPSILON * magnitude
     }
 
@@ -303,6 +304,28 @@ mod tests {
             let found = course(driver, |time| if time < end - 1e-3 { 0.9 } else { 0.0 }, end + 0.02);
             let closed: Vec<_> = found.iter().skip(3).filter(|(_, openings)| *openings == [0.0; 2]).collect();
             assert_eq!(closed[0].0, f64::from(last) * 10.0, "{closed:?}");
+        }
+    }
+
+    /// Whichever way the voltage for it is rounded, also one that is next to 5 V.
+    #[test]
+    fn pulse_or_pause_of_any_length_is_as_long_as_a_delay_but_for_rounding() {
+        for (frequency, tenths) in
+            [30.0, 50.0, 80.0, 100.0, 125.0, 300.0].iter().flat_map(|f| (1..=30).map(move |t| (f, t)))
+        {
+            let delay = f64::from(tenths) * 1e-4;
+            let driver = |[opening_delay, closing_delay]: [f64; 2]| Driver {
+                frequency: *frequency,
+                armature: Armature { opening_delay, closing_delay, travel: 0.0 },
+            };
+            let duty = |pulse: f64| ((5.0 + 5.0 * pulse) - 5.0) / 5.0;
+            let pause = course(driver([0.0, delay]), |_| duty(1.0 - delay * frequency), 0.5);
+            assert!(
+                pause.iter().skip(1).all(|(_, openings)| *openings == [1.0, 0.0]),
+                "{frequency} Hz, pause of {delay} s"
+            );
+            let pulse = course(driver([delay, 0.0]), |_| duty(delay * frequency), 0.5);
+            assert!(pulse.iter().all(|(_, openings)| *openings == [0.0; 2]), "{frequency} Hz, pulse of {delay} s");
         }
     }
 
