@@ -1,4 +1,4 @@
-//! The trajectories of `tests/reference/systems.json` (SciPy, other unknowns) are reproduced.
+//! The trajectories of `tests/reference/systems.json` and `sensors.json` (SciPy, other unknowns) are reproduced.
 
 mod bounds;
 mod rig;
@@ -27,8 +27,8 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/reference")
 }
 
-fn cases() -> Vec<Case> {
-    let text = std::fs::read_to_string(folder().join("systems.json")).expect("tests/reference/systems.json");
+fn cases(file: &str) -> Vec<Case> {
+    let text = std::fs::read_to_string(folder().join(file)).expect(file);
     serde_json::from_str(&text).expect("well-formed cases")
 }
 
@@ -61,17 +61,27 @@ fn deviations(case: &Case, tolerance: f64) -> BTreeMap<&str, f64> {
     worst
 }
 
-/// Runs all cases at a tolerance and holds each column against what is allowed for lengths and angles, or for their rates;
-/// what is counted agrees.
-fn compare(tolerance: f64, [of_lengths, of_rates]: [f64; 2]) {
-    for case in cases() {
+/// What is allowed of lengths and angles, and of their rates.
+struct Allowed {
+    lengths: f64,
+    rates: f64,
+    /// In Pa and N, of what sensors measure.
+    pressures: f64,
+    forces: f64,
+}
+
+/// Runs all cases of a file at a tolerance and holds each column against what is allowed; what is counted agrees.
+fn compare(file: &str, tolerance: f64, allowed: &Allowed) {
+    for case in cases(file) {
         for (column, found) in deviations(&case, tolerance) {
             let at = format!("{}, {column}", case.name);
             println!("{at:50} {found:.1e}");
             match column.rsplit('.').next() {
                 Some("sticking" | "impacts") => assert_eq!(found, 0.0, "{at}"),
-                Some("velocity" | "relativeVelocity" | "displacementRate") => within(found, of_rates, at),
-                _ => within(found, of_lengths, at),
+                Some("velocity" | "relativeVelocity" | "displacementRate") => within(found, allowed.rates, at),
+                _ if column.contains("pressure") => within(found, allowed.pressures, at),
+                _ if column.to_lowercase().contains("force") => within(found, allowed.forces, at),
+                _ => within(found, allowed.lengths, at),
             }
         }
     }
@@ -80,11 +90,23 @@ fn compare(tolerance: f64, [of_lengths, of_rates]: [f64; 2]) {
 /// Measured: 9e-12 m and rad, 1e-10 m/s. The references themselves change by 2e-9 m from tolerance 1e-10 to 1e-12.
 #[test]
 fn tight_tolerance_reproduces_the_independent_solutions() {
-    compare(1e-10, [1e-10, 1e-9]);
+    compare("systems.json", 1e-10, &Allowed { lengths: 1e-10, rates: 1e-9, pressures: 0.0, forces: 0.0 });
 }
 
 /// The default tolerance allows 1e-9 m (slider, vibro-impact) to 1e-8 m (festoon) per step, over hundreds of steps.
 #[test]
 fn default_tolerance_is_accurate_to_a_tenth_of_a_micrometre() {
-    compare(1e-6, [1e-7, 2e-6]);
+    compare("systems.json", 1e-6, &Allowed { lengths: 1e-7, rates: 2e-6, pressures: 0.0, forces: 0.0 });
+}
+
+/// A rounded reading differs by its resolution or not at all. The references change by 2e-9 m, 4e-3 Pa and 3e-6 N from
+/// tolerance 1e-9 to 1e-11.
+#[test]
+fn sensors_read_what_the_independent_solution_reads() {
+    compare("sensors.json", 1e-10, &Allowed { lengths: 3e-10, rates: 0.0, pressures: 2e-4, forces: 3e-7 });
+}
+
+#[test]
+fn sensors_read_it_to_a_tenth_of_a_micrometre_by_default() {
+    compare("sensors.json", 1e-6, &Allowed { lengths: 1e-7, rates: 0.0, pressures: 0.05, forces: 1e-4 });
 }
