@@ -1,5 +1,5 @@
 //! Deviations held against bounds. NaN passes none of them, and how much of each bound is used is recorded in
-//! `target/tmp/bounds`, where slack ones can be found.
+//! `target/tmp/bounds`, of which `cargo xtask bounds` makes a report.
 
 #![allow(dead_code, reason = "each test uses a part of it")]
 
@@ -43,8 +43,7 @@ pub fn farthest<'a>(
 /// When it is larger, or NaN.
 #[track_caller]
 pub fn within(deviation: f64, bound: f64, at: impl Display) {
-    record(Location::caller(), deviation, bound, "");
-    assert!(deviation <= bound, "{at}: {deviation:e}, beyond {bound:e}");
+    hold(deviation, bound, "", format_args!("{at}: {deviation:e}"));
 }
 
 /// Demands that a number is another one but for a deviation within a bound.
@@ -54,8 +53,7 @@ pub fn within(deviation: f64, bound: f64, at: impl Display) {
 #[track_caller]
 pub fn close(found: f64, expected: f64, bound: f64, at: impl Display) {
     let deviation = (found - expected).abs();
-    record(Location::caller(), deviation, bound, "");
-    assert!(deviation <= bound, "{at}: {found:?}, not {expected:?}; {deviation:e} apart, beyond {bound:e}");
+    hold(deviation, bound, "", format_args!("{at}: {found:?}, not {expected:?}; {deviation:e} apart"));
 }
 
 /// As [`within`], where there is a reason for a bound of more than ten times what is observed.
@@ -64,8 +62,14 @@ pub fn close(found: f64, expected: f64, bound: f64, at: impl Display) {
 /// When the deviation is larger, or NaN.
 #[track_caller]
 pub fn loosely(deviation: f64, bound: f64, reason: &str, at: impl Display) {
+    hold(deviation, bound, reason, format_args!("{at}: {deviation:e}"));
+}
+
+/// Records how much of a bound is used, and demands that it is no more than all.
+#[track_caller]
+fn hold(deviation: f64, bound: f64, reason: &str, said: impl Display) {
     record(Location::caller(), deviation, bound, reason);
-    assert!(deviation <= bound, "{at}: {deviation:e}, beyond {bound:e}");
+    assert!(deviation <= bound, "{said}, beyond {bound:e}");
 }
 
 /// The largest share of its bound that each test has used in each place so far.

@@ -32,7 +32,7 @@ parameters! {
     /// force acts like a delay, and with `Ts` above about `0.1*sqrt(m/sum chi_0)` it shakes the mass by some samples of
     /// travel instead of letting it rest. It is not passive: where the motion turns within a sample, the held force drives
     /// the mass until the next one, with up to `|F_k|*|v|*Ts`. In the default experiment of the cylinder it so gives back
-    /// 2.2e-4 J, where its springs hold 4.0e-5 J.
+    /// 9.9e-5 J, where its springs hold 4.0e-5 J.
     ///
     /// # Source
     /// Rizos, Fassois (2004), Presliding friction identification based upon the Maxwell slip model structure, Chaos 14(2):
