@@ -106,8 +106,8 @@ fn check_instructions(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Record what the checks compare with: every bit of many runs, and the instruction counts of a communication step, which
-/// need valgrind.
+/// Record what the checks compare with: every bit of many runs, the counts of solver steps in the docs, and the instruction
+/// counts of a communication step, which need valgrind.
 #[derive(Args)]
 pub struct Record {}
 
@@ -117,9 +117,9 @@ impl Record {
     /// # Errors
     /// When a run fails, valgrind is missing or a record cannot be written.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        heading("Bits of many runs");
+        heading("Bits of many runs, counts in the docs");
         let mut cargo = process::cargo();
-        cargo.args(["test", "--test", "recorded_runs"]).env("SERVO_RECORD", "1");
+        cargo.args(["test", "--test", "recorded_runs", "--test", "documented"]).env("SERVO_RECORD", "1");
         process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
         heading("Instructions of a communication step");
         ensure!(is_available(), "valgrind is missing (on Debian or Ubuntu: apt install valgrind)");
