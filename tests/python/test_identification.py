@@ -52,7 +52,7 @@ def test_stribeck_curve_is_found_within_its_intervals(tmp_path: Path) -> None:
         # Four intervals of 95 %: half as wide again holds all of them but for one time in 500.
         half = 0.75 * (estimate["high"] - estimate["low"])
         assert abs(estimate["value"] - value) < half < 0.2 * value, name
-    assert_close(found["rms"]["frictionForce"], 0.05, rel=0.1, what="rms")
+    assert_close(found["rms"]["frictionForce"], 0.05, rel=0.02, what="rms")
     assert_close(found["hold_out_rms"]["frictionForce"], 0.05, rel=0.15, what="rms of what is held out")
     values = ElementTree.parse(tmp_path / "a.ssv").getroot()
     names = {element.get("name") for element in values.iter() if element.tag.endswith("}Parameter")}

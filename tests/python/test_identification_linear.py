@@ -85,7 +85,8 @@ def halves(found: ps.Fit) -> Array:
     """Half intervals in SI units; the logarithm of Fc is what is free."""
     level, viscous = (found.parameters[name] for name in FREE)
     assert_close(level.high / level.value, level.value / level.low, rel=1e-14, what="symmetry of the logarithm")
-    assert_close(viscous.high - viscous.value, viscous.value - viscous.low, within=2e-14, what="symmetry")
+    rounding = "the ends, of 30 N.s/m, are rounded"
+    assert_close(viscous.high - viscous.value, viscous.value - viscous.low, within=2e-14, what="symmetry", why=rounding)
     return np.array([level.value * np.log(level.high / level.value), viscous.high - viscous.value])
 
 

@@ -53,7 +53,7 @@ def test_information_is_the_logarithm_of_the_determinant() -> None:
 
 def test_noise_that_is_given_counts() -> None:
     plain, loud = of_sine(), of_sine(noise={"frictionForce": 100.0 * NOISE["frictionForce"]})
-    assert_close(loud.half[VISCOUS], 100.0 * plain.half[VISCOUS], rel=2e-14, what="half interval of sigma2")
+    assert_close(loud.half[VISCOUS], 100.0 * plain.half[VISCOUS], rel=1e-14, what="half interval of sigma2")
     assert_close(loud.half[LEVEL], expected(noise=5.0)[LEVEL], rel=2e-5, what="half interval of Fc")
     # Each of both parameters is told by 1/100.
     assert_close(loud.information, plain.information - 4.0 * np.log(100.0), within=2e-13, what="information")

@@ -20,7 +20,7 @@ def rounded(values: Array, step: float = STEP) -> Array:
 def test_step_of_a_converter_is_found_through_decimals_and_none_where_there_is_none() -> None:
     rng = np.random.default_rng(0)
     smooth = 0.25 + 0.05 * np.sin(np.arange(0.0, 6.0, 1e-3)) + 1e-5 * rng.standard_normal(6000)
-    assert_close(converter(rounded(smooth)), STEP, rel=2e-14, what="step")
+    assert_close(converter(rounded(smooth)), STEP, rel=1e-14, what="step")
     # A table with three decimals of a millimetre.
     assert_close(converter(np.round(rounded(smooth), 6)), STEP, rel=9e-6, what="step through decimals")
     assert converter(smooth) == 0.0

@@ -170,7 +170,7 @@ def test_baseline_is_the_controller_of_its_parameters(stroke: float | None) -> N
     actions = [baseline(ASIDE) for _ in range(3)]
     # In units of 5 V.
     expected = 50.0 * 0.04 * (stroke or 0.5) / 5.0
-    assert_close(actions[-1], np.full((1, 1), expected), rel=1e-6, what="action")
+    assert_close(actions[-1], np.full((1, 1), expected), rel=5e-7, what="action")
 
 
 def test_baseline_runs_for_its_period_at_each_call() -> None:

@@ -64,7 +64,7 @@ def test_results_do_not_depend_on_the_communication_step(fmu: Path, law: str) ->
             ends[step] = client.get(["position", "chamberA.pressure", "chamberB.pressure"])
     for step in (1e-3, 1e-2):
         assert_close(ends[step][0], ends[5e-2][0], within=1e-7, what="position")
-        assert_close(ends[step][1:], ends[5e-2][1:], within=0.2, what="pressures")
+        assert_close(ends[step][1:], ends[5e-2][1:], within=0.15, what="pressures")
 
 
 @pytest.mark.parametrize("step", [1e-3, 5e-2])
