@@ -2,6 +2,7 @@
 //! one line in it, [`package_fmus!`].
 
 mod archive;
+mod bounds;
 mod build;
 mod deny;
 mod describe;
@@ -78,6 +79,7 @@ enum Command {
     Describe(describe::Describe),
     Record(valgrind::Record),
     Stress(stress::Stress),
+    Bounds(bounds::Bounds),
     Mutants(mutants::Mutants),
     Wheel(wheel::Wheel),
     Docs(docs::Docs),
@@ -115,6 +117,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Record(it) => it.run(&workspace),
         Command::Docs(it) => it.run(&workspace),
         Command::Stress(it) => it.run(),
+        Command::Bounds(it) => it.run(&workspace),
         Command::Mutants(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use crate::bounds;
 use crate::deny;
 use crate::gallery::Gallery;
 use crate::package::Package;
@@ -99,7 +100,9 @@ fn run(workspace: &Workspace) -> Result<()> {
     // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
     process::both(|| checks.plant(), || checks.packages(&venv))?;
     let (_, platforms) = process::both(|| checks.imports(&venv), || platform_test::run_if_possible(workspace))?;
-    platforms.map_or(Ok(()), |platforms| platforms.join(workspace))
+    platforms.map_or(Ok(()), |platforms| platforms.join(workspace))?;
+    heading("Room that bounds leave");
+    bounds::report(workspace, bounds::SHOWN)
 }
 
 /// What lints and documentation look at. The benchmark's rivals take longer to compile than everything else together;
@@ -116,6 +119,7 @@ impl Checks<'_> {
     /// Plant and C interface by themselves, and what packs them.
     fn plant(&self) -> Result<()> {
         heading("Library: unit tests, published numbers, C interface");
+        bounds::forget(self.workspace)?;
         self.cargo(&["test"])?;
         heading("Crates from outside: laws, valves and models of one's own");
         self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;

@@ -43,7 +43,7 @@ pub fn farthest<'a>(
 /// When it is larger, or NaN.
 #[track_caller]
 pub fn within(deviation: f64, bound: f64, at: impl Display) {
-    hold(deviation, bound, "", format_args!("{at}: {deviation:e}"));
+    hold(deviation, bound, 0.0, "", format_args!("{at}: {deviation:e}"));
 }
 
 /// Demands that a number is another one but for a deviation within a bound.
@@ -52,8 +52,16 @@ pub fn within(deviation: f64, bound: f64, at: impl Display) {
 /// When it is farther away, or one of them is NaN.
 #[track_caller]
 pub fn close(found: f64, expected: f64, bound: f64, at: impl Display) {
+    /// Relative. Less than this does not count as observed: it is how far numbers are apart that are the same but for rounding.
+    const ROUNDING: f64 = 8.0 * f64::EPSILON;
     let deviation = (found - expected).abs();
-    hold(deviation, bound, "", format_args!("{at}: {found:?}, not {expected:?}; {deviation:e} apart"));
+    hold(
+        deviation,
+        bound,
+        ROUNDING * expected.abs(),
+        "",
+        format_args!("{at}: {found:?}, not {expected:?}; {deviation:e} apart"),
+    );
 }
 
 /// As [`within`], where there is a reason for a bound of more than ten times what is observed.
@@ -62,13 +70,13 @@ pub fn close(found: f64, expected: f64, bound: f64, at: impl Display) {
 /// When the deviation is larger, or NaN.
 #[track_caller]
 pub fn loosely(deviation: f64, bound: f64, reason: &str, at: impl Display) {
-    hold(deviation, bound, reason, format_args!("{at}: {deviation:e}"));
+    hold(deviation, bound, 0.0, reason, format_args!("{at}: {deviation:e}"));
 }
 
-/// Records how much of a bound is used, and demands that it is no more than all.
+/// Records how much of a bound is used, by the deviation or by rounding, and demands that it is no more than all.
 #[track_caller]
-fn hold(deviation: f64, bound: f64, reason: &str, said: impl Display) {
-    record(Location::caller(), deviation, bound, reason);
+fn hold(deviation: f64, bound: f64, rounding: f64, reason: &str, said: impl Display) {
+    record(Location::caller(), larger(deviation, rounding), bound, reason);
     assert!(deviation <= bound, "{said}, beyond {bound:e}");
 }
 

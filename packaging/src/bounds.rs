@@ -1,0 +1,173 @@
+//! `cargo xtask bounds`: how much room the bounds of the tests leave.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+
+use crate::process;
+use crate::workspace::Workspace;
+
+/// Number of bounds that a report lists.
+pub const SHOWN: usize = 10;
+
+/// Run the tests of plant and C interface, and list the bounds of which they use the least.
+///
+/// A bound is at most ten times what is observed, or says why it is wider. Bounds held by the helpers of `tests/bounds`
+/// are known to the report.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask bounds                          run the tests, list the ten slackest bounds
+  cargo xtask bounds --recorded --shown 50    list more of what the last tests recorded")]
+pub struct Bounds {
+    /// Number of bounds to list.
+    #[arg(long, default_value_t = SHOWN)]
+    shown: usize,
+    /// Run no tests: list what those recorded that were run last, and before.
+    #[arg(long)]
+    recorded: bool,
+}
+
+impl Bounds {
+    /// Runs the tests and prints the report.
+    ///
+    /// # Errors
+    /// When a test fails, or nothing is recorded.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        if !self.recorded {
+            forget(workspace)?;
+            let target = &workspace.target;
+            process::run(process::cargo().arg("test").current_dir(&workspace.root).env("CARGO_TARGET_DIR", target))?;
+        }
+        report(workspace, self.shown)
+    }
+}
+
+/// The place in the sources of a bound.
+type Place = (String, u32);
+
+/// The largest share of a bound that was used.
+#[derive(Clone, Debug, PartialEq)]
+struct Use {
+    test: String,
+    observed: f64,
+    bound: f64,
+    /// Why it is wide, if somebody says so.
+    reason: String,
+}
+
+impl Use {
+    fn share(&self) -> f64 {
+        self.observed / self.bound
+    }
+}
+
+/// Where the tests record what they use of their bounds.
+fn folder(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("tmp/bounds")
+}
+
+/// Removes what earlier tests recorded.
+///
+/// # Errors
+/// When the folder cannot be removed.
+pub fn forget(workspace: &Workspace) -> Result<()> {
+    let folder = folder(workspace);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).with_context(|| format!("cannot remove {}", folder.display()))?;
+    }
+    Ok(())
+}
+
+/// Prints the slackest bounds of the tests that have run.
+///
+/// # Errors
+/// When nothing is recorded, or a record cannot be read.
+pub fn report(workspace: &Workspace, shown: usize) -> Result<()> {
+    let folder = folder(workspace);
+    let mut uses = BTreeMap::new();
+    if folder.exists() {
+        for file in std::fs::read_dir(&folder).with_context(|| format!("cannot list {}", folder.display()))? {
+            let file = file?.path();
+            let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+            read(&text, &mut uses).with_context(|| format!("in {}", file.display()))?;
+        }
+    }
+    ensure!(!uses.is_empty(), "{}: no bounds are recorded there; run the tests first", folder.display());
+    println!("{}", text(&uses, shown));
+    Ok(())
+}
+
+/// Takes the lines of a record.
+fn read(text: &str, uses: &mut BTreeMap<Place, Use>) -> Result<()> {
+    for line in text.lines() {
+        let cells: Vec<&str> = line.splitn(6, ';').collect();
+        let [file, place, test, observed, bound, reason] = cells[..] else {
+            anyhow::bail!("`{line}` is no line of a record");
+        };
+        let used = Use {
+            test: test.to_owned(),
+            observed: observed.parse().with_context(|| format!("`{observed}` in `{line}`"))?,
+            bound: bound.parse().with_context(|| format!("`{bound}` in `{line}`"))?,
+            reason: reason.to_owned(),
+        };
+        let place = (file.to_owned(), place.parse().with_context(|| format!("`{place}` in `{line}`"))?);
+        let most = uses.entry(place).or_insert_with(|| used.clone());
+        if used.share() > most.share() {
+            *most = used;
+        }
+    }
+    Ok(())
+}
+
+/// The report.
+fn text(uses: &BTreeMap<Place, Use>, shown: usize) -> String {
+    let mut slack: Vec<(&Place, &Use)> = uses.iter().filter(|(_, used)| used.reason.is_empty()).collect();
+    let mut lines = vec![format!(
+        "{} bounds, {} of them wide for a stated reason; the slackest of the others:",
+        uses.len(),
+        uses.len() - slack.len(),
+    )];
+    slack.sort_by(|(_, one), (_, other)| one.share().total_cmp(&other.share()));
+    lines.extend(slack.into_iter().take(shown).map(|((file, line), used)| {
+        let Use { test, observed, bound, .. } = used;
+        format!("{:8.3} times: {file}:{line}, {test}: observed {observed:.1e}, bound {bound:.1e}", 1.0 / used.share())
+    }));
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECORD: &str = "\
+tests/a.rs;7;tight;1e-9;1e-6;
+tests/a.rs;7;tight;2e-7;1e-6;
+tests/a.rs;7;other;1e-7;1e-6;
+tests/a.rs;9;loose;1e-9;1e0;rounding; of another machine
+tests/b.rs;1;unused;0e0;1e-3;
+";
+
+    /// The largest share at each place counts; the slackest comes first, and a reason takes a bound off the list.
+    #[test]
+    fn slackest_bounds_are_listed_first() {
+        let mut uses = BTreeMap::new();
+        read(RECORD, &mut uses).unwrap();
+        let expected = "\
+3 bounds, 1 of them wide for a stated reason; the slackest of the others:
+     inf times: tests/b.rs:1, unused: observed 0.0e0, bound 1.0e-3
+   5.000 times: tests/a.rs:7, tight: observed 2.0e-7, bound 1.0e-6";
+        assert_eq!(text(&uses, 10), expected);
+        assert_eq!(text(&uses, 1).lines().count(), 2);
+    }
+
+    #[test]
+    fn line_that_is_no_record_is_refused() {
+        for line in ["tests/a.rs;7;tight;1e-9", "tests/a.rs;7;tight;much;1e-6;", "tests/a.rs;x;tight;1e-9;1e-6;"] {
+            let error = read(line, &mut BTreeMap::new()).unwrap_err();
+            assert!(format!("{error:#}").contains(line), "{error:#}");
+        }
+    }
+}
