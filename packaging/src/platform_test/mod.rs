@@ -24,72 +24,66 @@ use crate::workspace::Workspace;
 /// # Errors
 /// When a tool is missing or a test fails.
 pub fn run(workspace: &Workspace) -> Result<()> {
-    tools::require(missing()?)?;
-    Built::tested(workspace)?.join(workspace)
+    tools::require(missing(&Platform::ALL)?)?;
+    let (mut libraries, (again, macos)) = process::both(
+        || compared(workspace),
+        || {
+            let again = Reproduction::build(workspace).context("linux64 in another place")?;
+            Ok((again, libraries(workspace, [Platform::Darwin64])?))
+        },
+    )?;
+    libraries.extend(macos);
+    heading("Refuse damaged libraries");
+    libraries.iter().try_for_each(refuse_damaged)?;
+    heading("Join the FMUs for all platforms");
+    package::join(workspace, &libraries)?;
+    heading("Compare what was built twice");
+    again.compare(workspace, &libraries)
 }
 
-/// Builds and tests the libraries of all platforms, or says what that would need.
+/// Builds, runs and compares the libraries of the platforms that can be run here, or says what that would need.
 ///
 /// # Errors
 /// When a test fails, or under CI when a tool is missing.
-pub fn run_if_possible(workspace: &Workspace) -> Result<Option<Built>> {
-    match tools::require(missing()?) {
-        Ok(()) => Built::tested(workspace).map(Some),
-        Err(problem) => process::leave_out("Other platforms", &format!("{problem:#}")).map(|()| None),
+pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
+    match tools::require(missing(&[Platform::Linux64, Platform::Win64])?) {
+        Ok(()) => {
+            let libraries = compared(workspace)?;
+            heading("Refuse damaged libraries");
+            libraries.iter().try_for_each(refuse_damaged)
+        }
+        Err(problem) => process::leave_out("Other platforms", &format!("{problem:#}")),
     }
 }
 
-fn missing() -> Result<Vec<(&'static str, Vec<Tool>)>> {
+/// The tools that are missing for building platforms, and for running what can be run here.
+fn missing(platforms: &[Platform]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
     let mut missing = Vec::new();
-    for platform in Platform::ALL {
-        missing.push((platform.folder(), build::missing(platform)?));
+    for platform in platforms {
+        missing.push((platform.folder(), build::missing(*platform)?));
     }
     missing.push(("Linux on Arm", aarch64::missing()?));
     missing.extend(Machine::ALL.map(|machine| ("running them", machine.missing())));
     Ok(missing)
 }
 
-/// What these tests are about.
-pub struct Built {
-    libraries: Vec<Library>,
-    /// A second library for linux64.
-    again: Reproduction,
-}
-
-impl Built {
-    /// Builds the libraries, and runs and compares them, two things at a time: one build alone leaves half of two
-    /// processors idle, because large crates are one unit of work, and so does an emulator.
-    fn tested(workspace: &Workspace) -> Result<Self> {
-        let experiments = experiment::all();
-        let (arm, linux) = process::both(
-            || aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm"),
-            || libraries(workspace, [Platform::Linux64]),
-        )?;
-        let (reference, (again, others)) = process::both(
-            || compare_processors(workspace, &linux[0].bytes, &arm, &experiments),
-            || {
-                let again = Reproduction::build(workspace).context("linux64 in another place")?;
-                Ok((again, libraries(workspace, [Platform::Win64, Platform::Darwin64])?))
-            },
-        )?;
-        let windows = Machine::Windows.run(workspace, &others[0].bytes, &experiments)?;
-        results::same(Machine::Windows.name(), &reference, &windows)?;
-        let libraries: Vec<_> = linux.into_iter().chain(others).collect();
-        heading("Refuse damaged libraries");
-        libraries.iter().try_for_each(refuse_damaged)?;
-        Ok(Self { libraries, again })
-    }
-
-    /// Leaves FMUs for all platforms in place of those for this one, and compares what was built twice.
-    ///
-    /// # Errors
-    /// When something cannot be written, or differs.
-    pub fn join(&self, workspace: &Workspace) -> Result<()> {
-        heading("Join the FMUs for all platforms");
-        package::join(workspace, &self.libraries)?;
-        heading("Compare what was built twice");
-        self.again.compare(workspace, &self.libraries)
-    }
+/// Builds the libraries for Linux, for Linux on Arm and for Windows, runs and compares them; returns those that FMUs hold. Two
+/// things at a time: one build alone leaves half of two processors idle, because large crates are one unit of work, and so
+/// does an emulator.
+fn compared(workspace: &Workspace) -> Result<Vec<Library>> {
+    let experiments = experiment::all();
+    let (arm, mut built) = process::both(
+        || aarch64::build(&workspace.inside("platform-test")).context("Linux on Arm"),
+        || libraries(workspace, [Platform::Linux64]),
+    )?;
+    let (reference, windows) = process::both(
+        || compare_processors(workspace, &built[0].bytes, &arm, &experiments),
+        || libraries(workspace, [Platform::Win64]),
+    )?;
+    let results = Machine::Windows.run(workspace, &windows[0].bytes, &experiments)?;
+    results::same(Machine::Windows.name(), &reference, &results)?;
+    built.extend(windows);
+    Ok(built)
 }
 
 /// Builds the libraries of platforms, in their order, and keeps them.
