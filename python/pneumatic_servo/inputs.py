@@ -275,7 +275,10 @@ def _numbers(variable: Variable, given: Any, unit: str | None = None) -> Array:
     try:
         numbers = np.ascontiguousarray(given, dtype=float)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{variable.name} = {shortened(given)} is refused: {error}") from None
+        raise ValueError(
+            f"{variable.name} = {shortened(given)} is refused: it must be numbers in {variable.unit}, or "
+            f"(t, u, unit); {error}"
+        ) from None
     if unit is None:
         return numbers
     convert = np.vectorize(lambda value: to_si(value, unit, variable.unit, variable.name), otypes=[float])

@@ -211,6 +211,8 @@ class Model:
         self._tell_saturated(settings)
         for name, (low, high) in zip(inputs, extremes, strict=True):
             noticed.tell_saturation(self.inputs[name], low, high)
+        largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
+        noticed.tell_size(self.variables, [{**settings, **largest}])
         self._tell_ends(driven, grid)
         noticed.tell(self.variables, notices)
         if failure is not None:
@@ -303,6 +305,7 @@ class Model:
         for run, name, value, remark in done.noticed:
             noticed.tell(self.variables, [(name, value, remark)], f"run {run} of {len(runs)}: ")
         tell_unusual(self.inputs, driven, grid)
+        noticed.tell_size(self.variables, [{**shared, **own} for own in runs])
         return found
 
     def _runs_of(self, work: Work, done: Done, grid: Grid, recorded: Variables, *, keep_failures: bool) -> Runs:

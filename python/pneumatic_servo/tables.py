@@ -218,6 +218,16 @@ def of_frame(frame: Any, file: Path) -> Table:
     return _of_columns(file, {str(name): np.asarray(frame[name]) for name in frame.columns})
 
 
+def numbers(column: Any) -> NDArray[np.float64]:
+    """Return a column as numbers; of dates and times the seconds since the first."""
+    found = np.asarray(column)
+    if found.dtype.kind == "M":
+        found = found - found[:1]
+    if found.dtype.kind == "m":
+        return np.asarray(found / np.timedelta64(1, "s"), dtype=float)
+    return np.asarray(found, dtype=float)
+
+
 def _of_mat(file: Path) -> Table:
     try:
         from scipy.io import loadmat
@@ -241,7 +251,7 @@ def _of_columns(file: Path, columns: dict[str, NDArray[Any]]) -> Table:
     if len(set(lengths.values())) > 1:
         raise ValueError(f"{file}: the columns have different lengths: {lengths}")
     try:
-        values = np.array([np.asarray(column, dtype=float) for column in columns.values()]).T
+        values = np.array([numbers(column) for column in columns.values()]).T
     except (TypeError, ValueError) as error:
         raise ValueError(f"{file}: {error}") from None
     names, units = _names_and_units(header)

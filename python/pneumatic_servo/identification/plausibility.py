@@ -64,6 +64,7 @@ def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tupl
         notes += told
         _check_ranges(experiment, without)
         found.append(without)
+    _check_changes(experiment, found)
     return found, notes
 
 
@@ -103,10 +104,12 @@ def _check_interval(experiment: Experiment, source: Measured) -> None:
     what = f"{source.name}: time ({source.written.get('time', 'in s')}): samples are {usual:.4g} s apart"
     if usual < TOO_FAST:
         raise ValueError(f"{what}, which no rig does; is the unit right? time=...[s] or [ms] says it")
-    if not isinstance(experiment, OfCylinder) or usual <= SLOW:
+    is_of_cylinder = isinstance(experiment, OfCylinder)
+    if usual <= (SLOW if is_of_cylinder else TOO_SLOW):
         return
     hint = f"{what}, too far to see the carriage start and stop; is it in ms? then write time=...[ms]"
-    if usual > TOO_SLOW:
+    # A test bench may creep.
+    if is_of_cylinder and usual > TOO_SLOW:
         raise ValueError(hint)
     warn(hint)
 
@@ -120,6 +123,18 @@ def _check_ranges(experiment: Experiment, source: Measured) -> None:
             _check_pressure(source, signal, low, high)
         elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
             tell_saturation(experiment.table.variables[signal], low, high)
+
+
+def _check_changes(experiment: Experiment, data: Sequence[Measured]) -> None:
+    """Refuse a compared signal that is one number: it tells nothing."""
+    for signal in experiment.compared:
+        courses = [source.signals[signal] for source in data]
+        if all(np.ptp(values) == 0.0 for values in courses):
+            column = data[0].written.get(signal)
+            raise ValueError(
+                f"{data[0].name}: {signal}{f' (column {column})' if column else ''} = {courses[0][0]:g} "
+                f"{SIGNALS[signal]} all the time, so that nothing can be learned of it; is it the right column?"
+            )
 
 
 def _told(source: Measured, signal: str, low: float, high: float) -> str:

@@ -15,7 +15,7 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.inputs import held_from
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run
-from pneumatic_servo.tables import Table, of_frame, read_table
+from pneumatic_servo.tables import Table, numbers, of_frame, read_table
 from pneumatic_servo.units import scale
 from pneumatic_servo.words import said
 
@@ -125,7 +125,7 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
                 f"there is no signal {unknown}{did_you_mean(str(unknown), SIGNALS)}; there are {', '.join(SIGNALS)}; "
                 "`columns` says which of the arrays is which signal"
             )
-        signals = {key: np.asarray(values, dtype=float) for key, values in source.items()}
+        signals = {key: _numbers(key, values) for key, values in source.items()}
         return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {signal}")
     signals = {}
     for signal, column in columns.items():
@@ -135,9 +135,16 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
                 f"{did_you_mean(column.name, source)}; there are {', '.join(map(str, source))}"
             )
         times, offset = scale(column.unit or SIGNALS[signal], SIGNALS[signal], signal)
-        values = times * np.asarray(source[column.name], dtype=float) + offset
+        values = times * _numbers(column.name, source[column.name]) + offset
         signals[signal] = -values if column.turned else values
     return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {columns[signal].name}")
+
+
+def _numbers(name: str, values: Any) -> Array:
+    try:
+        return numbers(values)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} is refused: it must be numbers; {error}") from None
 
 
 def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None, *, recorded: bool = False) -> Measured:
