@@ -29,6 +29,7 @@
 //! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
 //! | [`model`] | a model built by name |
 //! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
+//! | [`conformance`] | what is promised of every law and model, as checks for their tests |
 
 #![forbid(unsafe_code)]
 
@@ -39,6 +40,7 @@ extern crate self as pneumatic_servo;
 pub use serde;
 
 pub mod co_simulation;
+pub mod conformance;
 pub mod friction;
 pub mod hybrid;
 pub mod mechanics;

@@ -22,5 +22,7 @@ pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
 pub use crate::numbers::{Number, Scalar, sign};
 pub use crate::pneumatics::actuator::{Actuating, Actuators};
 pub use crate::system::{Event, Shortcuts, System, Tables};
-pub use crate::variables::{Choice, Notice, ParameterError, ParameterSet, Tunable, Values, Variable, units};
+pub use crate::variables::{
+    Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,
+};
 pub use crate::{actuators, enumeration, inputs, laws, outputs, parameters, states};

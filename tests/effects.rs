@@ -2,7 +2,6 @@
 //! changes what some run shows.
 
 mod cases;
-mod random;
 
 use std::collections::BTreeMap;
 
@@ -11,7 +10,7 @@ use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Table, Variable};
 
 use cases::{Changes, rigs, start};
-use random::Random;
+use pneumatic_servo::conformance::Random;
 
 /// What of a model is changed alone: an input by its place, or a parameter to a value.
 #[derive(Clone, Copy)]

@@ -1,15 +1,12 @@
 //! What every friction law of the registry must do, whatever law it is.
 
-mod random;
 mod rig;
 
 use std::f64::consts::TAU;
 
-use pneumatic_servo::friction::{Contact, Drive, Event, Friction, LAWS, Law, Laws, MAX_STATES, Memory};
-use pneumatic_servo::hybrid::UNUSED;
-use pneumatic_servo::numbers::{Dual, Scalar};
-use pneumatic_servo::variables::{Choice, Tunable};
-use random::Random;
+use pneumatic_servo::conformance;
+use pneumatic_servo::friction::{Friction, LAWS, Law, Laws};
+use pneumatic_servo::variables::Choice;
 use rig::Rig;
 
 fn laws() -> impl Iterator<Item = &'static str> {
@@ -75,133 +72,24 @@ fn is_odd(law: &str) -> bool {
     law != "Bristle"
 }
 
-/// Every operation on mirrored numbers gives mirrored numbers; 1e-9 leaves room for sums taken in another order.
+/// Every operation on mirrored numbers gives mirrored numbers.
 #[test]
 fn mirrored_motion_gives_mirrored_friction() {
-    for law in laws().filter(|law| is_odd(law)) {
-        for drive in ["PrescribedMotion", "SpringPull", "Free"] {
-            let rig = Rig::bench(law, drive).set("driveVelocity", 0.0).set("spring.stiffness", 1e3);
-            let mut runs = [1.0, -1.0].map(|side| (side, rig.start().unwrap()));
-            let mut random = Random(7);
-            for step in 1..300 {
-                let v = if step % 10 == 0 { 0.0 } else { random.spread(1e-5, 0.1) };
-                let force = random.spread(1.0, 30.0);
-                let end = f64::from(step) * 0.01;
-                let [right, left] = runs.each_mut().map(|(side, run)| {
-                    run.set("driveVelocity", *side * v);
-                    run.set("appliedForce", *side * force);
-                    run.advance(end).unwrap_or_else(|error| panic!("{law} {drive}: {error}"));
-                    ["frictionForce", "position", "velocity"].map(|name| *side * run.get(name))
-                });
-                for (a, b) in right.into_iter().zip(left) {
-                    assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{law} {drive}: {right:?}, {left:?} at {end} s");
-                }
-            }
-        }
-    }
+    laws().filter(|law| is_odd(law)).for_each(conformance::law::mirrored::<Friction>);
 }
 
-/// The law with default parameters.
-fn default_law(law: &str) -> Friction {
-    let table = Friction::table("friction", 0, Law::None.id());
-    let mut values: Vec<_> = table.iter().map(|variable| Tunable::still(variable.start.unwrap())).collect();
-    values[0] = Tunable::still(f64::from(LAWS.items.iter().find(|(_, name, _)| *name == law).unwrap().0));
-    Friction::new(&values, "friction").unwrap()
-}
-
-/// Variables of the equations: velocity, position, applied force, level, then the states.
-const DIRECTIONS: usize = 4 + MAX_STATES;
-
-/// The friction force and the rates of the states.
-fn evaluate<S: Scalar>(law: &Friction, drive: Drive, memory: &Memory, at: &[S]) -> Vec<S> {
-    let contact =
-        Contact { time: S::constant(0.1), velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
-    let mut rates = vec![S::zero(); law.states()];
-    let force = law.force(&contact, &at[4..4 + law.states()], memory, &mut rates);
-    rates.push(force);
-    rates
-}
-
-/// Central differences with steps of 1e-6 of each variable are good to 1e-5 of the derivative, plus rounding.
 #[test]
 fn derivatives_by_dual_numbers_are_those_of_differences() {
-    for name in laws() {
-        let law = default_law(name);
-        let mut random = Random(u64::from(name.len() as u32));
-        for round in 0..200 {
-            let drive = if round % 4 == 0 { Drive::Motion } else { Drive::Force };
-            let mut at = [0.0; DIRECTIONS];
-            at[..4].copy_from_slice(&[random.spread(1e-5, 0.5), 0.25, 8.0 * random.next(), 1.2 + 0.5 * random.next()]);
-            for state in &mut at[4..4 + law.states()] {
-                *state = law.state_scale() * random.next();
-            }
-            let mut contact =
-                Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
-            let mut memory = law.start(&contact);
-            for _ in 0..20 {
-                let indicators = law.indicators(&contact, &at[4..], &memory);
-                for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {
-                    assert_eq!(indicators[event], UNUSED, "{name} does not declare {event:?}");
-                }
-                let Some(event) = indicators.due() else { break };
-                let mut velocity = contact.velocity;
-                law.switch(event, &contact, &mut velocity, &mut at[4..], &mut memory);
-                contact.velocity = velocity;
-            }
-            at[0] = contact.velocity;
-            let seeded: Vec<_> =
-                at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
-            let exact = evaluate(&law, drive, &memory, &seeded);
-            let used = 4 + law.states();
-            for direction in (0..used).filter(|direction| at[*direction] != 0.0) {
-                let step = 1e-6 * at[direction].abs();
-                let [above, below] = [step, -step].map(|shift| {
-                    let mut shifted = at;
-                    shifted[direction] += shift;
-                    evaluate(&law, drive, &memory, &shifted)
-                });
-                for (row, dual) in exact.iter().enumerate() {
-                    let difference = (above[row] - below[row]) / (2.0 * step);
-                    let rounding = 1e-15
-                        * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states()))
-                        / step;
-                    let allowed = 1e-5 * dual.slope[direction].abs() + 4.0 * rounding;
-                    assert!(
-                        (dual.slope[direction] - difference).abs() <= allowed,
-                        "{name}: d[{row}]/d[{direction}] is {difference}, not {} at {at:?} in {memory:?}",
-                        dual.slope[direction],
-                    );
-                }
-            }
-        }
-    }
+    laws().for_each(conformance::law::derivatives::<Friction>);
 }
 
 /// A run that is saved, continued, restored and continued again repeats every bit.
 #[test]
 fn restored_runs_repeat_every_bit() {
     for law in laws() {
-        let mut run = Rig::bench(law, "SpringPull").set("spring.stiffness", 1e4).start().unwrap();
-        let mut random = Random(3);
-        let play = |run: &mut rig::Running, from: i32, random: &mut Random| -> Vec<u64> {
-            let mut bits = Vec::new();
-            for step in from..from + 50 {
-                run.set("driveVelocity", random.spread(1e-4, 0.2));
-                run.set("appliedForce", random.spread(1.0, 20.0));
-                run.advance(f64::from(step + 1) * 0.007).unwrap_or_else(|error| panic!("{law}: {error}"));
-                bits.extend(
-                    ["position", "velocity", "frictionForce", "solver.steps"].map(|name| run.get(name).to_bits()),
-                );
-            }
-            bits
-        };
-        play(&mut run, 0, &mut random);
-        let (saved, at) = (run.simulation().save(), random.0);
-        let first = play(&mut run, 50, &mut random);
-        run.simulation().restore(&saved).unwrap();
-        assert_eq!(run.simulation().save(), saved, "{law}");
-        let second = play(&mut run, 50, &mut Random(at));
-        assert!(first == second, "{law} forgets something");
+        let mut bench = conformance::law::benched::<Friction>(law, "SpringPull");
+        bench.change("spring.stiffness", 1e4).expect("a stiffness");
+        conformance::repeats(&bench, 0.35);
     }
 }
 

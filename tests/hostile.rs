@@ -1,12 +1,11 @@
 //! Every friction law survives inputs that no machine would see, and what is hardly meant is noticed.
 
-mod random;
 mod rig;
 
+use pneumatic_servo::conformance::Random;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
-use random::Random;
 use rig::Rig;
 
 const FINITE: [&str; 7] =

@@ -6,6 +6,7 @@ mod rig;
 use std::collections::BTreeSet;
 
 use pneumatic_servo::co_simulation::{Saved, Simulation, Snapshot};
+use pneumatic_servo::conformance;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
@@ -38,33 +39,23 @@ fn started(model: &Model, time: f64) -> Box<dyn Simulation> {
     (model.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 
+/// A model under a law with inputs away from their start values.
+fn pushed(model: &'static Model, law: i32) -> Setup {
+    let mut setup = Setup::of(model);
+    if setup.table().find("friction.law").is_some() {
+        setup.change("friction.law", law).expect("a law");
+    }
+    for input in setup.table().inputs() {
+        setup.change(&input.name, 1.1 * input.start.expect("a start value") + 0.3).expect("a legal value");
+    }
+    setup
+}
+
 /// The derivative of each state is the variable that the table says, by central differences between fine steps.
 #[test]
 fn derivatives_are_those_of_their_states() {
     for model in models::ALL {
-        let variables = (model.variables)();
-        let computed: Vec<&Variable> = variables.iter().filter(|variable| variable.is_computed()).collect();
-        let place = |reference: u32| computed.iter().position(|variable| variable.reference == reference);
-        let mut run = running(model, 4);
-        let middle = 0.21 * model.experiment.stop_time;
-        let size = 1e-6;
-        let mut values = [0, 1, 2].map(|_| vec![0.0; computed.len()]);
-        for (index, values) in values.iter_mut().enumerate() {
-            run.advance(middle + (index as f64 - 1.0) * size).unwrap();
-            run.values(values);
-        }
-        for (index, variable) in computed.iter().enumerate() {
-            let Some(state) = variable.derivative_of.and_then(place) else { continue };
-            let difference = (values[2][state] - values[0][state]) / (2.0 * size);
-            let rate = values[1][index];
-            let noise = 1e-15 * values[1][state].abs() / size;
-            assert!(
-                (rate - difference).abs() <= 1e-4 * rate.abs() + 1e-6 + noise,
-                "{} {}: {rate}, not about {difference}",
-                model.name,
-                variable.name
-            );
-        }
+        conformance::rates(&pushed(model, 4), 0.21 * model.experiment.stop_time);
     }
 }
 
@@ -138,24 +129,7 @@ fn state_that_goes_out_of_range_is_named() {
 #[test]
 fn end_does_not_depend_on_the_communication_step() {
     for model in models::ALL {
-        let table = (model.variables)();
-        let end = 0.1 * model.experiment.stop_time;
-        let values_after = |steps: u32| {
-            let mut run = running(model, 7);
-            for step in 1..=steps {
-                run.advance(end * f64::from(step) / f64::from(steps)).unwrap();
-            }
-            let mut values = vec![0.0; table.computed().count()];
-            run.values(&mut values);
-            values
-        };
-        let (one, many) = (values_after(1), values_after(97));
-        for ((variable, one), many) in table.computed().zip(one).zip(many) {
-            if table.find(&variable.name).is_some_and(|entry| entry.state.is_some()) {
-                let magnitude = one.abs().max(variable.nominal.unwrap_or(1.0));
-                assert!((one - many).abs() < 1e-6 * magnitude, "{} {}: {one} and {many}", model.name, variable.name);
-            }
-        }
+        conformance::steps(&pushed(model, 7), 0.1 * model.experiment.stop_time, 1e-6);
     }
 }
 

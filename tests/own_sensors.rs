@@ -1,11 +1,10 @@
 //! Sensors of one's own rig: beside the quantities, and without a trace in the motion.
 
-mod outside;
 mod rig;
 
 use std::f64::consts::TAU;
 
-use outside::Host;
+use pneumatic_servo::conformance::Host;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::{Rig, Running};
@@ -219,9 +218,9 @@ fn solver_outside_sees_the_same_readings() {
         setup.change(name, value).unwrap();
     }
     let table = setup.table();
-    let counts = [table.inputs().count(), table.number_of_states(), (MODEL.indicators)().len()];
+    let counts = [table.number_of_states(), (MODEL.indicators)().len()];
     let model = setup.exchange(0.0).unwrap().unwrap();
-    let mut host = Host::new(model, counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
+    let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();
     for number in 1..=50 {
         let time = f64::from(number) * 1e-3 + 1e-4;

@@ -1,13 +1,12 @@
 //! Switching valves under pulses, against closed forms and against the proportional valve that is their mean.
 
 mod bounds;
-mod outside;
 mod rig;
 
 use std::f64::consts::TAU;
 
 use bounds::{farthest, largest};
-use outside::Host;
+use pneumatic_servo::conformance::Host;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::{Rig, Running};
@@ -143,8 +142,8 @@ fn solver_outside_sees_every_edge() {
     let setup = setup.set("friction.law", "LuGre").unwrap().set("solver.relativeTolerance", 1e-9).unwrap();
     let model = setup.exchange(0.0).unwrap().unwrap();
     let table = setup.table();
-    let counts = [table.inputs().count(), table.number_of_states(), (MODEL.indicators)().len()];
-    let mut host = Host::new(model, counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
+    let counts = [table.number_of_states(), (MODEL.indicators)().len()];
+    let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();
     for step in 1..=100 {
         let time = f64::from(step) * 1e-3;

@@ -1,20 +1,16 @@
 //! No friction law gives back more energy than it can have stored, however its load level varies in space and time.
 
-mod random;
 mod rig;
 
 use std::f64::consts::TAU;
 
-use pneumatic_servo::friction::LAWS;
-use random::Random;
-use rig::{Rig, Running};
-
-/// Levels between which the load varies.
-const LEVELS: [f64; 2] = [0.1, 1.9];
+use pneumatic_servo::conformance::law::{LEAST, MOST, Motion, benched};
+use pneumatic_servo::friction::{Friction, LAWS};
+use rig::Rig;
 
 /// The largest energy in J that a law with its defaults stores at these levels.
 fn stored(law: &str) -> f64 {
-    let [least, most] = LEVELS;
+    let [least, most] = [LEAST, MOST];
     let spring = |force: f64, stiffness: f64| (most * force).powi(2) / (2.0 * stiffness);
     match law {
         "Dahl" => spring(10.6, 8e6),
@@ -48,61 +44,13 @@ fn stored(law: &str) -> f64 {
     }
 }
 
-/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load level with waves along the path and in time: what
-/// friction takes, as a sum that grows but for what it gives back.
-struct Motion {
-    run: Running,
-    random: Random,
-    phase: f64,
-    /// Work in J that friction has taken, and the most it had taken before.
-    taken: f64,
-    most: f64,
-    /// The largest energy in J given back.
-    given_back: f64,
-}
-
-impl Motion {
-    /// Without viscous friction, which would help.
-    fn of(law: &str) -> Self {
-        let rig = Rig::bench(law, "PrescribedMotion");
-        let rig = match law_without_viscous_friction(law) {
-            Some(name) => rig.set(&name, 0.0),
-            None => rig,
-        };
-        let run = rig.set("driveVelocity", 0.0).start().unwrap();
-        Self { run, random: Random(7), phase: 0.0, taken: 0.0, most: 0.0, given_back: 0.0 }
+/// A motion under a law without viscous friction, which would help.
+fn motion(law: &str) -> Motion {
+    let mut bench = benched::<Friction>(law, "PrescribedMotion");
+    if let Some(name) = law_without_viscous_friction(law) {
+        bench.change(&name, 0.0).expect("a coefficient");
     }
-
-    /// Goes on at a velocity in m/s for a path in m.
-    fn go(&mut self, velocity: f64, path: f64) {
-        const PIECE: f64 = 1e-7;
-        let pieces = (path / PIECE).ceil() as usize;
-        let duration = PIECE / velocity.abs();
-        for _ in 0..pieces {
-            self.phase += 0.03;
-            let waves = (TAU * self.run.get("position") / 5e-5).sin() + self.phase.sin();
-            let [least, most] = LEVELS;
-            self.run.set("friction.level", 0.5 * (least + most) + 0.25 * (most - least) * waves);
-            self.run.set("driveVelocity", velocity);
-            let before = self.run.get("frictionForce");
-            let end = self.run.simulation().time() + duration;
-            self.run.advance(end).unwrap();
-            let force = 0.5 * (before + self.run.get("frictionForce"));
-            self.taken += force * velocity * duration;
-            self.most = self.most.max(self.taken);
-            self.given_back = self.given_back.max(self.most - self.taken);
-        }
-    }
-
-    /// The largest energy in J given back in sixty reversals, here and there with less than a millimetre per second.
-    fn given_back(mut self) -> f64 {
-        for reversal in 0..60 {
-            let speed = 10f64.powf(self.random.between(-4.0, 0.0));
-            let path = self.random.between(1e-6, 4e-5);
-            self.go(if reversal % 2 == 0 { speed } else { -speed }, path);
-        }
-        self.given_back
-    }
+    Motion::of(&bench)
 }
 
 /// The coefficient of viscous friction of a law, if it has one.
@@ -120,7 +68,7 @@ fn law_without_viscous_friction(law: &str) -> Option<String> {
 #[test]
 fn laws_give_back_no_more_than_they_store() {
     for (_, law, _) in LAWS.items {
-        let (given, stored) = (Motion::of(law).given_back(), stored(law));
+        let (given, stored) = (motion(law).given_back(), stored(law));
         println!("{law}: {given:.2e} J given back, {stored:.2e} J stored");
         if *law == "DNLRX" {
             // Sampled: the force of the last sample drives the mass after a reversal. Its page says so.
@@ -153,7 +101,7 @@ fn sampled_law_gives_back_more_than_its_springs_hold() {
         most = most.max(taken);
         given_back = given_back.max(most - taken);
     }
-    let springs = stored("DNLRX") / LEVELS[1].powi(2);
+    let springs = stored("DNLRX") / MOST.powi(2);
     assert!((9.85e-5..9.95e-5).contains(&given_back), "{given_back} J");
     assert!((3.95e-5..4.05e-5).contains(&springs), "{springs} J");
 }
@@ -162,14 +110,14 @@ fn sampled_law_gives_back_more_than_its_springs_hold() {
 #[test]
 fn bristles_are_passive_at_every_instant_under_any_level() {
     for (law, stiffness) in [("Dahl", 8e6), ("ElastoPlastic", 1e6)] {
-        let mut motion = Motion::of(law);
+        let mut motion = motion(law);
         for reversal in 0..40 {
             let speed = 10f64.powf(motion.random.between(-4.0, 0.0));
             let velocity = if reversal % 2 == 0 { speed } else { -speed };
             for _ in 0..100 {
                 motion.go(velocity, 2e-7);
-                let [force, z, rate] =
-                    ["frictionForce", "friction.deflection", "der(friction.deflection)"].map(|it| motion.run.get(it));
+                let [force, z, rate] = ["frictionForce", "friction.deflection", "der(friction.deflection)"]
+                    .map(|it| motion.run.get(it).expect("a variable"));
                 let (taken, stored) = (force * velocity, stiffness * z * rate);
                 let rounding = 1e-9 * (taken.abs() + stored.abs());
                 assert!(taken - stored >= -rounding, "{law}: {taken} W against {stored} W at {velocity} m/s");

@@ -5,7 +5,6 @@
 //! which numbers it changes.
 
 mod cases;
-mod random;
 
 use std::collections::BTreeMap;
 
@@ -17,7 +16,7 @@ use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Kind, Table, Variable};
 
 use cases::{Changes, cases, start};
-use random::Random;
+use pneumatic_servo::conformance::Random;
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recorded/runs.csv");
 const HEADER: &str = "model;changes;steps;rejected;jacobians;events;digest\n";

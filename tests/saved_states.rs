@@ -1,12 +1,10 @@
 //! Saved states are taken by the run that wrote them, whatever its clock says, and by no other.
 
-mod random;
-
 use pneumatic_servo::co_simulation::{Plant, Simulation};
 use pneumatic_servo::model::{Setup, Start};
 use pneumatic_servo::models::{self, friction_bench};
 
-use random::Random;
+use pneumatic_servo::conformance::Random;
 
 /// A plant under a law, its clock at a time in s.
 fn start(model: &str, law: &str, time: f64) -> Plant {

@@ -20,11 +20,14 @@ pub fn check(models: &[Model]) -> Result<()> {
 
 /// What is wrong with a model.
 fn problems(model: &Model) -> Vec<String> {
-    // A table refuses to be made of names or value references that come twice, or that lead nowhere.
     let table = match quietly(|| (model.variables)()) {
         Ok(table) => table,
         Err(reason) => return vec![reason],
     };
+    // Names or value references that come twice, or that lead nowhere.
+    if let Some(problem) = table.problem() {
+        return vec![problem.reason.clone()];
+    }
     let mut problems = Vec::new();
     if model.description.is_empty() {
         problems.push("it has no description".to_owned());

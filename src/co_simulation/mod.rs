@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) use self::differentiate::{differentiate, differentiate_varied};
 pub use self::plant::{Plant, Saved};
 pub(crate) use self::simulator::varied;
-pub use self::simulator::{Simulator, build};
+#[doc(hidden)]
+pub use self::simulator::{Simulator, build, check, read};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::solver::StepError;

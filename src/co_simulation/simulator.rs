@@ -6,43 +6,94 @@ use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::solver::{Counters, Progress, Run, Settings, StepError, Tuning};
 use crate::system::{Shortcuts, System, table};
-use crate::variables::{Notices, ParameterError, ParameterSet, Values};
+use crate::variables::{Notices, ParameterError, ParameterSet, StateSet, Table, Values};
 
-/// Builds equations from all parameters of a model, which vary with slopes or (without any) not at all, and the solver
-/// settings of a run.
+/// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
+/// solver settings of a run.
 ///
 /// # Errors
-/// [`ParameterError`] when values that are legal one by one do not fit together.
-pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError> {
-    let values = table::<E, U>().chosen(start.parameters, slopes);
+/// [`ParameterError`] when values that are legal one by one do not fit together, or the table of the model has a problem.
+pub fn read<E: System<U>, const U: usize, P>(
+    start: &Start,
+    slopes: &[f64],
+    read: impl FnOnce(&mut Values) -> Result<P, ParameterError>,
+) -> Result<(P, Settings), ParameterError> {
+    let table = table::<E, U>();
+    if let Some(problem) = table.problem() {
+        return Err(problem.clone());
+    }
+    let values = table.chosen(start.parameters, slopes);
     let (own, tuning) = values.split_at(values.len() - Tuning::LEN);
     let mut own = Values::new(own);
-    let equations = E::new(&mut own)?;
-    assert!(own.left() == 0, "the equations leave {} of their parameters", own.left());
-    let settings = Settings::new(&Tuning::read(tuning)?, start.tolerance).keeping_balance(equations.keeps_balance());
-    Ok((equations, settings))
+    let parts = read(&mut own)?;
+    if own.left() > 0 {
+        let reason = "so many values of the table are left by the equations";
+        return Err(ParameterError::new("parameters", own.left() as f64, reason));
+    }
+    Ok((parts, Settings::new(&Tuning::read(tuning)?, start.tolerance)))
 }
 
-/// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each.
+/// Builds equations and the solver settings of a run in the same way.
+///
+/// # Errors
+/// As [`read`].
+pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Result<(E, Settings), ParameterError> {
+    let (equations, settings) = read::<E, U, E>(start, slopes, E::new)?;
+    let keeps_balance = equations.keeps_balance();
+    Ok((equations, settings.keeping_balance(keeps_balance)))
+}
+
+/// Checks that a run can begin with equations: every state has a magnitude.
+///
+/// # Errors
+/// [`ParameterError`] with the name of a state that has none.
+pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), ParameterError> {
+    for state in E::State::ALL {
+        let scale = state.scale(equations.parameters());
+        if !(scale.is_finite() && scale > 0.0) {
+            let table = table::<E, U>();
+            let reference = table.states().find(|reference| E::State::of(*reference) == Some(*state));
+            let name = reference.and_then(|reference| table.by_reference(reference)).map(|entry| &*entry.variable.name);
+            let name = format!("the magnitude of {}", name.unwrap_or("a state without a variable"));
+            return Err(ParameterError::new(&name, scale, "it must be a positive number"));
+        }
+    }
+    Ok(())
+}
+
+/// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
+/// may have a condition.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! start_sized {
-    ($start:expr, $equations:ty, $inputs:expr, [$($states:expr),+]) => {'run: {
+    ($start:expr, $equations:ty, $inputs:expr, [$($sizes:tt)+]) => {{
         let (equations, settings) = $crate::co_simulation::build::<$equations, { $inputs }>($start, &[])?;
+        $crate::run_sized!($start, equations, settings, $inputs, [$($sizes)+])
+    }};
+}
+
+/// The same of equations that are built.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! run_sized {
+    ($start:expr, $equations:expr, $settings:expr, $inputs:expr, [$($states:expr $(=> $when:expr)?),+]) => {'run: {
+        let (equations, settings) = ($equations, $settings);
+        $crate::co_simulation::check::<_, { $inputs }>(&equations)?;
         let states = $crate::system::System::states(&equations);
         $(
-            if states <= $states {
+            if true $(&& $when)? && states <= $states {
                 let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start);
-                break 'run Ok(Box::new(run));
+                break 'run Ok(Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
             }
         )+
-        unreachable!("there is no run of {states} states")
+        Err($crate::variables::ParameterError::new("states", states as f64, "the model is compiled for fewer"))
     }};
 }
 
 /// A model's equations in motion.
 pub struct Simulator<E: Shortcuts<U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,
+    table: &'static Table,
     /// All parameters, in the order of the table.
     parameters: Vec<f64>,
     /// Clock of the host in s at the start. The run counts its time from there, so that late clocks, which resolve
@@ -58,7 +109,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         let u = inputs(start.inputs);
         let (x, memory) = equations.start(&u);
         let run = Run::new(equations, settings, 0.0, x, memory, u);
-        Self { run, parameters: start.parameters.to_vec(), start: start.time, time: start.time }
+        Self { run, table: table::<E, U>(), parameters: start.parameters.to_vec(), start: start.time, time: start.time }
     }
 
     /// The equations for parameters that vary with slopes.
@@ -155,7 +206,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         let mut states = [0.0; N];
-        for (reference, seed) in table::<E, U>().states().zip(direction.states) {
+        for (reference, seed) in self.table.states().zip(direction.states) {
             if let Some(index) = self.run.system().state_at(reference, N) {
                 states[index] = *seed;
             }
@@ -172,7 +223,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
     }
 
     fn state_index(&self, state: usize) -> Option<usize> {
-        let reference = table::<E, U>().states().nth(state)?;
+        let reference = self.table.states().nth(state)?;
         self.run.system().state_at(reference, N)
     }
 

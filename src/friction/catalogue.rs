@@ -4,7 +4,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
-use super::law::{Contact, Drive, FrictionLaw, StateKind, Stiction};
+use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::variables::{Choice, Notice, ParameterError, Tunable, Values, Variable};
@@ -80,6 +80,20 @@ pub fn force<L: FrictionLaw, S: Scalar>(
     rates: &mut [S],
 ) -> S {
     law.force(contact, z, memory, rates)
+}
+
+/// A law whose parameters fit together, and for whose states there is room.
+///
+/// # Errors
+/// [`ParameterError`] when they do not, or when it asks for more states than [`MAX_STATES`].
+#[doc(hidden)]
+pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
+    law.check()?;
+    if law.states() <= MAX_STATES {
+        return Ok(law);
+    }
+    let reason = format!("the law asks for more states than the {MAX_STATES} that a contact has");
+    Err(ParameterError::new("states", law.states() as f64, &reason))
 }
 
 /// Makes a catalogue of friction laws, a module with the enumeration `Law`, the laws `Friction` and their memories `Memory`.
@@ -224,7 +238,7 @@ macro_rules! law_items {
                     $(
                         let (own, rest) = rest.split_at(<$type as ParameterSet>::LEN);
                         if chosen == Law::$law {
-                            let law = <$type as ParameterSet>::read(own).and_then(|law| law.check().map(|()| law));
+                            let law = <$type as ParameterSet>::read(own).and_then($crate::friction::catalogue::checked);
                             return law.map(Friction::$law).map_err(|error| error.within($group).within(group));
                         }
                     )*

@@ -57,6 +57,11 @@ pub fn references(base: u32) -> Vec<u32> {
     KINDS.iter().flat_map(|kind| (0..kind.count).map(move |number| base + kind.first + number)).collect()
 }
 
+/// Value reference of the deflection of a contact, whose variables count from `base`.
+pub const fn deflection(base: u32) -> u32 {
+    base + KINDS[0].first
+}
+
 /// Number of the state of a law that a value reference counted from the contact's stands for.
 pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
     let own = KINDS.iter().find(|other| other.kind == kind)?;

@@ -11,8 +11,8 @@ pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
 use crate::start_sized;
-use crate::system::{Shortcuts, references, table};
-use crate::variables::{ParameterError, Table, Variable, units};
+use crate::system::{Shortcuts, assert_sound, references, table};
+use crate::variables::{ParameterError, StateSet, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
 #[derive(Clone, Copy, Debug)]
@@ -32,12 +32,17 @@ pub struct Model {
 }
 
 impl Model {
-    /// The model of equations with `U` inputs, run with `N` states: as many as they have.
+    /// The model of equations with `U` inputs, run with `N` states: as many as they have. Too few, and events that say too little
+    /// of themselves, are refused when it is compiled.
     pub const fn of<E: Shortcuts<U>, const U: usize, const N: usize>(
         name: &'static str,
         description: &'static str,
         experiment: Experiment,
     ) -> Self {
+        const {
+            assert!(N >= E::State::OTHERS, "the model has more states than the library is to be compiled for");
+            assert_sound::<E, U>();
+        }
         Self {
             name,
             description,

@@ -2,7 +2,7 @@
 
 use super::setting::{SettingError, Value, find};
 use super::{Model, Start};
-use crate::co_simulation::Plant;
+use crate::co_simulation::{Plant, Simulation};
 use crate::model_exchange::Exchange;
 use crate::variables::{ParameterError, Place, Table, Variable};
 
@@ -95,13 +95,31 @@ impl Setup {
         Self { tolerance: Some(tolerance), ..self }
     }
 
+    /// The parameters, in the order of the table.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// The start values of the inputs, in the order of the table.
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
+    /// Starts a run at a time in s that knows places in the table and no names.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when parameters do not fit together.
+    pub fn simulation(&self, time: f64) -> Result<Box<dyn Simulation>, ParameterError> {
+        let Self { parameters, inputs, tolerance, .. } = self;
+        self.model.begin(&Start { time, parameters, inputs, tolerance: *tolerance })
+    }
+
     /// Starts a run at a time in s whose states are to be integrated outside; nothing if the model has none.
     ///
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.
     pub fn exchange(&self, time: f64) -> Result<Option<Box<dyn Exchange>>, ParameterError> {
-        let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance: self.tolerance };
-        Ok(self.model.begin(&start)?.exchange(self.model))
+        Ok(self.simulation(time)?.exchange(self.model))
     }
 
     /// Starts a run at a time in s.
@@ -109,8 +127,7 @@ impl Setup {
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.
     pub fn start(&self, time: f64) -> Result<Plant, ParameterError> {
-        let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance: self.tolerance };
-        let simulation = self.model.begin(&start)?;
+        let simulation = self.simulation(time)?;
         Ok(Plant::new(self.model, simulation, self.parameters.clone(), self.inputs.clone()))
     }
 }

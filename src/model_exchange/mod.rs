@@ -24,7 +24,9 @@ mod exchanger;
 
 use std::fmt;
 
-pub use self::exchanger::{Exchanger, HYSTERESIS, seen};
+#[doc(hidden)]
+pub use self::exchanger::Exchanger;
+pub use self::exchanger::{HYSTERESIS, seen};
 use crate::co_simulation::{Direction, Snapshot, SnapshotError};
 use crate::variables::{Notices, ParameterError};
 

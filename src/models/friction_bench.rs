@@ -58,9 +58,6 @@ fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> 
     )
 }
 
-/// Name of the deflection among the states of the friction law.
-const DEFLECTION: &str = "friction.deflection";
-
 /// A deflection that yields at once where the load level falls below what it takes in the direction of motion.
 fn yielding(deflection: Variable) -> Variable {
     let known = [deflection.depends_on.as_slice(), &[depends::DRIVE, depends::LEVEL]].concat();
@@ -302,7 +299,9 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
 
     fn tables() -> Tables {
         let states = states::table("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
-        let states = states.into_iter().map(|state| if state.name == DEFLECTION { yielding(state) } else { state });
+        let states = states.into_iter().map(|state| {
+            if state.reference == states::deflection(references::CONTACT) { yielding(state) } else { state }
+        });
         Tables {
             inputs: Inputs::table(),
             computed: Outputs::<f64>::table().into_iter().chain(states).collect(),

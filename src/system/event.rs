@@ -31,3 +31,35 @@ impl<E: System<U>, const U: usize> Event<E, U> {
         Indicator { name: self.name.to_owned(), nominal: self.nominal, text: self.text }
     }
 }
+
+/// Refuses, when a model is compiled, events that do not say what they must, or have no place among the indicators.
+pub(crate) const fn assert_sound<E: System<U>, const U: usize>() {
+    let events = E::EVENTS;
+    let mut index = 0;
+    while index < events.len() {
+        let event = &events[index];
+        assert!(!event.name.is_empty(), "an event has no name");
+        assert!(!event.text.is_empty(), "an event does not say in words what happens");
+        assert!(event.nominal > 0.0 && event.nominal < f64::INFINITY, "the nominal of an event is no positive number");
+        let mut other = 0;
+        while other < index {
+            assert!(!is_same(events[other].name, event.name), "two events have the same name");
+            other += 1;
+        }
+        index += 1;
+    }
+    let indicators = size_of::<E::Indicators>() / size_of::<f64>();
+    assert!(events.is_empty() || indicators == events.len(), "there must be as many indicators as events");
+}
+
+/// Whether two texts are the same.
+const fn is_same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut same = one.len() == other.len();
+    let mut index = 0;
+    while same && index < one.len() {
+        same = one[index] == other[index];
+        index += 1;
+    }
+    same
+}

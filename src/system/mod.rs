@@ -15,6 +15,7 @@ mod tables;
 
 use serde::{Serialize, de::DeserializeOwned};
 
+pub(crate) use self::event::assert_sound;
 pub use self::event::{Event, Happening, Watch};
 pub use self::shortcuts::{Place, Shortcuts};
 pub use self::tables::{Tables, references, state_name, table};

@@ -14,7 +14,9 @@ mod values;
 use std::fmt;
 
 pub use array::array_name;
-pub use declare::{Declaration, Field, ParameterSet, Tunable, declared, refused};
+pub use declare::{Declaration, Field, ParameterSet, Tunable};
+#[doc(hidden)]
+pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 pub use notice::{Notice, Notices};
@@ -62,6 +64,19 @@ pub struct Chosen {
     pub of: &'static Enumeration,
 }
 
+/// What a parameter of a friction law means to a model that knows the friction of its contact itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// The force at which sliding starts.
+    StaticFriction,
+    /// The force of fast sliding without its viscous part.
+    CoulombFriction,
+    /// By how much the static friction exceeds the Coulomb friction.
+    StaticExcess,
+    /// What grows in proportion to the velocity.
+    ViscousFriction,
+}
+
 /// What is added to the value reference of an enumeration parameter for that of the Integer that can choose for it; no
 /// other variables have such references.
 const NUMBERS: u32 = 20_000;
@@ -97,6 +112,8 @@ pub struct Variable {
     pub starts_from: Vec<u32>,
     /// The enumeration parameter that this Integer parameter chooses for by number, if it is not 0.
     pub chooses: Option<Chosen>,
+    /// What a parameter of a friction law means, whatever its name is.
+    pub meaning: Option<Meaning>,
 }
 
 impl Variable {
@@ -116,7 +133,13 @@ impl Variable {
             depends_on: Vec::new(),
             starts_from: Vec::new(),
             chooses: None,
+            meaning: None,
         }
+    }
+
+    /// The same with a meaning.
+    pub fn meaning(self, meaning: Meaning) -> Self {
+        Self { meaning: Some(meaning), ..self }
     }
 
     /// The independent variable, the first of every table.

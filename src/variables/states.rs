@@ -105,6 +105,28 @@ macro_rules! states {
                 self.scale(parameters)
             }
         }
+
+        // What is declared twice has one meaning too many.
+        const _: () = {
+            let (states, mut index) = ($name::ALL, 0);
+            while index < states.len() {
+                let mut other = 0;
+                while other < index {
+                    let differ = states[other].reference() != states[index].reference();
+                    assert!(differ, "two states have the same value reference");
+                    other += 1;
+                }
+                index += 1;
+            }
+        };
+    };
+    (
+        $(#[$doc:meta])* $name:ident of $parameters:ty $(, from $from:expr;)? {
+            $($before:ident: $before_reference:expr $(, $before_scale:expr)?;)*
+            $(..friction; $($after:ident: $after_reference:expr $(, $after_scale:expr)?;)*)?
+        }
+    ) => {
+        compile_error!("each state needs its magnitude: `Velocity: 11, |parameters| 1.0;`");
     };
 }
 

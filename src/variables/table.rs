@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Deref;
 
-use super::{Role, Tunable, Variable, array};
+use super::{ParameterError, Role, Tunable, Variable, array};
 
 /// The place of a value among those of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub struct Table {
     by_name: Vec<usize>,
     /// Indices by value reference, or [`NONE`].
     by_reference: Vec<u32>,
+    /// Why no run can start.
+    problem: Option<ParameterError>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -50,9 +52,11 @@ const NONE: u32 = u32::MAX;
 impl Table {
     /// The table of a model; behind the variables given come the Integers that can choose for its enumerations.
     ///
+    /// If two variables have the same name or value reference, or one refers to a variable that is not there, the table has a
+    /// [`problem`](Self::problem).
+    ///
     /// # Panics
-    /// If two variables have the same name or value reference, one refers to a variable that is not there, or elements of
-    /// an array do not follow each other.
+    /// If elements of an array do not follow each other.
     pub fn new(mut variables: Vec<Variable>) -> Self {
         let parameters = variables.iter().filter(|variable| variable.is_parameter());
         let (numbered, numbers): (Vec<_>, Vec<_>) =
@@ -77,21 +81,43 @@ impl Table {
         let mut by_name: Vec<usize> = (0..variables.len()).collect();
         by_name.sort_by_key(|index| variables[*index].name.as_str());
         let twice = by_name.windows(2).find(|pair| variables[pair[0]].name == variables[pair[1]].name);
-        assert!(twice.is_none(), "two variables have the name {}", variables[twice.unwrap_or_default()[0]].name);
+        let about = |variable: &Variable, reason: &str| {
+            ParameterError::new(&variable.name, f64::from(variable.reference), reason)
+        };
+        let mut problem = twice.map(|pair| {
+            let variable = &variables[pair[1]];
+            about(variable, &format!("two variables have the name {}", variable.name))
+        });
         let largest = variables.iter().map(|variable| variable.reference as usize).max().unwrap_or(0);
         let mut by_reference = vec![NONE; largest + 1];
-        for (index, Variable { reference, name, .. }) in variables.iter().enumerate() {
-            let slot = &mut by_reference[*reference as usize];
-            assert!(*slot == NONE, "the value reference {reference} of {name} is used twice");
-            *slot = index as u32;
+        for (index, variable) in variables.iter().enumerate() {
+            let slot = &mut by_reference[variable.reference as usize];
+            if *slot == NONE {
+                *slot = index as u32;
+                continue;
+            }
+            let (Variable { reference, name, .. }, other) = (variable, &variables[*slot as usize].name);
+            let reason = format!("the value reference {reference} of {name} is used twice; {other} has it, too");
+            problem.get_or_insert_with(|| about(variable, &reason));
         }
-        for reference in variables.iter().flat_map(|variable| variable.derivative_of.iter().chain(&variable.depends_on))
-        {
-            let known = by_reference.get(*reference as usize).is_some_and(|index| *index != NONE);
-            assert!(known, "no variable has the value reference {reference}, on which another depends");
+        for variable in variables {
+            let lost = variable
+                .derivative_of
+                .iter()
+                .chain(&variable.depends_on)
+                .find(|reference| by_reference.get(**reference as usize).is_none_or(|index| *index == NONE));
+            if let Some(lost) = lost {
+                let reason = format!("no variable has the value reference {lost}, on which {} depends", variable.name);
+                problem.get_or_insert_with(|| about(variable, &reason));
+            }
         }
         let lengths = array::lengths(variables);
-        Self { variables, places, states, numbered, lengths, by_name, by_reference }
+        Self { variables, places, states, numbered, lengths, by_name, by_reference, problem }
+    }
+
+    /// What is wrong with the table, by the name of a variable; no run starts then.
+    pub fn problem(&self) -> Option<&ParameterError> {
+        self.problem.as_ref()
     }
 
     /// The entry of a variable, by its index.

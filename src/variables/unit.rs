@@ -107,6 +107,10 @@ pub mod units {
         RADIAN = "rad" [0, 0, 0, 0, 0, 0, 0, 1], "deg" 57.295_779_513_082_32, 0.0;
         /// Damping of a joint.
         NEWTON_METRE_SECOND = "N.m.s/rad" [1, 2, -1, 0, 0, 0, 0, -1];
+        /// Torque.
+        NEWTON_METRE = "N.m" [1, 2, -2, 0, 0, 0, 0, 0];
+        /// Moment of inertia.
+        KILOGRAM_SQUARE_METRE = "kg.m2" [1, 2, 0, 0, 0, 0, 0, 0];
         /// Angular velocity; shown in degrees per second.
         RADIAN_PER_SECOND = "rad/s" [0, 0, -1, 0, 0, 0, 0, 1], "deg/s" 57.295_779_513_082_32, 0.0;
         /// Angular acceleration.

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use pneumatic_servo::co_simulation::Simulation;
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::variables::{Kind, Variable};
 
 /// What is chosen or changed together.
@@ -101,6 +101,13 @@ pub fn cases(model: &Model) -> Vec<Changes> {
         })
     };
     laws.into_iter().flat_map(of_law).chain(rigs_of_one_law(model)).collect()
+}
+
+/// A model with changes, ready to start.
+pub fn setup(model: &'static Model, changes: &Changes) -> Setup {
+    changes.iter().fold(Setup::of(model), |setup, (name, value)| {
+        setup.set(name, *value).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name))
+    })
 }
 
 /// A model started with changes, with its parameters and inputs.

@@ -9,7 +9,7 @@ use crate::friction::parts::delay::DelayLine;
 use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Meaning, ParameterError, Tunable, Variable, units};
 
 parameters! {
     /// Armstrong's seven-parameter friction.
@@ -39,7 +39,7 @@ parameters! {
         coulomb_force: Tunable = coulomb_force(8.3);
         stribeck_velocity: Tunable = velocity(2, "vs", 0.01).text("Stribeck velocity: speed at which the static excess has halved");
         viscous: Tunable = viscous(30.0);
-        static_excess: Tunable = force(5, "FsInf", 2.7)
+        static_excess: Tunable = force(5, "FsInf", 2.7).meaning(Meaning::StaticExcess)
             .text("Excess of static over Coulomb friction after a long time at rest");
         dwell_time: Tunable = dwell_time(6, 0.1)
             .text("Time at rest in which half of the missing static excess comes back");

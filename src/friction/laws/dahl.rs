@@ -9,7 +9,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{force, stiffness, viscous};
 use crate::numbers::{Scalar, sign};
 use crate::parameters;
-use crate::variables::{Tunable, Variable, units};
+use crate::variables::{Meaning, Tunable, Variable, units};
 
 /// A bristle of a brittle contact counts as saturated when its force lacks this fraction of the limit.
 const SATURATED: f64 = 1e-8;
@@ -39,7 +39,7 @@ parameters! {
     /// # Source
     /// Dahl (1968), A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1.
     Dahl {
-        coulomb_force: Tunable = force(1, "Fc", 10.6).text("Coulomb friction: force of steady sliding");
+        coulomb_force: Tunable = force(1, "Fc", 10.6).meaning(Meaning::CoulombFriction).text("Coulomb friction: force of steady sliding");
         stiffness: Tunable = stiffness(5, "sigma0", 8e6).text("Bristle stiffness at zero deflection");
         exponent: Tunable = Variable::parameter(6, "n", units::ONE, 1.0)
             .range(0.1, 10.0)

@@ -7,7 +7,7 @@ use crate::friction::parts::elements::{self, MAX_ELEMENTS};
 use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{Tunable, Variable, units};
+use crate::variables::{Meaning, Tunable, Variable, units};
 
 /// Taps of the displacement: the present sample and four past ones.
 const POSITION_TAPS: usize = 5;
@@ -49,6 +49,7 @@ parameters! {
             .text("Largest deformation of a spring at load level 1")
             .array([2.59375e-6, 5.1875e-6, 1.0375e-5, 2.075e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         position_coefficient: [Tunable; POSITION_TAPS] = coefficient(20, "c")
+            .meaning(Meaning::ViscousFriction)
             .text("Coefficient of the displacement 0, 1, 2, ... samples ago")
             .array([3e4, -3e4, 0.0, 0.0, 0.0]);
         spring_coefficient_0: [Tunable; MAX_ELEMENTS] = coefficient(30, "chi0")

@@ -9,7 +9,7 @@ use crate::friction::parts::parameters::{check_forces, damping, exponent, force,
 use crate::friction::parts::stick_slip::Mode;
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Tunable};
+use crate::variables::{Meaning, ParameterError, Tunable};
 
 parameters! {
     /// Polito friction, set-valued at rest; for `v > 0` (odd in `v`):
@@ -36,13 +36,13 @@ parameters! {
     Polito {
         accelerating: StribeckCurve = [
             static_force(10.8),
-            force(1, "Fc1", 7.8).text("Coulomb friction at increasing speed"),
+            force(1, "Fc1", 7.8).meaning(Meaning::CoulombFriction).text("Coulomb friction at increasing speed"),
             stribeck_velocity(0.01),
             exponent(),
         ];
-        decelerating_coulomb: Tunable = force(5, "Fc2", 7.8).text("Coulomb friction at decreasing speed");
-        accelerating_viscous: Tunable = damping(6, "c1", 33.0).text("Viscous friction coefficient at increasing speed");
-        decelerating_viscous: Tunable = damping(7, "c2", 25.0).text("Viscous friction coefficient at decreasing speed");
+        decelerating_coulomb: Tunable = force(5, "Fc2", 7.8).meaning(Meaning::CoulombFriction).text("Coulomb friction at decreasing speed");
+        accelerating_viscous: Tunable = damping(6, "c1", 33.0).meaning(Meaning::ViscousFriction).text("Viscous friction coefficient at increasing speed");
+        decelerating_viscous: Tunable = damping(7, "c2", 25.0).meaning(Meaning::ViscousFriction).text("Viscous friction coefficient at decreasing speed");
     }
 }
 

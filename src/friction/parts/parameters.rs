@@ -1,6 +1,6 @@
 //! Parameters that many laws share.
 
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Meaning, ParameterError, Tunable, Variable, units};
 
 /// Refuses a Coulomb friction above the static friction `Fs`.
 ///
@@ -21,12 +21,15 @@ const MAX_FORCE: f64 = 1e6;
 pub fn static_force(default: f64) -> Variable {
     Variable::parameter(0, "Fs", units::NEWTON, default)
         .range(0.0, MAX_FORCE)
+        .meaning(Meaning::StaticFriction)
         .text("Static friction: force at which sliding starts")
 }
 
 /// Coulomb friction `Fc`, value reference 1.
 pub fn coulomb_force(default: f64) -> Variable {
-    force(1, "Fc", default).text("Coulomb friction: force of fast sliding without the viscous part")
+    force(1, "Fc", default)
+        .meaning(Meaning::CoulombFriction)
+        .text("Coulomb friction: force of fast sliding without the viscous part")
 }
 
 /// Stribeck velocity `vs`, value reference 2.
@@ -43,7 +46,7 @@ pub fn exponent() -> Variable {
 
 /// Viscous friction `sigma2`, value reference 4.
 pub fn viscous(default: f64) -> Variable {
-    damping(4, "sigma2", default).text("Viscous friction coefficient")
+    damping(4, "sigma2", default).meaning(Meaning::ViscousFriction).text("Viscous friction coefficient")
 }
 
 /// Another friction force.

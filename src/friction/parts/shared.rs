@@ -4,7 +4,7 @@
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
 
 use crate::friction::Laws;
-use crate::variables::{Kind, ParameterError, Tunable, Values, Variable};
+use crate::variables::{Kind, Meaning, ParameterError, Tunable, Values, Variable};
 
 /// A friction force and the variable of the model that sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,9 +20,9 @@ pub struct SharedForce {
 /// Static and Coulomb friction of a contact, whatever its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SharedForces {
-    /// Force at which sliding starts: `Fs`.
+    /// Force at which sliding starts.
     pub statics: SharedForce,
-    /// Force of fast sliding without a viscous part: `Fc`, and both `Fc1` and `Fc2` of Polito's law.
+    /// Force of fast sliding without a viscous part; both of Polito's law.
     pub coulomb: SharedForce,
 }
 
@@ -38,7 +38,7 @@ impl SharedForces {
         let others = L::table(group, base, default).into_iter().filter(|variable| !is_shared(variable));
         let presets = others.map(|variable| {
             let factor = match variable.kind {
-                _ if is_viscous(&variable) => 0.0,
+                _ if variable.meaning == Some(Meaning::ViscousFriction) => 0.0,
                 Kind::Real(unit) if unit.base[0] == 1 => rated / RATED,
                 _ => 1.0,
             };
@@ -54,27 +54,30 @@ impl SharedForces {
     /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
     pub fn read<L: Laws>(&self, values: &mut Values, group: &str) -> Result<L, ParameterError> {
         let mut next = || values.take(1)[0];
-        let all = L::table("", 0, 0).into_iter().map(|variable| self.force(&variable.name).unwrap_or_else(&mut next));
-        L::new(&all.collect::<Vec<_>>(), group).map_err(|error| self.explain(error))
+        let table = L::table(group, 0, 0);
+        let all: Vec<_> = table.iter().map(|variable| self.force(variable).unwrap_or_else(&mut next)).collect();
+        L::new(&all, group).map_err(|error| {
+            let refused = table.iter().find(|variable| variable.name == error.variable);
+            self.explain(error, refused.and_then(|variable| variable.meaning))
+        })
     }
 
-    /// The force in N for a parameter of this name.
-    fn force(&self, name: &str) -> Option<Tunable> {
-        match last(name) {
-            "Fs" => Some(self.statics.force),
-            "Fc" | "Fc1" | "Fc2" => Some(self.coulomb.force),
-            _ if is_excess(name) => Some(self.statics.force - self.coulomb.force),
-            _ => None,
+    /// The force in N of a parameter, if the model sets it.
+    fn force(&self, variable: &Variable) -> Option<Tunable> {
+        match variable.meaning? {
+            Meaning::StaticFriction => Some(self.statics.force),
+            Meaning::CoulombFriction => Some(self.coulomb.force),
+            Meaning::StaticExcess => Some(self.statics.force - self.coulomb.force),
+            Meaning::ViscousFriction => None,
         }
     }
 
     /// An error about a parameter that the model does not show, as one about the variable that sets it.
-    fn explain(&self, error: ParameterError) -> ParameterError {
-        let shared = match last(&error.variable) {
-            "Fs" => self.statics,
-            _ if is_excess(&error.variable) => self.statics,
-            "Fc" | "Fc1" | "Fc2" => self.coulomb,
-            _ => return error,
+    fn explain(&self, error: ParameterError, meaning: Option<Meaning>) -> ParameterError {
+        let shared = match meaning {
+            Some(Meaning::StaticFriction | Meaning::StaticExcess) => self.statics,
+            Some(Meaning::CoulombFriction) => self.coulomb,
+            Some(Meaning::ViscousFriction) | None => return error,
         };
         let reason = format!("for {} = {} N {}", error.variable, error.value, error.reason);
         ParameterError { variable: shared.variable.to_owned(), value: shared.value.value, reason }
@@ -83,22 +86,7 @@ impl SharedForces {
 
 /// Whether the model sets this parameter.
 fn is_shared(variable: &Variable) -> bool {
-    matches!(last(&variable.name), "Fs" | "Fc" | "Fc1" | "Fc2") || is_excess(&variable.name)
-}
-
-/// Whether a parameter is the excess of static over Coulomb friction.
-fn is_excess(name: &str) -> bool {
-    name.ends_with("armstrong.FsInf")
-}
-
-/// Whether a parameter stands for viscous friction.
-fn is_viscous(variable: &Variable) -> bool {
-    matches!(last(&variable.name), "sigma2" | "c1" | "c2") || variable.name.contains("dnlrx.c[")
-}
-
-/// A name without its groups.
-fn last(name: &str) -> &str {
-    name.rsplit('.').next().unwrap_or(name)
+    matches!(variable.meaning, Some(Meaning::StaticFriction | Meaning::CoulombFriction | Meaning::StaticExcess))
 }
 
 #[cfg(test)]
@@ -156,7 +144,7 @@ mod tests {
             // Velocity-based friction and GMS come down to it slowly: 0.7 % remain.
             assert!(
                 (force - 0.83).abs() < 0.01,
-                "{law:?} slides with {force} N, not with 0.83 N: are its forces named Fs and Fc, its viscous friction sigma2?"
+                "{law:?} slides with {force} N, not with 0.83 N: do its forces and its viscous friction say what they mean?"
             );
             // The force is shared by up to four elements, and scales allow for 1 N at least.
             let share = z.iter().fold(0.0f64, |largest, z| largest.max(z.abs())) / friction.state_scale();

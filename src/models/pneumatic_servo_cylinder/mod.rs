@@ -35,7 +35,7 @@ use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::{Simulation, build};
+use crate::co_simulation::{Simulation, read};
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
 use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
@@ -44,8 +44,8 @@ use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{self, Actuator, Actuators, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{self, Reservoir};
+use crate::run_sized;
 use crate::sensor;
-use crate::start_sized;
 use crate::system::{Place, Shortcuts, System, Tables, references, table};
 use crate::variables::{Notice, Notices, ParameterError, Tunable, Values};
 
@@ -142,30 +142,30 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 /// States of a cylinder that has them all.
 const MOST: usize = State::OTHERS + MAX_STATES + lines::STATES + sensors::COUNT;
 
+/// Whether few sizes are compiled, with more states than needed in most of them.
+const SMALL: bool = cfg!(feature = "small");
+
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
 fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-    let (equations, _) = build::<PneumaticServoCylinder<L, A, true>, 3>(start, &[])?;
-    if !equations.needs_extension() {
-        #[cfg(feature = "small")]
-        return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [State::OTHERS + 2, State::OTHERS + MAX_STATES]);
-        #[cfg(not(feature = "small"))]
-        return start_sized!(start, PneumaticServoCylinder<L, A>, 3, [
-            State::OTHERS,
-            State::OTHERS + 1,
+    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, &[], Parts::<L, A>::read)?;
+    let settings = settings.keeping_balance(parts.parameters.keeps_balance);
+    if !parts.need_extension() {
+        let equations = PneumaticServoCylinder::<L, A>::of(parts);
+        return run_sized!(start, equations, settings, 3, [
+            State::OTHERS => !SMALL,
+            State::OTHERS + 1 => !SMALL,
             State::OTHERS + 2,
-            State::OTHERS + 4,
+            State::OTHERS + 4 => !SMALL,
             State::OTHERS + MAX_STATES
         ]);
     }
-    #[cfg(feature = "small")]
-    return start_sized!(start, PneumaticServoCylinder<L, A, true>, 3, [MOST]);
-    #[cfg(not(feature = "small"))]
-    start_sized!(start, PneumaticServoCylinder<L, A, true>, 3, [
-        State::OTHERS + 2,
-        State::OTHERS + 2 + sensors::COUNT,
-        State::OTHERS + MAX_STATES,
-        State::OTHERS + 2 + lines::STATES,
-        State::OTHERS + MAX_STATES + lines::STATES,
+    let equations = PneumaticServoCylinder::<L, A, true>::of(parts);
+    run_sized!(start, equations, settings, 3, [
+        State::OTHERS + 2 => !SMALL,
+        State::OTHERS + 2 + sensors::COUNT => !SMALL,
+        State::OTHERS + MAX_STATES => !SMALL,
+        State::OTHERS + 2 + lines::STATES => !SMALL,
+        State::OTHERS + MAX_STATES + lines::STATES => !SMALL,
         MOST
     ])
 }
@@ -189,14 +189,14 @@ impl<L: Laws, A: Actuators> Parts<L, A> {
         sensors.check()?;
         Ok(Self { parameters, options, sensors, actuator: A::read(values)?, friction: L::read(values, "friction")? })
     }
+
+    /// Whether any of them is compiled for extended equations only.
+    fn need_extension(&self) -> bool {
+        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
+    }
 }
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Whether any of the parts is compiled for extended equations only.
-    fn needs_extension(&self) -> bool {
-        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
-    }
-
     fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
@@ -639,6 +639,7 @@ fn act_on_actuator_alone(inputs: [&[f64; 3]; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::co_simulation::build;
     use crate::models::checks;
     use crate::variables::Variable;
 

@@ -14,7 +14,6 @@
 #![forbid(unsafe_code)]
 
 use pneumatic_servo::prelude::*;
-use pneumatic_servo::variables::Unit;
 
 pneumatic_servo_fmu::export_fmu!(&[MODEL]);
 
@@ -43,7 +42,7 @@ pub const MODEL: Model = Model::of::<QuarterCar, 2, 4>(
 inputs! {
     /// The inputs.
     Inputs {
-        torque = Variable::input(TORQUE, "brakeTorque", NEWTON_METRE, 0.0).at_least(0.0).nominal(100.0).text("Torque of the brake, whichever way the wheel turns");
+        torque = Variable::input(TORQUE, "brakeTorque", units::NEWTON_METRE, 0.0).at_least(0.0).nominal(100.0).text("Torque of the brake, whichever way the wheel turns");
         load = Variable::input(LOAD, "normalLoad", units::NEWTON, 2943.0).at_least(0.0).nominal(1e3).text("Force between tyre and road");
     }
 }
@@ -65,10 +64,6 @@ const V: u32 = 11;
 const W: u32 = 12;
 const Z: u32 = 13;
 
-// Units that the library does not have.
-const NEWTON_METRE: Unit = Unit { name: "N.m", base: [1, 2, -2, 0, 0, 0, 0, 0], display: &[] };
-const KILOGRAM_SQUARE_METRE: Unit = Unit { name: "kg.m2", base: [1, 2, 0, 0, 0, 0, 0, 0], display: &[] };
-
 outputs! {
     /// The computed variables.
     Outputs {
@@ -89,7 +84,7 @@ parameters! {
     /// The parameters.
     Parameters {
         mass: f64 = Variable::parameter(1001, "mass", units::KILOGRAM, 300.0).range(1.0, 1e12).text("Mass on the wheel");
-        inertia: f64 = Variable::parameter(1002, "wheel.inertia", KILOGRAM_SQUARE_METRE, 1.0).range(1e-3, 1e12).text("Moment of inertia of the wheel");
+        inertia: f64 = Variable::parameter(1002, "wheel.inertia", units::KILOGRAM_SQUARE_METRE, 1.0).range(1e-3, 1e12).text("Moment of inertia of the wheel");
         radius: f64 = Variable::parameter(1003, "wheel.radius", units::METRE, 0.3).range(0.01, 10.0).text("Rolling radius R");
         stiffness: f64 = Variable::parameter(1004, "tyre.sigma0", units::PER_METRE, 180.0).range(1.0, 1e6).text("Stiffness sigma0 of the bristles by normal load");
         damping: f64 = Variable::parameter(1005, "tyre.sigma1", units::SECOND_PER_METRE, 0.8).range(0.0, 1e3).text("Damping sigma1 of the bristles by normal load");

@@ -1,6 +1,7 @@
 //! Closed forms that hold for the quarter car, and its balance of energy.
 
 use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::conformance;
 use pneumatic_servo::model::Setup;
 use quarter_car::MODEL;
 
@@ -95,6 +96,18 @@ fn wheel_locks_stands_and_rolls_again_when_the_brake_yields() -> Outcome {
     car.advance_to(1.5)?;
     assert_eq!(car.get("locked")?, 0.0);
     assert!(car.get("wheelSpeed")? > 1.0 && car.get("slip")? < 0.99);
+    Ok(())
+}
+
+/// Rolling freely, skidding, and with a wheel that the brake holds.
+#[test]
+fn quarter_car_keeps_what_models_promise() -> Outcome {
+    let with = |settings: &[(&str, f64)]| {
+        settings.iter().try_fold(Setup::of(&MODEL), |setup, (name, value)| setup.set(name, *value))
+    };
+    // Without the damping of the bristles the tyre does not turn the wheel at once.
+    let locked = [("slip0", 1.0), ("tyre.sigma1", 0.0), ("brakeTorque", 1e3)];
+    conformance::model(&[with(&[])?, with(&[("slip0", 0.5), ("brakeTorque", 500.0)])?, with(&locked)?]);
     Ok(())
 }
 

@@ -1,8 +1,7 @@
 //! A small generator (Knuth's linear congruential one, upper bits) so that failures repeat.
 
-#![allow(dead_code, reason = "each test uses a part of it")]
-
 /// What has been drawn last, and the seed at first.
+#[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
@@ -12,7 +11,8 @@ impl Random {
         low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    /// Uniform in [-1, 1).
+    /// Uniform in \[-1, 1).
+    #[allow(clippy::should_implement_trait, reason = "it never ends")]
     pub fn next(&mut self) -> f64 {
         self.between(-1.0, 1.0)
     }

@@ -1,9 +1,8 @@
 //! A host that integrates a model by itself: the method of Dormand and Prince (1980), J. Computational and Applied
 //! Mathematics 6(1):19-26, with events located by steps of its own.
 
-#![allow(dead_code, reason = "each test uses a part of it")]
-
-use pneumatic_servo::model_exchange::Exchange;
+use super::Course;
+use crate::model_exchange::Exchange;
 
 const TIMES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 const STAGES: [[f64; 6]; 7] = [
@@ -23,8 +22,7 @@ const ERRORS: [f64; 7] =
 pub struct Host {
     /// The model.
     pub model: Box<dyn Exchange>,
-    /// Inputs at a time, continuous.
-    pub inputs: fn(f64, &mut [f64]),
+    course: Course,
     u: Vec<f64>,
     time: f64,
     states: Vec<f64>,
@@ -35,12 +33,23 @@ pub struct Host {
     tolerance: f64,
 }
 
+impl std::fmt::Debug for Host {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Host").field("time", &self.time).field("states", &self.states).finish_non_exhaustive()
+    }
+}
+
 impl Host {
-    /// A host at the start of a model with some inputs and indicators.
+    /// A host at the start of a model with so many states and indicators, under start values and courses of its inputs, at a
+    /// tolerance relative to the nominal values of the states.
+    ///
+    /// # Panics
+    /// As [`advance`](Self::advance).
     pub fn new(
         model: Box<dyn Exchange>,
-        [inputs, states, indicators]: [usize; 3],
-        course: fn(f64, &mut [f64]),
+        inputs: &[f64],
+        [states, indicators]: [usize; 2],
+        course: Course,
         tolerance: f64,
     ) -> Self {
         let mut nominals = vec![0.0; states];
@@ -48,8 +57,8 @@ impl Host {
         let mut host = Self {
             time: model.time(),
             model,
-            inputs: course,
-            u: vec![0.0; inputs],
+            course,
+            u: inputs.to_vec(),
             states: vec![0.0; states],
             nominals,
             indicators,
@@ -58,7 +67,7 @@ impl Host {
             tolerance,
         };
         host.model.states(&mut host.states);
-        (host.inputs)(host.time, &mut host.u);
+        (host.course)(host.time, &mut host.u);
         host.model.set_inputs(&host.u);
         host.update();
         host
@@ -91,7 +100,7 @@ impl Host {
 
     /// Puts the model at a point.
     fn go(&mut self, time: f64, states: &[f64]) {
-        (self.inputs)(time, &mut self.u);
+        (self.course)(time, &mut self.u);
         self.model.set_time(time);
         self.model.set_inputs(&self.u);
         self.model.set_states(states);
@@ -128,7 +137,11 @@ impl Host {
         (indicators.into_iter().fold(f64::INFINITY, f64::min), end)
     }
 
-    /// Integrates to a time; inputs have a kink at most there.
+    /// Integrates to a time in s; inputs have a kink at most there.
+    ///
+    /// # Panics
+    /// When the model does what no host can follow: an indicator that is not positive after an update, a change that it does not
+    /// announce, a rate that is not a number, a time event that is past, an update that fails.
     pub fn advance(&mut self, end: f64) {
         while self.time < end {
             let limit = end.min(self.next_time_event);

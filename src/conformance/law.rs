@@ -1,0 +1,248 @@
+//! What every friction law must do, whatever law it is: alone, and in the friction bench.
+
+use std::f64::consts::TAU;
+
+use super::{Random, run};
+use crate::co_simulation::Plant;
+use crate::friction::{Contact, Drive, Event, Laws, MAX_STATES};
+use crate::hybrid::UNUSED;
+use crate::model::{Model, Setup};
+use crate::models::friction_bench;
+use crate::numbers::{Dual, Scalar};
+use crate::variables::{Choice, Tunable};
+
+/// What is claimed of a law besides what every law promises.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Claims {
+    /// Mirrored motion gives mirrored friction.
+    pub odd: bool,
+    /// It gives back no more energy than this, in J: what it stores at most with its defaults at a load level of [`MOST`].
+    pub stored: Option<f64>,
+}
+
+/// The lowest load level under which energies are compared.
+pub const LEAST: f64 = 0.1;
+/// The highest one.
+pub const MOST: f64 = 1.9;
+
+/// The friction bench with the laws of a catalogue.
+pub fn bench<L: Laws>() -> &'static Model {
+    const { &friction_bench::model::<L>() }
+}
+
+/// The friction bench under a law and a drive, for example `PrescribedMotion`.
+///
+/// # Panics
+/// When the catalogue has no such law.
+pub fn benched<L: Laws>(law: &str, drive: &str) -> Setup {
+    let of = |setup: Setup, name: &str, item: &str| {
+        setup.set(name, item).unwrap_or_else(|error| panic!("the friction bench: {error}"))
+    };
+    of(of(Setup::of(bench::<L>()), "friction.law", law), "bench.drive", drive)
+}
+
+/// Checks all that is promised of a law of a catalogue, with its defaults, and what is claimed of it.
+///
+/// # Panics
+/// When a promise is not kept, or the catalogue has no such law.
+pub fn law<L: Laws>(law: &str, claims: Claims) {
+    derivatives::<L>(law);
+    if claims.odd {
+        mirrored::<L>(law);
+    }
+    if let Some(stored) = claims.stored {
+        // A break within a piece of the path is counted in the middle of it: 11 N along a tenth of a micrometre.
+        let rounding = if stored > 0.0 { 2e-6 } else { 1e-12 };
+        passive(&benched::<L>(law, "PrescribedMotion"), stored + rounding);
+    }
+    for drive in ["PrescribedMotion", "Free"] {
+        run(&benched::<L>(law, drive));
+    }
+    // Stick-slip on a spring stiff enough to see some cycles.
+    run(&benched::<L>(law, "SpringPull").set("spring.stiffness", 2e3).expect("a stiffness"));
+}
+
+/// A law of a catalogue with its defaults.
+fn default_law<L: Laws>(law: &str) -> L {
+    let id = L::Law::ENUMERATION.id(law).unwrap_or_else(|| panic!("the catalogue has no law {law}"));
+    let values: Vec<_> =
+        L::table("friction", 0, id).iter().filter_map(|variable| variable.start).map(Tunable::still).collect();
+    L::new(&values, "friction").unwrap_or_else(|error| panic!("the defaults of {law}: {error}"))
+}
+
+/// Variables of the equations: velocity, position, applied force, level, then the states.
+const DIRECTIONS: usize = 4 + MAX_STATES;
+
+/// The rates of the states and the friction force.
+fn evaluate<L: Laws, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &[S]) -> Vec<S> {
+    let contact =
+        Contact { time: S::constant(0.1), velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
+    let mut rates = vec![S::zero(); law.states()];
+    let force = law.force(&contact, &at[4..4 + law.states()], memory, &mut rates);
+    rates.push(force);
+    rates
+}
+
+/// Derivatives of force and rates by dual numbers are those of differences, in random motion, in the modes to which it leads.
+/// Central differences with steps of 1e-6 of each variable are good to 1e-5 of the derivative, plus rounding.
+///
+/// # Panics
+/// When one is another, or the law uses an event that it does not declare.
+pub fn derivatives<L: Laws>(name: &str) {
+    let law = default_law::<L>(name);
+    let mut random = Random(u64::from(name.len() as u32));
+    for round in 0..200 {
+        let drive = if round % 4 == 0 { Drive::Motion } else { Drive::Force };
+        let mut at = [0.0; DIRECTIONS];
+        at[..4].copy_from_slice(&[random.spread(1e-5, 0.5), 0.25, 8.0 * random.next(), 1.2 + 0.5 * random.next()]);
+        for state in &mut at[4..4 + law.states()] {
+            *state = law.state_scale() * random.next();
+        }
+        let mut contact = Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
+        let mut memory = law.start(&contact);
+        for _ in 0..20 {
+            let indicators = law.indicators(&contact, &at[4..], &memory);
+            for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {
+                assert_eq!(indicators[event], UNUSED, "{name} does not declare {event:?}");
+            }
+            let Some(event) = indicators.due() else { break };
+            let mut velocity = contact.velocity;
+            law.switch(event, &contact, &mut velocity, &mut at[4..], &mut memory);
+            contact.velocity = velocity;
+        }
+        at[0] = contact.velocity;
+        let seeded: Vec<_> = at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
+        let exact = evaluate(&law, drive, &memory, &seeded);
+        let used = 4 + law.states();
+        for direction in (0..used).filter(|direction| at[*direction] != 0.0) {
+            let step = 1e-6 * at[direction].abs();
+            let [above, below] = [step, -step].map(|shift| {
+                let mut shifted = at;
+                shifted[direction] += shift;
+                evaluate(&law, drive, &memory, &shifted)
+            });
+            for (row, dual) in exact.iter().enumerate() {
+                let difference = (above[row] - below[row]) / (2.0 * step);
+                let rounding =
+                    1e-15 * (above[row].abs() + 1e3 * law.state_scale() + 10.0 * f64::from(row == law.states())) / step;
+                let allowed = 1e-5 * dual.slope[direction].abs() + 4.0 * rounding;
+                assert!(
+                    (dual.slope[direction] - difference).abs() <= allowed,
+                    "{name}: d[{row}]/d[{direction}] is {difference}, not {} at {at:?} in {memory:?}",
+                    dual.slope[direction],
+                );
+            }
+        }
+    }
+}
+
+/// Mirrored motion gives mirrored friction. Every operation on mirrored numbers gives mirrored numbers; 1e-9 leaves room for sums
+/// taken in another order.
+///
+/// # Panics
+/// When it does not.
+pub fn mirrored<L: Laws>(law: &str) {
+    for drive in ["PrescribedMotion", "SpringPull", "Free"] {
+        let mut setup = benched::<L>(law, drive);
+        setup.change("driveVelocity", 0.0).expect("a velocity");
+        setup.change("spring.stiffness", 1e3).expect("a stiffness");
+        let start = || setup.start(0.0).unwrap_or_else(|error| panic!("{law}: {error}"));
+        let mut runs = [(1.0, start()), (-1.0, start())];
+        let mut random = Random(7);
+        for step in 1..300 {
+            let v = if step % 10 == 0 { 0.0 } else { random.spread(1e-5, 0.1) };
+            let force = random.spread(1.0, 30.0);
+            let end = f64::from(step) * 0.01;
+            let [right, left] = runs.each_mut().map(|(side, run)| {
+                set(run, "driveVelocity", *side * v);
+                set(run, "appliedForce", *side * force);
+                run.advance_to(end).unwrap_or_else(|error| panic!("{law} {drive}: {error}"));
+                ["frictionForce", "position", "velocity"].map(|name| *side * get(run, name))
+            });
+            for (a, b) in right.into_iter().zip(left) {
+                assert!((a - b).abs() <= 1e-9 * a.abs().max(1.0), "{law} {drive}: {right:?}, {left:?} at {end} s");
+            }
+        }
+    }
+}
+
+/// In a bench under prescribed motion, friction gives back no more energy than this, in J, however its load level varies in space
+/// and time.
+///
+/// # Panics
+/// When it gives back more.
+pub fn passive(setup: &Setup, stored: f64) {
+    let given = Motion::of(setup).given_back();
+    assert!(given < stored, "{}: {given} J given back, {stored} J stored", super::told(setup));
+}
+
+fn set(run: &mut Plant, name: &str, value: f64) {
+    run.set(name, value).unwrap_or_else(|error| panic!("the friction bench: {error}"));
+}
+
+fn get(run: &mut Plant, name: &str) -> f64 {
+    run.get(name).unwrap_or_else(|error| panic!("the friction bench: {error}"))
+}
+
+/// A motion back and forth at speeds from 0.1 mm/s to 1 m/s, under a load level with waves along the path and in time: what
+/// friction takes, as a sum that grows but for what it gives back.
+pub struct Motion {
+    /// The bench.
+    pub run: Plant,
+    /// What draws speeds and paths.
+    pub random: Random,
+    phase: f64,
+    /// Work in J that friction has taken, and the most it had taken before.
+    taken: f64,
+    most: f64,
+    /// The largest energy in J given back.
+    given_back: f64,
+}
+
+impl Motion {
+    /// In a bench under prescribed motion, which is at rest at first.
+    ///
+    /// # Panics
+    /// When it does not start.
+    pub fn of(setup: &Setup) -> Self {
+        let still = setup.clone().set("driveVelocity", 0.0).expect("a velocity");
+        let run = still.start(0.0).unwrap_or_else(|error| panic!("{}: {error}", super::told(setup)));
+        Self { run, random: Random(7), phase: 0.0, taken: 0.0, most: 0.0, given_back: 0.0 }
+    }
+
+    /// Goes on at a velocity in m/s for a path in m.
+    ///
+    /// # Panics
+    /// When a step fails.
+    pub fn go(&mut self, velocity: f64, path: f64) {
+        const PIECE: f64 = 1e-7;
+        let pieces = (path / PIECE).ceil() as usize;
+        let duration = PIECE / velocity.abs();
+        for _ in 0..pieces {
+            self.phase += 0.03;
+            let waves = (TAU * get(&mut self.run, "position") / 5e-5).sin() + self.phase.sin();
+            set(&mut self.run, "friction.level", 0.5 * (LEAST + MOST) + 0.25 * (MOST - LEAST) * waves);
+            set(&mut self.run, "driveVelocity", velocity);
+            let before = get(&mut self.run, "frictionForce");
+            let end = self.run.time() + duration;
+            self.run.advance_to(end).unwrap_or_else(|error| panic!("the friction bench: {error}"));
+            let force = 0.5 * (before + get(&mut self.run, "frictionForce"));
+            self.taken += force * velocity * duration;
+            self.most = self.most.max(self.taken);
+            self.given_back = self.given_back.max(self.most - self.taken);
+        }
+    }
+
+    /// The largest energy in J given back in sixty reversals, here and there with less than a millimetre per second.
+    ///
+    /// # Panics
+    /// When a step fails.
+    pub fn given_back(mut self) -> f64 {
+        for reversal in 0..60 {
+            let speed = 10f64.powf(self.random.between(-4.0, 0.0));
+            let path = self.random.between(1e-6, 4e-5);
+            self.go(if reversal % 2 == 0 { speed } else { -speed }, path);
+        }
+        self.given_back
+    }
+}

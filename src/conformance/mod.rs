@@ -1,0 +1,103 @@
+//! What is promised of every law and every model, as checks for their tests. Those of this library pass the same.
+//!
+//! | check | what is promised |
+//! |---|---|
+//! | [`slopes`] | derivatives by states, inputs, time and parameters are those of differences, in the modes that a run passes |
+//! | [`rates`] | the derivative of a state is the variable that the table says |
+//! | [`dependencies`] | values follow from what `depends_on` says, and from nothing else |
+//! | [`steps`] | two half steps are one: the end does not depend on the communication steps |
+//! | [`repeats`] | a restored run repeats every bit |
+//! | [`both_ways`] | with a solver outside a run is the one with the solver inside; indicators are positive while a mode is valid |
+//! | [`law::derivatives`] | the same of a friction law alone, in its modes |
+//! | [`law::mirrored`] | mirrored motion gives mirrored friction |
+//! | [`law::passive`] | friction gives back no more energy than it can have stored |
+//!
+//! [`model`] and [`run`] make those of a model, [`law()`] those of a law and of the friction bench under it. All of them panic, as assertions
+//! of tests do, and say what is wrong.
+//!
+//! ```
+//! use pneumatic_servo::conformance;
+//! use pneumatic_servo::friction::Friction;
+//!
+//! conformance::law::<Friction>("Stribeck", conformance::Claims { odd: true, stored: Some(0.0) });
+//! ```
+
+mod dependencies;
+mod host;
+pub mod law;
+mod random;
+mod runs;
+mod slopes;
+mod ways;
+
+pub use self::dependencies::{dependencies, found_dependencies};
+pub use self::host::Host;
+pub use self::law::{Claims, law};
+pub use self::random::Random;
+pub use self::runs::{rates, repeats, steps};
+pub use self::slopes::{Slopes, slopes};
+pub use self::ways::{Agreement, Course, both_ways};
+use crate::co_simulation::Simulation;
+use crate::model::Setup;
+use crate::variables::{Kind, Variable};
+
+/// Checks all that is promised of a model under each of some settings, that together show all that its variables depend on. A
+/// run lasts for a tenth of the default experiment, or a second if that is less.
+///
+/// # Panics
+/// When a promise is not kept.
+pub fn model(settings: &[Setup]) {
+    settings.iter().for_each(run);
+    dependencies(settings);
+}
+
+/// Checks all that is promised of a model under its present settings: all but that everything declared by `depends_on` has an
+/// effect, which takes several.
+///
+/// # Panics
+/// When a promise is not kept.
+pub fn run(setup: &Setup) {
+    let end = duration(setup);
+    rates(setup, 0.21 * end);
+    // Ten times the default tolerance: stick-slip adds up what each phase leaves.
+    steps(setup, end, 1e-5);
+    repeats(setup, end);
+    slopes(setup);
+    found_dependencies(setup);
+    both_ways(setup, &Agreement::DEFAULT, still, end / 50.0, 50);
+}
+
+/// Inputs that keep their start values.
+fn still(_time: f64, _inputs: &mut [f64]) {}
+
+/// A tenth of the default experiment, or a second if that is less.
+fn duration(setup: &Setup) -> f64 {
+    (0.1 * setup.model().experiment.stop_time).min(1.0)
+}
+
+/// How a run is told in messages.
+fn told(setup: &Setup) -> String {
+    let law = setup.table().find("friction.law").map(|entry| entry.variable.kind);
+    let chosen = setup.get("friction.law").ok().zip(law).and_then(|(id, kind)| match kind {
+        Kind::Enumeration(of) => of.items.iter().find(|(number, ..)| f64::from(*number) == id),
+        _ => None,
+    });
+    let name = setup.model().name;
+    chosen.map_or_else(|| name.to_owned(), |(_, law, _)| format!("{name} under {law}"))
+}
+
+/// A run from time 0.
+fn started(setup: &Setup) -> Box<dyn Simulation> {
+    setup.simulation(0.0).unwrap_or_else(|error| panic!("{}: {error}", told(setup)))
+}
+
+/// The inputs away from their start values by seven tenths of their magnitude times a number, as far as that is legal.
+fn moved(setup: &Setup, by: f64) -> Vec<f64> {
+    let moved = |(input, start): (&Variable, &f64)| within(input, start + 0.7 * input.nominal.unwrap_or(1.0) * by);
+    setup.table().inputs().zip(setup.inputs()).map(moved).collect()
+}
+
+/// The legal value that is nearest.
+fn within(variable: &Variable, value: f64) -> f64 {
+    value.max(variable.min.unwrap_or(f64::NEG_INFINITY)).min(variable.max.unwrap_or(f64::INFINITY))
+}

@@ -1,0 +1,93 @@
+//! What holds for the runs of a model with the solver inside.
+
+use super::{moved, started, told};
+use crate::co_simulation::Simulation;
+use crate::model::Setup;
+use crate::variables::Variable;
+
+/// The derivative of each state is the variable that the table says, by central differences between fine steps around a time
+/// in s.
+///
+/// # Panics
+/// When it is another one.
+pub fn rates(setup: &Setup, middle: f64) {
+    const SIZE: f64 = 1e-6;
+    let computed: Vec<&Variable> = setup.table().computed().collect();
+    let place = |reference: u32| computed.iter().position(|variable| variable.reference == reference);
+    let mut run = started(setup);
+    let [before, now, after] = [-1.0, 0.0, 1.0].map(|side| {
+        advance(setup, run.as_mut(), middle + side * SIZE);
+        values(run.as_ref(), computed.len())
+    });
+    for (index, variable) in computed.iter().enumerate() {
+        let Some(state) = variable.derivative_of.and_then(place) else { continue };
+        let difference = (after[state] - before[state]) / (2.0 * SIZE);
+        let noise = 1e-15 * now[state].abs() / SIZE;
+        assert!(
+            (now[index] - difference).abs() <= 1e-4 * now[index].abs() + 1e-6 + noise,
+            "{}: {} is {}, not about {difference}",
+            told(setup),
+            variable.name,
+            now[index],
+        );
+    }
+}
+
+/// Many communication steps and one lead to the same end, at a time in s, but for the solver's tolerance: all states agree to
+/// a share of their nominal values or of themselves.
+///
+/// # Panics
+/// When they do not.
+pub fn steps(setup: &Setup, end: f64, share: f64) {
+    let values_after = |steps: u32| {
+        let mut run = started(setup);
+        (1..=steps).for_each(|step| advance(setup, run.as_mut(), end * f64::from(step) / f64::from(steps)));
+        values(run.as_ref(), setup.table().computed().count())
+    };
+    let (one, many) = (values_after(1), values_after(97));
+    for ((variable, one), many) in setup.table().computed().zip(one).zip(many) {
+        if setup.table().find(&variable.name).is_some_and(|entry| entry.state.is_some()) {
+            let magnitude = one.abs().max(variable.nominal.unwrap_or(1.0));
+            let name = &variable.name;
+            assert!((one - many).abs() < share * magnitude, "{}: {name} is {one} and {many}", told(setup));
+        }
+    }
+}
+
+/// A run that is saved at a time in s, continued, restored and continued again repeats every bit, and so does another one that
+/// is restored; inputs move all the time.
+///
+/// # Panics
+/// When a bit is another one.
+pub fn repeats(setup: &Setup, half: f64) {
+    let count = setup.table().computed().count();
+    let mut run = started(setup);
+    let play = |run: &mut dyn Simulation, from: i32| -> Vec<u64> {
+        let step = |step: i32| {
+            let inputs = moved(setup, f64::sin(f64::from(step)));
+            run.set_inputs(&inputs, &vec![0.0; inputs.len()]);
+            advance(setup, run, half * f64::from(step + 1) / 20.0);
+            values(run, count).into_iter().map(f64::to_bits)
+        };
+        (from..from + 20).flat_map(step).collect()
+    };
+    play(run.as_mut(), 0);
+    let saved = run.save();
+    let first = play(run.as_mut(), 20);
+    let mut other = started(setup);
+    for (run, which) in [(&mut run, "the run"), (&mut other, "another run")] {
+        run.restore(&saved).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+        assert!(run.save() == saved, "{}: {which} is restored to something else", told(setup));
+        assert!(play(run.as_mut(), 20) == first, "{}: {which} forgets something", told(setup));
+    }
+}
+
+fn advance(setup: &Setup, run: &mut dyn Simulation, end: f64) {
+    run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
+}
+
+fn values(run: &dyn Simulation, count: usize) -> Vec<f64> {
+    let mut values = vec![f64::NAN; count];
+    run.values(&mut values);
+    values
+}

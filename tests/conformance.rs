@@ -1,0 +1,111 @@
+//! The checks of laws and models find what they are for: laws that each break one promise.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use pneumatic_servo::conformance::law::{self, benched, passive};
+use pneumatic_servo::conformance::{repeats, slopes};
+use pneumatic_servo::prelude::*;
+
+parameters! {
+    /// The slope by the parameter is lost: a plain number is on its left.
+    Lost {
+        share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
+    }
+}
+
+impl VelocityLaw for Lost {
+    fn force<S: Scalar>(&self, v: S, level: S) -> S {
+        v * level * (1.0 - self.share)
+    }
+}
+
+parameters! {
+    /// The same with the parameter on the left.
+    Kept {
+        share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
+    }
+}
+
+impl VelocityLaw for Kept {
+    fn force<S: Scalar>(&self, v: S, level: S) -> S {
+        v * level * S::tuned(-self.share + 1.0)
+    }
+}
+
+parameters! {
+    /// The derivative by the velocity is lost where it is taken from the value.
+    Blind {
+        damping: Tunable = Variable::parameter(0, "d", units::NEWTON_SECOND_PER_METRE, 5.0).text("Damping");
+    }
+}
+
+impl VelocityLaw for Blind {
+    fn force<S: Scalar>(&self, v: S, level: S) -> S {
+        S::constant(v.value()) * level * self.damping
+    }
+}
+
+parameters! {
+    /// Not odd, and it drives a mass that moves backwards.
+    Driving {
+        force: Tunable = Variable::parameter(0, "F", units::NEWTON, 5.0).text("Force");
+    }
+}
+
+impl VelocityLaw for Driving {
+    fn force<S: Scalar>(&self, _v: S, level: S) -> S {
+        level * self.force
+    }
+}
+
+laws! {
+    /// Laws that break a promise each, and one that keeps all.
+    mod catalogue {
+        ..builtin;
+        1000 Lost "lost" OfVelocity<Lost>, "Loses the slope by a parameter";
+        1001 Kept "kept" OfVelocity<Kept>, "Keeps it";
+        1002 Blind "blind" OfVelocity<Blind>, "Loses the slope by the velocity";
+        1003 Driving "driving" OfVelocity<Driving>, "Drives one way";
+    }
+}
+
+/// What a check says, if it fails.
+fn refusal(check: impl FnOnce()) -> Option<String> {
+    let panic = catch_unwind(AssertUnwindSafe(check)).err()?;
+    let text = panic.downcast_ref::<String>().cloned();
+    text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()))
+}
+
+fn moved(law: &str) -> Setup {
+    benched::<catalogue::Friction>(law, "PrescribedMotion").set("driveVelocity", 0.2).expect("a velocity")
+}
+
+#[test]
+fn lost_slope_by_a_parameter_is_named() {
+    let said = refusal(|| slopes(&moved("Lost"))).unwrap_or_default();
+    assert!(said.contains("d frictionForce / d friction.lost.b = 0, not one of"), "{said}");
+    assert_eq!(refusal(|| slopes(&moved("Kept"))), None);
+}
+
+#[test]
+fn lost_slope_by_the_velocity_is_found_in_law_and_model() {
+    let said = refusal(|| law::derivatives::<catalogue::Friction>("Blind")).unwrap_or_default();
+    assert!(said.starts_with("Blind: d[0]/d[0] is"), "{said}");
+    let said = refusal(|| slopes(&moved("Blind"))).unwrap_or_default();
+    assert!(said.contains("d frictionForce / d driveVelocity = 0, not one of"), "{said}");
+}
+
+#[test]
+fn law_that_drives_is_neither_odd_nor_passive() {
+    let said = refusal(|| law::mirrored::<catalogue::Friction>("Driving")).unwrap_or_default();
+    assert!(said.starts_with("Driving PrescribedMotion: "), "{said}");
+    let said = refusal(|| passive(&moved("Driving"), 1e-12)).unwrap_or_default();
+    assert!(said.contains("J given back"), "{said}");
+    assert_eq!(refusal(|| repeats(&moved("Driving"), 0.1)), None);
+}
+
+#[test]
+fn law_that_is_not_there_is_named() {
+    let said = refusal(|| law::derivatives::<catalogue::Friction>("Missing")).unwrap_or_default();
+    assert_eq!(said, "the catalogue has no law Missing");
+}

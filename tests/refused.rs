@@ -1,0 +1,214 @@
+//! Mistakes in the macros and tables of laws and models of one's own: the compiler refuses them, and says what is wrong.
+//!
+//! Each file in `tests/refused` begins with what the message says. They are looked at in a crate of its own, as a stranger's is.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const HOME: &str = env!("CARGO_MANIFEST_DIR");
+
+/// Files with mistakes, by name, with the message that each expects.
+fn cases() -> Vec<(String, String, PathBuf)> {
+    let folder = Path::new(HOME).join("tests/refused");
+    let files = fs::read_dir(folder).expect("the folder of mistakes").map(|entry| entry.expect("an entry").path());
+    let case = |file: PathBuf| {
+        let name = file.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
+        let text = fs::read_to_string(&file).expect("a readable file");
+        let expected = text.strip_prefix("//! ").and_then(|text| text.lines().next()).expect("what is expected");
+        (name, expected.to_owned(), file)
+    };
+    files.filter(|file| file.extension().is_some_and(|it| it == "rs")).map(case).collect()
+}
+
+#[test]
+fn compiler_refuses_mistakes_and_says_what_is_wrong() {
+    let cases = cases();
+    assert!(cases.len() >= 9, "{} files", cases.len());
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("refused");
+    fs::create_dir_all(folder.join("src")).expect("a folder");
+    let mut manifest = format!(
+        "[package]\nname = \"refused\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[workspace]\n\n[dependencies]\n\
+         pneumatic-servo = {{ path = {HOME:?} }}\n"
+    );
+    for (name, _, file) in &cases {
+        manifest += &format!("\n[[bin]]\nname = {name:?}\npath = {file:?}\n");
+    }
+    // One without a mistake, so that it is the mistakes that are refused.
+    manifest += "\n[[bin]]\nname = \"sound\"\npath = \"src/sound.rs\"\n";
+    fs::write(folder.join("src/sound.rs"), "fn main() { let _ = pneumatic_servo::models::ALL; }\n").expect("a file");
+    fs::write(folder.join("Cargo.toml"), manifest).expect("a manifest");
+    fs::copy(Path::new(HOME).join("Cargo.lock"), folder.join("Cargo.lock")).expect("the lock file");
+    let check = |name: &str| {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.args(["check", "--offline", "--quiet", "--color", "never", "--bin", name]).current_dir(&folder);
+        cargo.env("CARGO_TARGET_DIR", folder.join("target")).env_remove("RUSTFLAGS");
+        let output = cargo.output().expect("Cargo");
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (passes, messages) = check("sound");
+    assert!(passes, "{messages}");
+    for (name, expected, _) in &cases {
+        let (passes, messages) = check(name);
+        assert!(!passes, "{name} is not refused");
+        assert!(messages.contains(expected), "{name}: not \"{expected}\", but\n{messages}");
+        assert!(!messages.contains("no rules expected"), "{name} is refused by the form of a macro alone:\n{messages}");
+    }
+}
+
+mod at_the_start {
+    use pneumatic_servo::conformance::law::benched;
+    use pneumatic_servo::prelude::*;
+
+    const TWICE: usize = 0;
+    const LOST: usize = 1;
+    const NAMED_TWICE: usize = 2;
+    const WITHOUT_MAGNITUDE: usize = 3;
+    const SOUND: usize = 4;
+
+    parameters! {
+        /// None.
+        Parameters {}
+    }
+
+    states! {
+        /// A position.
+        State of Moving {
+            Position: 10, |moving| moving.magnitude;
+        }
+    }
+
+    outputs! {
+        /// The position and its rate.
+        Outputs {
+            position = Variable::output(10, "position", units::METRE).depends_on(&[10]).text("Position");
+            velocity = Variable::output(11, "velocity", units::METRE_PER_SECOND).derivative_of(10).text("Velocity");
+        }
+    }
+
+    /// What moves at 1 m/s.
+    #[derive(Clone, Copy, Debug)]
+    struct Moving {
+        magnitude: f64,
+    }
+
+    /// The same with a fault in its tables.
+    #[derive(Clone, Debug)]
+    struct Faulty<const FAULT: usize>(Moving);
+
+    impl<const FAULT: usize> System<0> for Faulty<FAULT> {
+        type Parameters = Moving;
+        type State = State;
+        type Memory = ();
+        type Indicators = [f64; 0];
+
+        fn tables() -> Tables {
+            let mut computed = Outputs::<f64>::table();
+            match FAULT {
+                TWICE => computed.push(Variable::output(11, "speed", units::METRE_PER_SECOND)),
+                LOST => computed[1] = computed[1].clone().depends_on(&[77]),
+                NAMED_TWICE => computed.push(Variable::output(12, "velocity", units::METRE_PER_SECOND)),
+                _ => (),
+            }
+            Tables { inputs: Vec::new(), computed, parameters: Parameters::table() }
+        }
+
+        fn new(_values: &mut Values) -> Result<Self, ParameterError> {
+            Ok(Self(Moving { magnitude: if FAULT == WITHOUT_MAGNITUDE { 0.0 } else { 1.0 } }))
+        }
+
+        fn parameters(&self) -> &Moving {
+            &self.0
+        }
+
+        fn start<const N: usize>(&self, _u: &[f64; 0]) -> ([f64; N], ()) {
+            ([0.0; N], ())
+        }
+
+        fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 0], _memory: &()) -> [S; N] {
+            [S::constant(1.0); N]
+        }
+
+        fn outputs<S: Scalar, const N: usize>(
+            &self,
+            _time: S,
+            x: &[S; N],
+            _u: &[S; 0],
+            _memory: &(),
+            computed: &mut [S],
+        ) {
+            Outputs { position: x[State::Position.at(N)], velocity: S::constant(1.0) }.write(computed);
+        }
+    }
+
+    impl<const FAULT: usize> Shortcuts<0> for Faulty<FAULT> {}
+
+    const fn faulty<const FAULT: usize>() -> Model {
+        Model::of::<Faulty<FAULT>, 0, 1>(
+            "Faulty",
+            "What moves at 1 m/s",
+            Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
+        )
+    }
+
+    #[test]
+    fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() {
+        static MODELS: [(Model, &str); 4] = [
+            (faulty::<TWICE>(), "speed = 11 is refused: the value reference 11 of speed is used twice"),
+            (faulty::<LOST>(), "no variable has the value reference 77, on which velocity depends"),
+            (faulty::<NAMED_TWICE>(), "velocity = 12 is refused: two variables have the name velocity"),
+            (faulty::<WITHOUT_MAGNITUDE>(), "the magnitude of position = 0 is refused: it must be a positive number"),
+        ];
+        for (model, expected) in &MODELS {
+            let refused = Setup::of(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(refused.contains(expected), "{refused}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn without_a_fault_it_runs() -> Result<(), Box<dyn std::error::Error>> {
+        static MODEL: Model = faulty::<SOUND>();
+        let mut plant = Setup::of(&MODEL).start(0.0)?;
+        plant.advance_to(0.5)?;
+        assert!((plant.get("position")? - 0.5).abs() < 1e-12);
+        Ok(())
+    }
+
+    parameters! {
+        /// A law with more states than fit.
+        Greedy {
+            stiffness: Tunable = Variable::parameter(0, "k", units::NEWTON_PER_METRE, 1.0).text("Stiffness");
+        }
+    }
+
+    impl FrictionLaw for Greedy {
+        type Memory = ();
+
+        fn states(&self) -> usize {
+            11
+        }
+
+        fn start(&self, _contact: &Contact<f64>) {}
+
+        fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
+            contact.position * self.stiffness
+        }
+    }
+
+    laws! {
+        /// The greedy law beside those of the library.
+        mod catalogue {
+            ..builtin;
+            1000 Greedy "greedy" Greedy, "More states than fit";
+        }
+    }
+
+    #[test]
+    fn law_that_asks_for_more_states_than_fit_is_refused_by_name() {
+        let setup = benched::<catalogue::Friction>("Greedy", "Free");
+        let refused = setup.start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
+        let expected =
+            "friction.greedy.states = 11 is refused: the law asks for more states than the 10 that a contact has";
+        assert_eq!(refused, expected);
+    }
+}
