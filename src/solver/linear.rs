@@ -26,11 +26,11 @@ pub struct Inverse<const N: usize> {
     columns: [[f64; N]; N],
 }
 
-/// Solves the linear systems of a step.
+/// Solves the linear systems of a step. Its groups are those of a type of systems, with bounds that the compiler knows.
 #[derive(Clone, Debug)]
 pub enum Solver<const N: usize> {
     /// For few states, and for couplings that are grouped.
-    Inverse(Inverse<N>, Groups),
+    Inverse(Inverse<N>),
     /// For many.
     Factors(Factors<N>),
 }
@@ -39,21 +39,21 @@ impl<const N: usize> Solver<N> {
     /// States from which on factors take less work than an inverse, where nothing is said of their couplings.
     const MANY: usize = 10;
 
-    /// Prepares for `shift*I - jacobian`; `None` if a pivot is zero or not finite.
+    /// Prepares for `shift*I - jacobian`, whose couplings may be grouped; `None` if a pivot is zero or not finite.
     #[inline(always)]
-    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups) -> Option<Self> {
-        if N >= Self::MANY && groups == [0, 0] {
-            Factors::new(jacobian, shift).map(Self::Factors)
+    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups, is_grouped: bool) -> Option<Self> {
+        if is_grouped && (groups != [0, 0] || N < Self::MANY) {
+            Inverse::new(jacobian, shift, groups).map(Self::Inverse)
         } else {
-            Inverse::new(jacobian, shift, groups).map(|inverse| Self::Inverse(inverse, groups))
+            Factors::new(jacobian, shift).map(Self::Factors)
         }
     }
 
-    /// The solution for a right-hand side.
+    /// The solution for a right-hand side; the groups are those of the preparation.
     #[inline(always)]
-    pub fn solve(&self, right: &[f64; N]) -> [f64; N] {
+    pub fn solve(&self, right: &[f64; N], groups: Groups) -> [f64; N] {
         match self {
-            Self::Inverse(inverse, groups) => inverse.times(right, *groups),
+            Self::Inverse(inverse) => inverse.times(right, groups),
             Self::Factors(factors) => factors.solve(right),
         }
     }

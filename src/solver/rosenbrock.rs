@@ -45,7 +45,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     linearisation: &Linearisation<N>,
     h: f64,
 ) -> Option<Trial<N>> {
-    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS)?;
+    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.is_grouped())?;
     let rates = |fraction: f64, argument: &[f64; N]| {
         let stage_time = time + fraction * h;
         system.derivatives(stage_time, argument, &inputs.at(stage_time), memory)
@@ -55,17 +55,17 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         None => right,
     };
     let per_h = 1.0 / h;
-    let k1 = solver.solve(&in_time(linearisation.derivatives, D[0]));
+    let k1 = solver.solve(&in_time(linearisation.derivatives, D[0]), H::GROUPS);
     let right = combine(&rates(ALPHA[1], &combine(x, [&k1], A2, 1.0)), [&k1], C2, per_h);
-    let k2 = solver.solve(&in_time(right, D[1]));
+    let k2 = solver.solve(&in_time(right, D[1]), H::GROUPS);
     let right = combine(&rates(ALPHA[2], &combine(x, [&k1, &k2], A3, 1.0)), [&k1, &k2], C3, per_h);
-    let k3 = solver.solve(&in_time(right, D[2]));
+    let k3 = solver.solve(&in_time(right, D[2]), H::GROUPS);
     let right = combine(&rates(ALPHA[3], &combine(x, [&k1, &k2, &k3], A4, 1.0)), [&k1, &k2, &k3], C4, per_h);
-    let k4 = solver.solve(&in_time(right, D[3]));
+    let k4 = solver.solve(&in_time(right, D[3]), H::GROUPS);
     let argument = combine(x, [&k1, &k2, &k3, &k4], A5, 1.0);
-    let k5 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5, per_h));
+    let k5 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5, per_h), H::GROUPS);
     let argument = combine(&argument, [&k5], [1.0], 1.0);
-    let k6 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h));
+    let k6 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h), H::GROUPS);
     // The last stage is the difference between the solutions of order 4 and 3.
     Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0), error: k6 })
 }

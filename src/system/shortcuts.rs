@@ -42,6 +42,11 @@ pub trait Shortcuts<const U: usize>: System<U> {
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
     const GROUPS: Groups = [0, 0];
 
+    /// Whether the couplings are those of the [`GROUPS`](Self::GROUPS) under these parameters.
+    fn is_grouped(&self) -> bool {
+        true
+    }
+
     /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.
     const LED: usize = 0;
 

@@ -25,6 +25,11 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> HybridSystem<N, U> for E {
     const TURNING: Option<usize> = with_friction(E::TURNING, N, E::State::OTHERS);
 
     #[inline(always)]
+    fn is_grouped(&self) -> bool {
+        Shortcuts::is_grouped(self)
+    }
+
+    #[inline(always)]
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N] {
         System::derivatives(self, time, x, u, memory)
     }

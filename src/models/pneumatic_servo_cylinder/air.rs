@@ -86,6 +86,16 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         }
     }
 
+    /// The same behind the vessel of the supply, where there is one.
+    #[inline(always)]
+    pub(super) fn ports_at_valve<S: Scalar>(&self, x: &[S], supply: S) -> Ports<'_, S> {
+        let ports = self.ports(supply);
+        match self.vessel_pressure(x) {
+            Some(supply_pressure) => Ports { supply_pressure, ..ports },
+            None => ports,
+        }
+    }
+
     #[inline(always)]
     pub(super) fn at_least_ambient<S: Scalar>(&self, pressure: S) -> S {
         pressure.max(S::constant(self.p.ambient_pressure))

@@ -149,6 +149,7 @@ mod tests {
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::MODEL;
     use crate::pneumatics::actuator::Actuator;
+    use crate::system::Shortcuts;
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;
 
@@ -208,6 +209,9 @@ mod tests {
                 for column in 0..MOST {
                     let [found, part, expected] = [&few, &parts, &whole].map(|jacobian| jacobian[(row, column)]);
                     assert!(found == expected, "{case:?}: {found}, not {expected}, in row {row} and column {column}");
+                    let [second, third] = Extended::GROUPS;
+                    let is_between = column >= second && row < second || column < second && row >= third;
+                    assert!(!cylinder.is_grouped() || !is_between || expected == 0.0, "{case:?}: {row}, {column}");
                     // The parts sum in another order.
                     assert!(
                         (part - expected).abs() <= 1e-13 * expected.abs(),

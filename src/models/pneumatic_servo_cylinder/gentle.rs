@@ -6,6 +6,7 @@ use crate::friction::{FrictionContact, Laws};
 use crate::hybrid::LongestSteps;
 use crate::numbers::Pair;
 use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::orifice;
 
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
 const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
@@ -48,15 +49,17 @@ impl GentleSteps {
 }
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator, the side of
-    /// [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that bends
-    /// bristles.
+    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator and into a vessel, the
+    /// side of [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that
+    /// bends bristles.
     #[inline(always)]
-    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, bool, [bool; 2], bool) {
+    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, f64, bool, [bool; 2], bool) {
         let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
-        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports(u.supply_pressure), pressures);
+        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports_at_valve(x, u.supply_pressure), pressures);
+        let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(u.supply_pressure), vessel);
         (
             of_actuator,
+            self.vessel_pressure(x).map_or(0.0, into_vessel),
             self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
             self.stops.touched(x[State::Position.at(x.len())]),
             x.len() > State::OTHERS && x[State::Velocity.at(x.len())] < 0.0,

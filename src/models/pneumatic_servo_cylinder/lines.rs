@@ -9,7 +9,7 @@ use crate::enumeration;
 use crate::friction::Laws;
 use crate::hybrid::Limits;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{Actuators, Ports, SUPPLY};
+use crate::pneumatics::actuator::{Actuators, SUPPLY};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{Flow, Inflow, LAMINAR_RATIO, Orifice};
@@ -135,6 +135,11 @@ impl Lines {
         self.count > 0
     }
 
+    /// Whether there are hoses among them.
+    pub fn have_hoses(&self) -> bool {
+        self.hoses.iter().any(Option::is_some)
+    }
+
     /// How many of their states are integrated.
     pub fn states(&self) -> usize {
         self.count
@@ -252,6 +257,14 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
     }
 
+    /// The pressure in the vessel of the supply, if there is one.
+    #[inline(always)]
+    pub(super) fn vessel_pressure<S: Scalar>(&self, x: &[S]) -> Option<S> {
+        // It is the last of the states of the lines.
+        let index = || State::Position.at(x.len()) - self.sensors.states() - 1;
+        (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
+    }
+
     /// What flows in lines that are there.
     pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
         let (states, mut rates) = (self.of_lines(x), [S::zero(); STATES]);
@@ -262,10 +275,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             at_valve.temperature.0[side] = S::constant(lines.temperature);
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
-        let ports = match lines.vessel {
-            Some(_) => Ports { supply_pressure: states[VESSEL], ..self.ports(supply) },
-            None => self.ports(supply),
-        };
+        let ports = self.ports_at_valve(x, supply);
         let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
         let Pair(distances) = self.lengths(x[State::Position.at(x.len())]);

@@ -220,8 +220,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         };
         let slope = GRAVITY * libm::sin(p.incline);
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
-        // Waves in lines, pulses, friction along the stroke: they change faster within a step than its error estimate can tell.
-        let has_rapid_parts = lines.are_used() || actuator.is_sampled() || options.waviness != 0.0;
+        // Waves in hoses, pulses, friction along the stroke: they change faster within a step than its error estimate can tell.
+        let has_rapid_parts = lines.have_hoses() || actuator.is_sampled() || options.waviness != 0.0;
         let mut cylinder = Self {
             is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
@@ -516,7 +516,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
 }
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServoCylinder<L, A, EXTENDED> {
-    const GROUPS: Groups = if EXTENDED { [0, 0] } else { [STATES, State::FRICTION] };
+    const GROUPS: Groups = [STATES, State::FRICTION];
 
     const LED: usize = STATES;
 
@@ -553,6 +553,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
         self.linearise(time, x, u, memory, jacobian)
+    }
+
+    fn is_grouped(&self) -> bool {
+        !(EXTENDED && self.lines.are_used())
     }
 
     fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {

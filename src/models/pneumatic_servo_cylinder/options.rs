@@ -137,6 +137,9 @@ impl Options {
 
     /// Friction level at a position relative to the mean along the stroke: `1 + a*sin(2*pi*x/period)`.
     pub fn relative_level<S: Scalar>(&self, position: S) -> S {
+        if self.waviness == 0.0 {
+            return S::constant(1.0);
+        }
         (position * (TAU / self.wave_length)).sin() * self.waviness + 1.0
     }
 }
