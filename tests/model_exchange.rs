@@ -322,7 +322,7 @@ fn slopes_by_time_are_those_of_differences_with_the_solver_outside_and_inside() 
 }
 
 /// A limit of a state of the cylinder: which state, the limit, whether it is an upper one, and what is said of a state that
-/// is as far again beyond it where a host accepts it.
+/// is as far again beyond it where a host accepts it: nothing, where only numbers would overflow further out.
 type Edge = (&'static str, f64, bool, &'static str);
 
 /// Behind the pistons, of 2.01 and 1.73 cm2, are 5 cm3: as far as a ten thousandth of that is left the equations are those of
@@ -336,8 +336,8 @@ fn edges() -> [Edge; 8] {
         ("chamberB.pressure", 1.0, false, "chamberB.pressure falls to 0"),
         ("chamberA.temperature", 1.0, false, "chamberA.temperature falls to 0"),
         ("chamberB.temperature", 1.0, false, "chamberB.temperature falls to 0"),
-        ("velocity", 1e8, true, "velocity = 200000000 is above 100000000"),
-        ("valve.spool", -3e10, false, "valve.spool = -60000000000 is below -30000000000"),
+        ("velocity", 1e8, true, ""),
+        ("valve.spool", -3e10, false, ""),
     ]
 }
 
@@ -486,7 +486,7 @@ fn slopes_beyond_the_limits_are_those_of_differences() {
 
 #[test]
 fn states_beyond_their_limits_are_refused_where_a_host_accepts_them() {
-    for (name, limit, is_upper, refusal) in edges() {
+    for (name, limit, is_upper, refusal) in edges().into_iter().filter(|(.., refusal)| !refusal.is_empty()) {
         let mut tried = moving("Stribeck");
         let number = tried.number(name);
         tried.go(number, limit - if is_upper { 1e-12 } else { -1e-12 } * limit.abs());
@@ -501,6 +501,25 @@ fn states_beyond_their_limits_are_refused_where_a_host_accepts_them() {
         assert_eq!((tried.exchange.save(), tried.values()), before, "{name}");
         tried.go(number, tried.start[number]);
         assert_eq!(tried.exchange.accept_step(), Ok(()), "{name}");
+    }
+}
+
+/// A solver that diverges goes on until its states are no numbers.
+#[test]
+fn states_far_out_are_accepted_in_every_model() {
+    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+        for law in laws() {
+            let mut tried = Tried::new(&setup(model, law));
+            let velocity = tried.table.computed().position(|it| it.name.to_lowercase().ends_with("velocity"));
+            let reference = tried.table.computed().nth(velocity.expect("a velocity")).expect("a variable").reference;
+            let number = tried.table.states().position(|state| state == reference).unwrap_or(1);
+            tried.go(number, 1e200);
+            assert_eq!(tried.exchange.accept_step(), Ok(()), "{} {law}", model.name);
+            tried.exchange.update().unwrap_or_else(|error| panic!("{} {law}: {error}", model.name));
+            assert!(tried.rates().iter().all(|rate| rate.is_finite()), "{} {law}", model.name);
+            let saved = tried.exchange.save();
+            assert_eq!(tried.exchange.restore(&saved), Ok(()), "{} {law}", model.name);
+        }
     }
 }
 
@@ -542,4 +561,74 @@ fn every_finite_vector_of_states_has_an_answer() {
             }
         }
     }
+}
+
+/// The carriage moves to either stop and back, and into a cushion: a solver sees an indicator fall, and after an update it
+/// is positive on the other side. Nothing else happens there, and no event is counted.
+#[test]
+fn stops_and_cushions_have_indicators_at_which_nothing_else_happens() {
+    let mut setup = setup(&pneumatic_servo_cylinder::MODEL, "LuGre");
+    for (name, value) in [("hoseA.length", 0.5), ("hoseB.length", 0.5), ("cushion.length", 0.02)] {
+        setup.change(name, value).expect("an option");
+    }
+    let mut tried = Tried::new(&setup);
+    let place = |name: &str| (setup.model().indicators)().iter().position(|it| it.name == name).expect("an indicator");
+    let events = tried.table.computed().position(|variable| variable.name == "solver.events").expect("a counter");
+    let number = tried.number("position");
+    let ends = [("cylinder.stopA", 0.0), ("cylinder.stopB", 0.5), ("cushionA.entry", 0.02), ("cushionB.entry", 0.48)];
+    for (name, end) in ends {
+        let look = |tried: &Tried| {
+            let mut indicators = vec![f64::NAN; numbers(setup.model())[2]];
+            tried.exchange.indicators(&mut indicators);
+            indicators[place(name)]
+        };
+        let (rates, side) = (tried.rates(), if end < 0.25 { 1.0 } else { -1.0 });
+        assert!((look(&tried) - 0.25e3 - if name.ends_with("entry") { -20.0 } else { 0.0 }).abs() < 1e-6, "{name}");
+        for (distance, next) in [(-1e-5, 1e-2), (1e-5, 1e-2)] {
+            tried.go(number, end + side * distance);
+            assert!((look(&tried) + next).abs() < 1e-6, "{name}: {}", look(&tried));
+            let update = tried.exchange.update().expect("an update");
+            assert!(!update.changes_states && (look(&tried) - next).abs() < 1e-6, "{name}: {}", look(&tried));
+            assert_eq!(tried.values()[events], 0.0, "{name}");
+        }
+        // Within rounding of the place nothing changes sides.
+        tried.go(number, end);
+        assert!(look(&tried) > 0.0 && tried.exchange.update().is_ok() && look(&tried) > 0.0, "{name}");
+        tried.go(number, tried.start[number]);
+        assert_eq!(tried.rates(), rates, "{name}");
+    }
+}
+
+#[test]
+fn saved_states_know_the_sides_of_kinks() {
+    let setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck");
+    let mut one = Tried::new(&setup);
+    one.go(one.number("position"), -1e-4);
+    one.exchange.update().expect("an update");
+    let mut other = Tried::new(&setup);
+    other.exchange.restore(&one.exchange.save()).expect("a state of the same model");
+    let [seen, again] = [&one, &other].map(|tried| {
+        let mut indicators = vec![f64::NAN; numbers(setup.model())[2]];
+        tried.exchange.indicators(&mut indicators);
+        indicators
+    });
+    assert_eq!(seen, again);
+    assert!(seen.iter().all(|indicator| *indicator > 0.0), "{seen:?}");
+}
+
+/// With the solver inside nobody crosses a kink: its indicator is the distance.
+#[test]
+fn kinks_are_shown_as_distances_with_the_solver_inside() {
+    let setup = setup(&pneumatic_servo_cylinder::MODEL, "Stribeck").set("position0", 0.4).expect("a position");
+    let mut run = setup.set("valveVoltage", 8.0).expect("a voltage").start(0.0).expect("a run");
+    run.advance_to(1.0).expect("a step");
+    let [at_a, at_b, rest @ ..] = {
+        let mut indicators = [f64::NAN; 10];
+        run.simulation().indicators(&mut indicators);
+        [indicators[6], indicators[7], indicators[8], indicators[9]]
+    };
+    let position = run.get("position").expect("a variable");
+    assert!(position > 0.5 && position < 0.501, "it leans on the stop: {position}");
+    assert_eq!([at_a, at_b], [position, position - 0.5]);
+    assert_eq!(rest, [1.0, 1.0], "there is no cushion");
 }

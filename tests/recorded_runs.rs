@@ -240,6 +240,14 @@ fn values(table: &Table, simulation: &dyn Simulation) -> Vec<f64> {
     values
 }
 
+/// How many indicators are those of events; those of kinks, which no run takes notice of, come behind them.
+fn events(model: &Model) -> usize {
+    (model.indicators)()
+        .iter()
+        .filter(|it| !it.name.starts_with("cylinder.stop") && !it.name.starts_with("cushion"))
+        .count()
+}
+
 /// Fowler, Noll and Vo's hash (FNV-1a, 64 bits) of numbers.
 struct Digest(u64);
 
@@ -263,7 +271,8 @@ impl Digest {
         self.add(&computed);
         let mut indicators = vec![0.0; (model.indicators)().len()];
         simulation.indicators(&mut indicators);
-        self.add(&indicators);
+        let events = events(model);
+        self.add(&indicators[..events]);
         if let Some(exchange) = simulation.exchange(model) {
             let mut states = ones(table.number_of_states());
             exchange.states(&mut states);
@@ -271,7 +280,7 @@ impl Digest {
             exchange.nominals(&mut states);
             self.add(&states);
             exchange.indicators(&mut indicators);
-            self.add(&indicators);
+            self.add(&indicators[..events]);
             if exchange.rates(&mut states).is_ok() {
                 self.add(&states);
             }

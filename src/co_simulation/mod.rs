@@ -64,7 +64,8 @@ pub trait Simulation: Send {
         Ok(())
     }
 
-    /// Writes the event indicators as the model lists them, each in its own unit and exactly 0 at its event.
+    /// Writes the event indicators as the model lists them, each in its own unit and exactly 0 at its event; those of
+    /// [kinks](crate::system::System::kinks), at which nothing happens here, are never negative.
     ///
     /// A model without events has nothing to write.
     fn indicators(&self, _indicators: &mut [f64]) {}

@@ -180,7 +180,12 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
     }
 
     fn indicators(&self, indicators: &mut [f64]) {
-        indicators.copy_from_slice(self.run.indicators().as_ref());
+        let events = self.run.indicators();
+        let (own, kinks) = indicators.split_at_mut(events.as_ref().len());
+        own.copy_from_slice(events.as_ref());
+        self.run.system().kinks(self.run.state().0, kinks);
+        // Each is on the side on which it is.
+        kinks.iter_mut().for_each(|kink| *kink = kink.abs());
     }
 
     fn values(&self, computed: &mut [f64]) {

@@ -11,7 +11,7 @@ pub use self::setup::Setup;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
 use crate::start_sized;
-use crate::system::{Shortcuts, assert_sound, references, table};
+use crate::system::{Shortcuts, assert_sound, indicators, references, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
@@ -47,7 +47,7 @@ impl Model {
             name,
             description,
             variables: table::<E, U>,
-            indicators: E::indicator_list,
+            indicators: indicators::<E, U>,
             start: |start| start_sized!(start, E, U, [N]),
             experiment,
         }

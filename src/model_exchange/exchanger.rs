@@ -5,7 +5,7 @@ use crate::co_simulation::{Direction, Snapshot, SnapshotError, build, differenti
 use crate::hybrid::{Indicator, Limits, UNUSED};
 use crate::model::Start;
 use crate::solver::Counters;
-use crate::system::{Shortcuts, state_name};
+use crate::system::{MAX_KINKS, Shortcuts, state_name};
 use crate::variables::{Notices, ParameterError, Table};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
@@ -45,6 +45,8 @@ pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
     /// Whether `x` is within the limits, and `near` is the same.
     is_within: bool,
     memory: E::Memory,
+    /// Whether the equations are taken on the far side of each kink, where its quantity is negative.
+    sides: Vec<bool>,
     inputs: [f64; U],
     counters: Counters,
 }
@@ -87,10 +89,12 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             near: x,
             is_within: true,
             memory,
+            sides: vec![false; E::kink_list().len()],
             inputs,
             counters: Counters::default(),
         };
         exchanger.look_around();
+        exchanger.change_sides();
         let mut computed = vec![0.0; table.computed().count()];
         exchanger.values(&mut computed);
         exchanger.states = exchanger.table_states(table, &computed);
@@ -126,6 +130,16 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         if !self.is_within {
             self.near = std::array::from_fn(|index| self.limits[index].nearest(self.x[index]).0);
         }
+    }
+
+    /// Takes over what an event has changed of the nearest states.
+    fn take_over(&mut self, changed: &[f64; N]) {
+        for (index, value) in changed.iter().enumerate() {
+            if *value != self.near[index] {
+                self.x[index] = *value;
+            }
+        }
+        self.look_around();
     }
 
     /// What is added to the rate of a state where the states are beyond the limits: what leads it back, or what its rate,
@@ -165,14 +179,30 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         self.equations.indicators(self.elapsed, &self.near, &self.inputs, &self.memory)
     }
 
+    /// How far it is to each kink: negative beyond it.
+    fn to_kinks(&self) -> impl Iterator<Item = f64> {
+        let mut kinks = [UNUSED; MAX_KINKS];
+        self.equations.kinks(&self.near, &mut kinks[..self.sides.len()]);
+        let turned = |(kink, is_far): (f64, &bool)| if *is_far && kink != UNUSED { -kink } else { kink };
+        kinks.into_iter().zip(&self.sides).map(turned)
+    }
+
+    /// Takes the equations on the side of each kink on which the states are.
+    fn change_sides(&mut self) {
+        let mut is_passed = [false; MAX_KINKS];
+        is_passed.iter_mut().zip(self.to_kinks()).for_each(|(passed, distance)| *passed = distance < 0.0);
+        self.sides.iter_mut().zip(is_passed).for_each(|(side, passed)| *side ^= passed);
+    }
+
     /// Lets the system switch until all modes are valid.
     fn settle(&mut self) -> Result<(), ExchangeError> {
         let mut last = Vec::new();
         for switches in 0..MAX_SWITCHES {
             let indicators = self.exact_indicators();
             let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else { return Ok(()) };
-            self.equations.switch(event, self.elapsed, &mut self.x, &self.inputs, &mut self.memory);
-            self.look_around();
+            let mut x = self.near;
+            self.equations.switch(event, self.elapsed, &mut x, &self.inputs, &mut self.memory);
+            self.take_over(&x);
             self.counters.events += 1;
             if switches >= MAX_SWITCHES / 2 && !last.contains(&event) {
                 last.push(event);
@@ -190,8 +220,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
                 return Ok(());
             }
             // A sample that is due is taken, however the host has rounded its time.
-            self.equations.sample(self.elapsed.max(sample.time), &mut self.x, &self.inputs, &mut self.memory);
-            self.look_around();
+            let mut x = self.near;
+            self.equations.sample(self.elapsed.max(sample.time), &mut x, &self.inputs, &mut self.memory);
+            self.take_over(&x);
         }
         let due = self.equations.next_sample(&self.memory).time;
         Err(ExchangeError::MissedTimeEvents { time: self.clock, due: self.start + due })
@@ -207,7 +238,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     }
 
     fn follow(&mut self) {
-        let _ = self.equations.follow(self.elapsed, &self.x, &self.inputs, &mut self.memory);
+        let _ = self.equations.follow(self.elapsed, &self.near, &self.inputs, &mut self.memory);
     }
 }
 
@@ -280,8 +311,9 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
 
     fn indicators(&self, indicators: &mut [f64]) {
         let exact = self.exact_indicators();
-        for ((slot, value), indicator) in indicators.iter_mut().zip(exact.as_ref()).zip(&self.indicators) {
-            *slot = seen(indicator, *value);
+        let all = exact.as_ref().iter().copied().chain(self.to_kinks());
+        for ((slot, value), indicator) in indicators.iter_mut().zip(all).zip(&self.indicators) {
+            *slot = seen(indicator, value);
         }
     }
 
@@ -294,6 +326,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
             self.look_around();
             return Err(error);
         }
+        self.change_sides();
         let next = self.equations.next_sample(&self.memory).time.min(self.elapsed + self.equations.max_step());
         let next = Some(next).filter(|time| time.is_finite()).map(|time| self.on_clock(time));
         Ok(Update { changes_states: self.x != before, next_time_event: next })
@@ -354,20 +387,20 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn save(&self) -> Snapshot {
-        let memory =
-            postcard::to_allocvec(&(&self.memory, self.counters, self.start)).expect("a memory holds plain data");
+        let memory = postcard::to_allocvec(&(&self.memory, self.counters, self.start, &self.sides))
+            .expect("a memory holds plain data");
         Snapshot { time: self.clock, states: self.x.to_vec(), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let x: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
-        let (memory, counters, start): (E::Memory, Counters, f64) =
+        let (memory, counters, start, sides): (E::Memory, Counters, f64, Vec<bool>) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
         let is_plain = x.iter().chain([&snapshot.time, &start]).all(|value| value.is_finite());
-        if !is_plain || !self.equations.fits(&memory) {
+        if !is_plain || sides.len() != self.sides.len() || !self.equations.fits(&memory) {
             return Err(SnapshotError);
         }
-        (self.start, self.x, self.memory, self.counters) = (start, x, memory, counters);
+        (self.start, self.x, self.memory, self.counters, self.sides) = (start, x, memory, counters, sides);
         self.look_around();
         self.set_time(snapshot.time);
         Ok(())

@@ -7,6 +7,8 @@
 //! - Each indicator has a fixed place and meaning ([`Model::indicators`]). It is positive while the present modes are
 //!   valid and rests clearly off zero after an [`update`](Exchange::update): by [`HYSTERESIS`], which is also what it takes
 //!   beyond the exact instant until an event is seen. Indicators without use are 1.
+//! - Where equations have a kink but no mode ends, at the stops of the cylinder for example, an indicator lets a solver stop
+//!   there. Nothing happens, and no event is counted.
 //! - Memories that follow accepted steps (the play of the valve, nested loops of hysteresis) do so by
 //!   [`accept_step`](Exchange::accept_step). A host that never says it has accepted a step gets the error of a memory that
 //!   moves at events only: for the valve at most the width of its play, for laws with nested loops the loops that begin

@@ -33,6 +33,9 @@ mod tests {
     use super::*;
     use crate::system::System;
 
+    /// Of the cylinder: both stops, both cushions.
+    const KINKS: usize = 4;
+
     /// How many indicators a system has.
     fn count<E: System<U>, const U: usize>() -> usize {
         E::Indicators::default().as_ref().len()
@@ -41,7 +44,7 @@ mod tests {
     #[test]
     fn every_place_of_an_indicator_has_a_name_of_its_own() {
         let counts = [
-            (pneumatic_servo_cylinder::MODEL, count::<pneumatic_servo_cylinder::PneumaticServoCylinder, 3>()),
+            (pneumatic_servo_cylinder::MODEL, count::<pneumatic_servo_cylinder::PneumaticServoCylinder, 3>() + KINKS),
             (friction_bench::MODEL, count::<friction_bench::FrictionBench, 4>()),
             (driven_slider::MODEL, count::<driven_slider::DrivenSlider, 1>()),
             (vibro_impact::MODEL, count::<vibro_impact::VibroImpact, 1>()),

@@ -23,6 +23,14 @@ use crate::hybrid::{Indicator, Limits, QUANTITIES, Sample};
 use crate::numbers::Scalar;
 use crate::variables::{Notices, ParameterError, StateSet, Values};
 
+/// The largest number of [kinks](System::kinks) of a model.
+pub const MAX_KINKS: usize = 4;
+
+/// All indicators of a model as a solver outside sees them: those of its events, then those of its kinks.
+pub fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
+    [E::indicator_list(), E::kink_list()].concat()
+}
+
 /// A model with `U` inputs: a hybrid system that is built from parameters and shows computed variables.
 ///
 /// Between events the states follow [`derivatives`](Self::derivatives) with a constant memory; a mode is valid while all
@@ -135,6 +143,17 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         Self::EVENTS[event].name
     }
 
+    /// What is to be said of the kinks of the equations, in the order in which [`kinks`](Self::kinks) writes them: at most
+    /// [`MAX_KINKS`].
+    fn kink_list() -> Vec<Indicator> {
+        Vec::new()
+    }
+
+    /// Writes quantities whose signs tell on which side of its kinks the equations are taken, such as what is left of the
+    /// way to a stop; [`UNUSED`](crate::hybrid::UNUSED) where there is none. No mode ends there, and the solver inside takes
+    /// no notice; one outside would step over it, so that it sees an indicator that falls to zero on its way to the other side.
+    fn kinks<const N: usize>(&self, _x: &[f64; N], _kinks: &mut [f64]) {}
+
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
         !Self::Indicators::default().as_ref().is_empty()
@@ -179,7 +198,8 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Between which values of the states a solver outside gets the equations as they are. Beyond them it gets those of a
     /// state nearby, which must have a meaning, and is led back: so every state that it tries has an answer, and none that
-    /// it accepts may lie there. All states that are admitted and that a run can come to lie between them.
+    /// it accepts may lie where the equations lose their meaning. All states that are admitted and that a run can come to lie
+    /// between them.
     fn limits<const N: usize>(&self) -> [Limits; N] {
         self.scales().map(Limits::of_magnitude)
     }

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bounds import assert_close
+from exchange import LAWS as HARD_LAWS
+from exchange import RUNS, WRONG, Fmu, Start, allowed, unexpected
 from fmpy import simulate_fmu
 from numpy.typing import NDArray
 
@@ -47,3 +49,51 @@ def test_stuck_carriage_does_not_move_by_a_bit(fmu: Path) -> None:
     assert set(result["sticking"]) == {1}
     assert len(set(result["position"])) == 1
     assert set(result["velocity"]) == {0.0}
+
+
+HARD = {model: starts for model, starts in RUNS.items() if model != "PneumaticServoCylinder"} | {
+    "PneumaticServoCylinder": [
+        {"valveVoltage": voltage, "friction.law": law} for voltage in (0.0, 6.5, 10.0) for law in HARD_LAWS.values()
+    ]
+}
+"""A part of the runs of `packaging/python/exchange.py`; as a program it makes them all."""
+
+
+@pytest.fixture(scope="module", params=[".", "fmi3"], ids=["FMI 2.0", "FMI 3.0"])
+def folder(request: pytest.FixtureRequest, fmus: Path) -> Path:
+    """FMUs of either version."""
+    return fmus / request.param
+
+
+@pytest.mark.parametrize("model", HARD)
+def test_cvode_outside_gets_into_the_stops_and_back(folder: Path, model: str) -> None:
+    """No exception, not even one that FMPy prints and forgets, and the same motion."""
+    with Fmu(folder / f"{model}.fmu") as fmu:
+        for start in HARD[model]:
+            expected = fmu.inside(start)
+            for tolerance in (1e-4, 1e-6):
+                outcome = fmu.outside(start, tolerance, expected)
+                assert outcome.problems == [], (start, tolerance)
+                assert outcome.deviation <= allowed(start) * tolerance, (start, tolerance, outcome.deviation)
+                assert outcome.counts.rates > 0
+
+
+@pytest.mark.parametrize("model", HARD)
+def test_solvers_that_do_not_suit_are_survived(folder: Path, model: str) -> None:
+    with Fmu(folder / f"{model}.fmu") as fmu:
+        for start in HARD[model][: len(HARD_LAWS)]:
+            expected = fmu.inside(start)
+            for name, (solver, tolerance) in WRONG.items():
+                outcome = fmu.outside(start, tolerance, expected, solver)
+                assert unexpected(outcome, start, solver) == [], (start, name)
+
+
+def test_explicit_steps_that_explode_are_refused_at_a_cover(fmu: Path) -> None:
+    """The message is that of the state that has no meaning; where nothing explodes nothing is refused."""
+    solver, tolerance = WRONG["explicit Euler, 1 ms"]
+    with Fmu(fmu) as cylinder:
+        for law, is_refused in {"Stribeck": False, "LuGre": True}.items():
+            start: Start = {"valveVoltage": 10.0, "friction.law": HARD_LAWS[law]}
+            outcome = cylinder.outside(start, tolerance, cylinder.inside(start), solver)
+            assert bool(outcome.problems) == is_refused, outcome.problems
+            assert unexpected(outcome, start, solver) == []

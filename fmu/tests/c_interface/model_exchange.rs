@@ -11,7 +11,7 @@ use crate::common::fmi3::{Instance3, Way};
 use crate::common::*;
 
 const STATES: usize = 41;
-const INDICATORS: usize = 6;
+const INDICATORS: usize = 10;
 
 /// A host that integrates by the explicit Euler method, which is enough to see what the interface does.
 trait Exchange {

@@ -159,6 +159,12 @@ impl Lines {
         self.hoses[place / HOSE].as_ref().is_some_and(ends_in_itself)
     }
 
+    /// Length in m of the cushion of a chamber, if it has one.
+    pub fn cushion(&self, side: usize) -> Option<f64> {
+        let [length, _] = self.hoses[side].as_ref()?.restriction.as_ref()?.cushion?;
+        Some(length)
+    }
+
     /// Volumes in m3 that the ends of hoses add to the chambers.
     pub fn added_volumes(&self) -> [f64; 2] {
         let added = |line: &Line| if line.restriction.is_some() { 0.0 } else { line.hose.end_volume() };

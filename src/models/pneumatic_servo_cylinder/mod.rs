@@ -37,7 +37,7 @@ use self::sensors::Sensors;
 use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::{Simulation, read};
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
-use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
+use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride, UNUSED};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Pair, Scalar};
@@ -46,7 +46,7 @@ use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{self, Reservoir};
 use crate::run_sized;
 use crate::sensor;
-use crate::system::{Place, Shortcuts, System, Tables, references, table};
+use crate::system::{Place, Shortcuts, System, Tables, indicators, references, table};
 use crate::variables::{Notice, Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -58,7 +58,7 @@ pub const fn model<L: Laws, A: Actuators>() -> Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
         variables: table::<PneumaticServoCylinder<L, A>, 3>,
-        indicators: PneumaticServoCylinder::<L, A>::indicator_list,
+        indicators: indicators::<PneumaticServoCylinder<L, A>, 3>,
         start: start::<L, A>,
         experiment: Experiment {
             stop_time: 3.0,
@@ -325,6 +325,25 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
 
     fn indicator_list() -> Vec<Indicator> {
         Event::indicators("friction")
+    }
+
+    fn kink_list() -> Vec<Indicator> {
+        let kink = |name: &str, text| Indicator { name: name.to_owned(), nominal: 1e-3, text };
+        vec![
+            kink("cylinder.stopA", "The stop at position 0 is touched or left"),
+            kink("cylinder.stopB", "The stop at the end of the stroke is touched or left"),
+            kink("cushionA.entry", "The piston enters or leaves the cushion of chamber A"),
+            kink("cushionB.entry", "The piston enters or leaves the cushion of chamber B"),
+        ]
+    }
+
+    fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
+        let Pair(lengths) = self.lengths(x[State::Position.at(N)]);
+        let (stops, cushions) = kinks.split_at_mut(lengths.len());
+        stops.copy_from_slice(&lengths);
+        for (side, kink) in cushions.iter_mut().enumerate() {
+            *kink = self.lines.cushion(side).map_or(UNUSED, |length| lengths[side] - length);
+        }
     }
 
     fn outputs<S: Scalar, const N: usize>(

@@ -12,4 +12,4 @@ pub mod values;
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;
 const STATES: usize = 41;
-const INDICATORS: usize = 6;
+const INDICATORS: usize = 10;
