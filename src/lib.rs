@@ -30,6 +30,7 @@
 //! | [`model`] | a model built by name |
 //! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
 //! | [`conformance`] | what is promised of every law and model, as checks for their tests |
+//! | [`sensitivity`] | how a run changes with parameters, inputs and states |
 
 #![forbid(unsafe_code)]
 
@@ -50,6 +51,7 @@ pub mod models;
 pub mod numbers;
 pub mod pneumatics;
 pub mod prelude;
+pub mod sensitivity;
 pub mod sensor;
 pub mod solver;
 pub mod system;

@@ -15,7 +15,8 @@ pub(crate) use self::simulator::varied;
 pub use self::simulator::{Simulator, build, check, read};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
-use crate::solver::StepError;
+use crate::sensitivity::Equations;
+use crate::solver::{Mark, StepError};
 use crate::variables::{Notices, ParameterError};
 
 /// A running model.
@@ -84,6 +85,24 @@ pub trait Simulation: Send {
     /// Writes the derivative of all computed variables in a direction of time, inputs, continuous states and tunable
     /// parameters, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
+
+    /// The equations with the present memory; nothing if the model has none that can be differentiated along a run.
+    fn equations(&self) -> Option<Box<dyn Equations>> {
+        None
+    }
+
+    /// Leaves a trail from now on, or none.
+    fn leave_trail(&mut self, _leaves: bool) {}
+
+    /// Time in s since the start, and the states, of a run that can leave a trail; the tolerance it is integrated with.
+    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
+        None
+    }
+
+    /// The trail left since it was taken last.
+    fn take_trail(&mut self) -> Vec<Mark> {
+        Vec::new()
+    }
 
     /// What is unusual about the parameters and the present inputs; as a rule nothing.
     fn notices(&self) -> Notices {

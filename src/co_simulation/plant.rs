@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
+use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
 use crate::solver::StepError;
 use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
 
@@ -19,6 +20,10 @@ pub struct Plant {
     computed: Vec<f64>,
     /// Whether `computed` belongs to the present states and inputs.
     is_computed: bool,
+    /// Inputs at the start.
+    first_inputs: Vec<f64>,
+    /// What carries sensitivities along.
+    companion: Option<Companion>,
 }
 
 /// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
@@ -40,7 +45,9 @@ impl Plant {
     ) -> Self {
         let computed = vec![0.0; (model.variables)().computed().count()];
         let slopes = vec![0.0; inputs.len()];
-        Self { model, simulation, parameters, inputs, slopes, computed, is_computed: false }
+        let first_inputs = inputs.clone();
+        let (is_computed, companion) = (false, None);
+        Self { model, simulation, parameters, inputs, slopes, computed, is_computed, first_inputs, companion }
     }
 
     /// The model.
@@ -75,6 +82,7 @@ impl Plant {
                     return Err(error.into());
                 }
                 self.is_computed = false;
+                self.drop_sensitivities();
             }
             (Place::Parameter(_), _) => return refuse("it is fixed once the model has started"),
             (Place::Time | Place::Computed(_), _) => return refuse("it is computed"),
@@ -103,6 +111,9 @@ impl Plant {
 
     fn inputs_changed(&mut self) {
         self.simulation.set_inputs(&self.inputs, &self.slopes);
+        if let Some(companion) = &mut self.companion {
+            companion.set_inputs(&self.inputs, &self.slopes);
+        }
         self.is_computed = false;
     }
 
@@ -154,6 +165,9 @@ impl Plant {
         let start = self.time();
         self.is_computed = false;
         let outcome = self.simulation.advance(end);
+        if let Some(companion) = &mut self.companion {
+            companion.follow(&self.simulation.take_trail());
+        }
         let duration = self.time() - start;
         if self.slopes.iter().any(|slope| *slope != 0.0) {
             for (input, slope) in self.inputs.iter_mut().zip(&mut self.slopes) {
@@ -202,6 +216,7 @@ impl Plant {
         self.parameters.clone_from(&saved.parameters);
         self.inputs.clone_from(&saved.inputs);
         self.slopes.clone_from(&saved.slopes);
+        self.drop_sensitivities();
         self.inputs_changed();
         Ok(())
     }
@@ -235,6 +250,7 @@ impl Plant {
         let mut snapshot = self.simulation.save();
         snapshot.states[place] = value;
         self.simulation.restore(&snapshot).map_err(|_| refuse("the value must be a finite number"))?;
+        self.drop_sensitivities();
         self.is_computed = false;
         Ok(())
     }
@@ -242,6 +258,87 @@ impl Plant {
     /// The place of a variable among the states of a snapshot.
     fn place_of(&self, entry: &Entry) -> Option<usize> {
         self.simulation.state_index(entry.state?)
+    }
+
+    /// Carries sensitivities along from here on: how everything changes with parameters, with what is added to inputs, and
+    /// with the present values of continuous states, by their names. Without names it ends.
+    ///
+    /// In a run that has not begun yet, parameters begin with what they do to the start. Changing a parameter, moving a state
+    /// or restoring a saved state ends it.
+    ///
+    /// ```
+    /// use pneumatic_servo::model::Setup;
+    /// use pneumatic_servo::models::friction_bench::MODEL;
+    ///
+    /// // Stopping under Coulomb friction takes m*v0^2/(2*Fc).
+    /// let setup = Setup::of(&MODEL).set("bench.drive", "Free")?.set("friction.law", "Coulomb")?;
+    /// let setup = setup.set("friction.coulomb.Fc", 2.0)?.set("friction.coulomb.sigma2", 0.0)?.set("velocity0", 3.0)?;
+    /// let mut plant = setup.start(0.0)?;
+    /// plant.carry_sensitivities(&["velocity0", "friction.coulomb.Fc"])?;
+    /// plant.advance_to(2.0)?;
+    /// assert!((plant.sensitivities(0)?[0] - 3.0 / 2.0).abs() < 1e-6);
+    /// assert!((plant.sensitivities(1)?[0] + 9.0 / 8.0).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DirectionError`] for a name of no such variable; none are carried along then.
+    pub fn carry_sensitivities(&mut self, names: &[&str]) -> Result<(), DirectionError> {
+        self.drop_sensitivities();
+        let along = directions(self.table(), names)?;
+        if along.is_empty() {
+            return Ok(());
+        }
+        let companion = self.companion_along(&along, true).map_err(|refused| {
+            let name = along.iter().position(|other| *other == refused).map_or("", |index| names[index]);
+            let reason = match refused {
+                Along::State(_) => "it is no continuous state of this run",
+                _ => "this run has no equations that can be differentiated by it",
+            };
+            DirectionError::refused(name, reason)
+        })?;
+        self.companion = Some(companion);
+        self.simulation.leave_trail(true);
+        Ok(())
+    }
+
+    /// A companion from here on, which may begin with the start.
+    fn companion_along(&self, along: &[Along], from_start: bool) -> Result<Companion, Along> {
+        let run = Begin {
+            simulation: self.simulation.as_ref(),
+            model: self.model,
+            parameters: &self.parameters,
+            inputs: [&self.inputs, &self.slopes],
+            first_inputs: from_start.then_some(&self.first_inputs[..]),
+        };
+        begin(run, along)
+    }
+
+    /// The derivatives of all computed variables, in the order of the table, by the name in a place among those that are
+    /// carried along; in SI per SI. They belong to the present inputs, as the values do.
+    ///
+    /// # Errors
+    /// [`NoDerivative`] if the run has come through a point at which there is none.
+    ///
+    /// # Panics
+    /// If none are carried along, or not so many.
+    pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
+        let mut slopes = vec![0.0; self.computed.len()];
+        let start = self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time);
+        let companion = self.companion.as_mut().expect("sensitivities that are carried along");
+        companion.outputs(direction, &mut slopes).map_err(|error| error.later(start))?;
+        Ok(slopes)
+    }
+
+    /// The events since sensitivities are carried along, with times since the start of the run.
+    pub fn crossings(&self) -> &[Crossing] {
+        self.companion.as_ref().map_or(&[], Companion::crossings)
+    }
+
+    fn drop_sensitivities(&mut self) {
+        if self.companion.take().is_some() {
+            self.simulation.leave_trail(false);
+        }
     }
 
     /// The simulation behind it, for what has no names.

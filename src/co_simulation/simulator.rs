@@ -4,7 +4,8 @@ use super::differentiate::{differentiate, differentiate_varied};
 use super::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
-use crate::solver::{Counters, Progress, Run, Settings, StepError, Tuning};
+use crate::sensitivity::{Equations, Erased};
+use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError, Tuning};
 use crate::system::{Shortcuts, System, table};
 use crate::variables::{Notices, ParameterError, ParameterSet, StateSet, Table, Values};
 
@@ -220,6 +221,24 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         let varied = varied(direction.parameters)
             .map(|slopes| self.build(&self.parameters, slopes).expect("parameters that have been accepted"));
         self.differentiate(varied.as_ref(), seeds, computed);
+    }
+
+    fn equations(&self) -> Option<Box<dyn Equations>> {
+        let (_, memory) = self.run.state();
+        let (equations, computed) = (self.run.system().clone(), table::<E, U>().computed().count());
+        Some(Box::new(Erased::<E, N, U> { equations, memory: memory.clone(), computed }))
+    }
+
+    fn leave_trail(&mut self, leaves: bool) {
+        self.run.leave_trail(leaves);
+    }
+
+    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
+        Some((self.run.time(), self.run.state().0.to_vec(), self.run.settings().tolerance))
+    }
+
+    fn take_trail(&mut self) -> Vec<Mark> {
+        self.run.take_trail()
     }
 
     fn notices(&self) -> Notices {

@@ -18,7 +18,8 @@ pub use balance::Balance;
 pub use counters::Counters;
 pub use error::{Course, Rejection, StepError};
 pub use linear::Inverse;
-pub use run::{Progress, Run};
+pub use rosenbrock::RODAS;
+pub use run::{Mark, Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};
 
 /// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to

@@ -1,6 +1,6 @@
 //! Events: found within a step, located, handled.
 
-use super::{Run, smallest_step};
+use super::{Mark, Run, smallest_step};
 use crate::hybrid::HybridSystem;
 use crate::solver::array;
 use crate::solver::counters::Counters;
@@ -155,6 +155,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
+        self.mark(|| Mark::Switches(event));
         let u = self.inputs.at(self.time);
         self.system.switch(event, self.time, &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;

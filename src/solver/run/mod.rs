@@ -5,12 +5,14 @@ mod crossing;
 mod kink;
 mod step;
 mod strides;
+mod trail;
 
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
 use self::strides::Strides;
+pub use self::trail::Mark;
 use super::balance::Balance;
 use super::counters::Counters;
 use super::error::StepError;
@@ -118,6 +120,8 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     pending: Option<usize>,
     /// Steps tried since the start of the communication step.
     attempts: u64,
+    /// What the run has done, for who asks for it.
+    trail: Option<Vec<Mark>>,
 }
 
 /// The largest step the adaptive scheme takes, in s.
@@ -158,6 +162,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             pauses: false,
             pending: None,
             attempts: 0,
+            trail: None,
         }
     }
 
@@ -169,6 +174,11 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// The system.
     pub fn system(&self) -> &H {
         &self.system
+    }
+
+    /// How it is integrated.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Exchanges the system for one with other parameters.
@@ -274,8 +284,12 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// # Errors
     /// [`StepError`] when `end` cannot be reached; the state is then that of the last accepted step.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
-        if end > self.time && self.system.begin(end - self.time, &self.inputs.at(self.time), &mut self.memory) {
-            self.is_linearised = false;
+        if end > self.time {
+            let duration = end - self.time;
+            self.mark(|| Mark::Begins(duration));
+            if self.system.begin(duration, &self.inputs.at(self.time), &mut self.memory) {
+                self.is_linearised = false;
+            }
         }
         self.update()?;
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
@@ -296,6 +310,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             }
         }
         if self.pending.is_none() {
+            self.mark(|| Mark::Arrives);
             self.system.arrive(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
         }
         Ok(())
@@ -321,6 +336,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         if let Some(event) = self.pending.take() {
             self.switch(event)?;
         }
+        self.mark(|| Mark::Follows);
         self.follow();
         if self.indicators_hold {
             (self.is_settled, self.indicators_hold) = (true, false);
@@ -331,6 +347,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
+        self.mark(|| Mark::Samples(time));
         self.system.sample(time, &mut self.x, &self.inputs.at(self.time), &mut self.memory);
         (self.is_linearised, self.arrived_with) = (false, None);
         self.settle()

@@ -302,6 +302,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         self.time = time;
         self.x = *end;
         self.counters.steps += 1;
+        self.mark_move(time, end);
         if knows_slope {
             self.linearisation.derivatives = self.end_slope;
         }

@@ -1,0 +1,79 @@
+//! How slopes begin.
+
+use super::{Along, Companion, Driven, Slopes, Way};
+use crate::co_simulation::Simulation;
+use crate::model::Model;
+
+/// A run that slopes are to be carried along.
+#[derive(Clone, Copy)]
+pub struct Begin<'a> {
+    /// The run.
+    pub simulation: &'a dyn Simulation,
+    /// Its model.
+    pub model: &'static Model,
+    /// All parameters, in the order of the table.
+    pub parameters: &'a [f64],
+    /// The inputs and their slopes.
+    pub inputs: [&'a [f64]; 2],
+    /// The inputs with which the run started, if parameters are to begin with what they do to the start.
+    pub first_inputs: Option<&'a [f64]>,
+}
+
+/// A companion of a run from here on, in directions.
+///
+/// # Errors
+/// The direction along which there are no slopes.
+pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
+    let refused = directions.first().copied().unwrap_or(Along::State(0));
+    let equations = run.simulation.equations().ok_or(refused)?;
+    let spare = run.simulation.equations().ok_or(refused)?;
+    let (time, x, tolerance) = run.simulation.place().ok_or(refused)?;
+    let still = Slopes::new(vec![0.0; x.len()], vec![0.0; equations.memory().count()]);
+    let has_begun = |first: &&[f64]| time != 0.0 || equations.start(first) != (x.clone(), equations.memory());
+    let first_inputs = run.first_inputs.filter(|first| !has_begun(first));
+    let count = run.inputs[0].len();
+    let mut ways = Vec::with_capacity(directions.len());
+    for along in directions {
+        let mut slopes = still.clone();
+        let way = match *along {
+            Along::Input(place) if place < count => Way::of_input(place, count),
+            Along::Input(_) => return Err(*along),
+            Along::State(state) => {
+                slopes.states[run.simulation.state_index(state).ok_or(*along)?] = 1.0;
+                slopes = Slopes::new(slopes.states, slopes.memory);
+                Way::still(count)
+            }
+            Along::Memory(number) => {
+                *slopes.memory.get_mut(number).ok_or(*along)? = 1.0;
+                Way::still(count)
+            }
+            Along::Parameter(place) => {
+                let way = of_parameter(&run, place).ok_or(*along)?;
+                if let Some(first) = first_inputs {
+                    slopes = way.slopes_of_start(equations.as_ref(), first);
+                }
+                way
+            }
+        };
+        ways.push((way, slopes));
+    }
+    let nominals = (run.model.indicators)().into_iter().map(|indicator| indicator.nominal).collect();
+    let [values, slopes] = run.inputs.map(<[f64]>::to_vec);
+    Ok(Companion::new([equations, spare], (time, x, Driven { since: time, values, slopes }), tolerance, nominals, ways))
+}
+
+/// The direction of a parameter, if there are equations beside the present ones.
+fn of_parameter(run: &Begin, place: usize) -> Option<Way> {
+    let variable = (run.model.variables)().parameters().nth(place)?;
+    let value = run.parameters[place];
+    let typical = variable.nominal.or(variable.start).filter(|typical| *typical != 0.0).unwrap_or(1.0);
+    let magnitude = if value == 0.0 { typical } else { value }.abs();
+    let bounds = [variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY)];
+    let (equations, parameters) = (run.simulation.equations()?, run.parameters.to_vec());
+    let beside = move |offset: f64| {
+        let mut parameters = parameters.clone();
+        parameters[place] += offset;
+        equations.under(&parameters)
+    };
+    Way::of_parameter(Box::new(beside), [value, magnitude], bounds, run.inputs[0].len())
+}

@@ -1,0 +1,70 @@
+//! Directions by their names.
+
+use std::fmt;
+
+use super::Along;
+use crate::model::{SettingError, find};
+use crate::variables::{Entry, Kind, Place, Table};
+
+/// A name along which no run can be differentiated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DirectionError {
+    /// The model has no variable of this name.
+    Unknown(SettingError),
+    /// The variable is none that a run can be differentiated by.
+    Refused {
+        /// Its name.
+        name: String,
+        /// Why.
+        reason: &'static str,
+    },
+}
+
+impl DirectionError {
+    pub(crate) fn refused(name: &str, reason: &'static str) -> Self {
+        Self::Refused { name: name.to_owned(), reason }
+    }
+}
+
+impl fmt::Display for DirectionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(error) => error.fmt(f),
+            Self::Refused { name, reason } => write!(f, "there are no sensitivities with respect to {name}: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for DirectionError {}
+
+/// The directions of names: parameters, inputs and continuous states.
+///
+/// # Errors
+/// [`DirectionError`] for the first name that is none of these, stands for a choice or a count or a setting of the solver, or
+/// comes twice.
+pub fn directions(table: &Table, names: &[&str]) -> Result<Vec<Along>, DirectionError> {
+    let of = |(index, name): (usize, &&str)| {
+        if names[..index].contains(name) {
+            return Err(DirectionError::refused(name, "it is given twice"));
+        }
+        let entry = find(table, name).map_err(DirectionError::Unknown)?;
+        along(&entry).map_err(|reason| DirectionError::refused(name, reason))
+    };
+    names.iter().enumerate().map(of).collect()
+}
+
+fn along(entry: &Entry) -> Result<Along, &'static str> {
+    match (entry.place, entry.state, entry.variable.kind) {
+        (Place::Time, ..) => Err("it is the time"),
+        (Place::Computed(_), Some(state), _) => Ok(Along::State(state)),
+        (Place::Computed(_), None, _) => Err("it is computed, and no continuous state"),
+        (_, _, Kind::Enumeration(_)) => Err("it is a choice, which does not vary little by little"),
+        (_, _, Kind::Integer) => Err("it is a whole number, which does not vary little by little"),
+        (_, _, Kind::Boolean) => Err("it is true or false"),
+        (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.name.starts_with("solver.") => {
+            Err("it changes how a run is computed, not what is computed")
+        }
+        (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
+        (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),
+    }
+}

@@ -1,0 +1,209 @@
+//! The equations of any model behind one interface, so that what carries slopes along is compiled once.
+
+use nalgebra::SMatrix;
+
+use super::leaves::Leaves;
+use crate::co_simulation::{build, differentiate};
+use crate::model::Start;
+use crate::solver::Counters;
+use crate::system::{Shortcuts, System};
+
+/// What a run does to states and memory at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Act {
+    /// A communication step of a duration in s begins.
+    Begin(f64),
+    /// The memory follows.
+    Follow,
+    /// The event in a place of the indicators happens.
+    Switch(usize),
+    /// The sample is taken that is `due` at a time in s, in a run that is `now` at another, but for rounding.
+    Sample {
+        /// When it is due.
+        due: f64,
+        /// When the run takes it.
+        now: f64,
+    },
+    /// A communication point is reached.
+    Arrive,
+}
+
+/// A point at which equations are evaluated, but for the memory.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a> {
+    /// Time in s.
+    pub time: f64,
+    /// States.
+    pub x: &'a [f64],
+    /// Inputs.
+    pub u: &'a [f64],
+}
+
+/// The equations of a model under some parameters, with a memory.
+pub trait Equations: Send {
+    /// Those under other parameters, in the order of the table, with the same memory; nothing if they do not fit together.
+    fn under(&self, parameters: &[f64]) -> Option<Box<dyn Equations>>;
+    /// Number of states.
+    fn states(&self) -> usize;
+    /// How many of them, the first ones, follow the inputs alone.
+    fn led(&self) -> usize;
+    /// Magnitudes of the states.
+    fn scales(&self) -> Vec<f64>;
+    /// States and memory at the start.
+    fn start(&self, u: &[f64]) -> (Vec<f64>, Leaves);
+    /// The memory.
+    fn memory(&self) -> Leaves;
+    /// Takes on another memory: that of other equations of the model, or one with other numbers.
+    ///
+    /// # Panics
+    /// If it is none of this model.
+    fn remember(&mut self, memory: &Leaves);
+    /// The names of the numbers of the memory.
+    fn memory_names(&self) -> Vec<String>;
+    /// Rates of the states.
+    fn rates(&self, at: At) -> Vec<f64>;
+    /// Jacobian of the rates, column by column.
+    fn jacobian(&self, at: At) -> Vec<f64>;
+    /// The states that follow the inputs alone, a time in s later under held inputs, where they have a closed form.
+    fn later(&self, at: At, step: f64) -> Option<Vec<f64>>;
+    /// The event indicators.
+    fn indicators(&self, at: At) -> Vec<f64>;
+    /// Does something to the states and the memory.
+    fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]);
+    /// The time in s of the next sample.
+    fn next_sample(&self) -> f64;
+    /// The name of the event in a place of the indicators.
+    fn event_name(&self, event: usize) -> &'static str;
+    /// The computed variables, but for residuals and counters.
+    fn outputs(&self, at: At) -> Vec<f64>;
+    /// Their derivatives in a direction of states and inputs.
+    fn output_slopes(&self, at: At, direction: (&[f64], &[f64])) -> Vec<f64>;
+}
+
+/// The equations of a model with `N` states.
+pub struct Erased<E: System<U>, const N: usize, const U: usize> {
+    /// The equations.
+    pub equations: E,
+    /// The memory.
+    pub memory: E::Memory,
+    /// Number of all computed variables.
+    pub computed: usize,
+}
+
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Erased<E, N, U> {
+    /// Number of computed variables without residuals and counters.
+    fn own(&self) -> usize {
+        self.computed - Counters::COUNT - E::RESIDUALS
+    }
+}
+
+/// Numbers in an array.
+fn array<const N: usize>(numbers: &[f64]) -> [f64; N] {
+    let mut array = [0.0; N];
+    array.copy_from_slice(numbers);
+    array
+}
+
+impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N, U> {
+    fn under(&self, parameters: &[f64]) -> Option<Box<dyn Equations>> {
+        let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None };
+        let (equations, _) = build::<E, U>(&start, &[]).ok()?;
+        Some(Box::new(Self { equations, memory: self.memory.clone(), computed: self.computed }))
+    }
+
+    fn states(&self) -> usize {
+        N
+    }
+
+    fn led(&self) -> usize {
+        E::LED
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        System::scales::<N>(&self.equations).to_vec()
+    }
+
+    fn start(&self, u: &[f64]) -> (Vec<f64>, Leaves) {
+        let (x, memory) = System::start::<N>(&self.equations, &array(u));
+        (x.to_vec(), Leaves::of(&memory))
+    }
+
+    fn memory(&self) -> Leaves {
+        Leaves::of(&self.memory)
+    }
+
+    fn remember(&mut self, memory: &Leaves) {
+        self.memory = memory.memory().expect("a memory of this model");
+    }
+
+    fn memory_names(&self) -> Vec<String> {
+        super::leaves::names(&self.memory)
+    }
+
+    fn rates(&self, At { time, x, u }: At) -> Vec<f64> {
+        System::derivatives::<f64, N>(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
+    }
+
+    fn jacobian(&self, At { time, x, u }: At) -> Vec<f64> {
+        let mut jacobian = SMatrix::<f64, N, N>::zeros();
+        Shortcuts::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian);
+        jacobian.as_slice().to_vec()
+    }
+
+    fn later(&self, At { x, u, .. }: At, step: f64) -> Option<Vec<f64>> {
+        if E::LED == 0 || !Shortcuts::is_gentle(&self.equations) {
+            return None;
+        }
+        let stride = Shortcuts::stride(&self.equations, step);
+        let led = Shortcuts::led::<N>(&self.equations, &array(x), &array(u), &self.memory, &stride);
+        Some(led.end[..E::LED].to_vec())
+    }
+
+    fn indicators(&self, At { time, x, u }: At) -> Vec<f64> {
+        let indicators = System::indicators::<N>(&self.equations, time, &array(x), &array(u), &self.memory);
+        indicators.as_ref().to_vec()
+    }
+
+    fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) {
+        let (mut x, u) = (array::<N>(states), array::<U>(u));
+        let (equations, memory) = (&self.equations, &mut self.memory);
+        match act {
+            Act::Begin(duration) => {
+                System::begin(equations, duration, &u, memory);
+            }
+            Act::Follow => {
+                System::follow(equations, time, &x, &u, memory);
+            }
+            Act::Switch(event) => System::switch(equations, event, time, &mut x, &u, memory),
+            Act::Sample { due, now } => {
+                // Where the run is a little earlier or later, it is still due, whatever rounding has to say.
+                let due = if time == now { due } else { (due + (time - now)).next_up().next_up().next_up() };
+                System::sample(equations, due, &mut x, &u, memory);
+            }
+            Act::Arrive => System::arrive(equations, time, &x, &u, memory),
+        }
+        states.copy_from_slice(&x);
+    }
+
+    fn next_sample(&self) -> f64 {
+        System::next_sample(&self.equations, &self.memory).time
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        System::event_name(&self.equations, event)
+    }
+
+    fn outputs(&self, At { time, x, u }: At) -> Vec<f64> {
+        let mut values = vec![0.0; self.own()];
+        System::outputs::<f64, N>(&self.equations, time, &array(x), &array(u), &self.memory, &mut values);
+        values
+    }
+
+    fn output_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64])) -> Vec<f64> {
+        let mut slopes = vec![0.0; self.computed];
+        let at = (time, &array::<N>(x), &array::<U>(u), &self.memory);
+        differentiate(&self.equations, at, (0.0, &array(dx), &array(du)), &mut slopes);
+        slopes.truncate(self.own());
+        slopes
+    }
+}

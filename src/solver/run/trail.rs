@@ -1,0 +1,64 @@
+//! What a run has done since somebody asked, mark by mark: for who does it again with numbers of his own.
+
+use super::Run;
+use crate::hybrid::HybridSystem;
+
+/// What a run does to its states and its memory.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Mark {
+    /// The system takes notice of a communication step of a duration in s.
+    Begins(f64),
+    /// The memory follows the present inputs, and events happen that these set off.
+    Follows,
+    /// A step is accepted; the memory follows.
+    Moves {
+        /// Time in s at its end.
+        time: f64,
+        /// The states there.
+        end: Vec<f64>,
+    },
+    /// An event happens, by its place among the indicators, and those that it sets off.
+    Switches(usize),
+    /// The sample of a time in s is taken, and events happen that it sets off.
+    Samples(f64),
+    /// The system takes notice of a communication point.
+    Arrives,
+}
+
+impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// Leaves a trail from now on, or none.
+    pub fn leave_trail(&mut self, leaves: bool) {
+        self.trail = leaves.then(Vec::new);
+    }
+
+    /// The trail left since this was asked last.
+    pub fn take_trail(&mut self) -> Vec<Mark> {
+        self.trail.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    #[inline(always)]
+    pub(super) fn mark(&mut self, mark: impl FnOnce() -> Mark) {
+        if let Some(trail) = &mut self.trail {
+            note(trail, mark());
+        }
+    }
+
+    /// Marks a step to states.
+    #[inline(always)]
+    pub(super) fn mark_move(&mut self, time: f64, end: &[f64; N]) {
+        self.mark(|| moved(time, end));
+    }
+}
+
+// Few runs leave a trail.
+#[cold]
+#[inline(never)]
+fn note(trail: &mut Vec<Mark>, mark: Mark) {
+    trail.push(mark);
+}
+
+#[cold]
+#[inline(never)]
+fn moved(time: f64, end: &[f64]) -> Mark {
+    Mark::Moves { time, end: end.to_vec() }
+}

@@ -1,0 +1,297 @@
+//! Sensitivities of runs, compared with closed forms and with differences of runs.
+
+use std::f64::consts::{PI, TAU};
+
+use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::{Model, Setup, Value};
+use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
+
+fn setup(model: &'static Model, changes: &[(&str, Value)]) -> Setup {
+    let mut setup = Setup::of(model);
+    changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("legal"));
+    setup
+}
+
+fn place(plant: &Plant, name: &str) -> usize {
+    plant.table().computed().position(|variable| variable.name == name).expect("a computed variable")
+}
+
+/// The sensitivities of a variable to all that are carried along.
+fn of(plant: &mut Plant, name: &str, count: usize) -> Vec<f64> {
+    let place = place(plant, name);
+    (0..count).map(|direction| plant.sensitivities(direction).expect("a derivative")[place]).collect()
+}
+
+#[track_caller]
+fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");
+    }
+}
+
+/// A free mass stops after `m*v0^2/(2*Fc)`, and stays there.
+#[test]
+fn stopping_distance_under_coulomb_friction() {
+    let [friction, speed, mass] = [2.0, 3.0, 1.5];
+    let setup = setup(
+        &friction_bench::MODEL,
+        &[
+            ("bench.drive", "Free".into()),
+            ("friction.law", "Coulomb".into()),
+            ("friction.coulomb.Fc", friction.into()),
+            ("friction.coulomb.sigma2", 0.0.into()),
+            ("velocity0", speed.into()),
+            ("mass", mass.into()),
+        ],
+    );
+    let mut plant = setup.start(0.0).expect("starts");
+    plant.carry_sensitivities(&["friction.coulomb.Fc", "velocity0", "mass"]).expect("parameters");
+    plant.advance_to(5.0).expect("stops");
+    let expected = [
+        -mass * speed * speed / (2.0 * friction * friction),
+        mass * speed / friction,
+        speed * speed / (2.0 * friction),
+    ];
+    // Differences of one evaluation hold ten digits.
+    assert_near(&of(&mut plant, "position", 3), &expected, 1e-9);
+    assert_eq!(of(&mut plant, "velocity", 3), [0.0; 3], "what sticks has no velocity, whatever the parameters");
+    let [stop] = plant.crossings() else { panic!("one event: {:?}", plant.crossings()) };
+    assert_eq!(stop.event, "stop");
+    assert_near(&[stop.rate], &[-friction / mass], 1e-9);
+    assert_near(&stop.delays, &[-mass * speed / (friction * friction), mass / friction, speed / friction], 1e-9);
+}
+
+/// The bench of the stick-slip cycle that is known in closed form.
+fn stick_slip() -> Setup {
+    setup(
+        &friction_bench::MODEL,
+        &[
+            ("friction.law", "CoulombStiction".into()),
+            ("friction.coulombStiction.Fs", 1.5.into()),
+            ("friction.coulombStiction.Fc", 1.0.into()),
+            ("friction.coulombStiction.sigma2", 0.0.into()),
+            ("solver.relativeTolerance", 1e-10.into()),
+        ],
+    )
+}
+
+/// A mass that a spring pulls with a speed is released at `Fs/(k*V)`.
+#[test]
+fn release_time_of_a_mass_that_a_spring_pulls() {
+    let mut plant = stick_slip().start(0.0).expect("starts");
+    plant
+        .carry_sensitivities(&["friction.coulombStiction.Fs", "driveVelocity", "spring.stiffness"])
+        .expect("directions");
+    plant.advance_to(8.0).expect("is released");
+    let release = &plant.crossings()[0];
+    let [limit, stiffness, speed] = [1.5, 2.0, 0.1];
+    let expected =
+        [1.0 / (stiffness * speed), -limit / (stiffness * speed * speed), -limit / (stiffness * stiffness * speed)];
+    assert_eq!(release.event, "breakAway");
+    assert_near(&release.delays, &expected, 1e-8);
+}
+
+/// `T = 2*e0/V + (2/w)*(pi - atan(e0*w/V))` with `e0 = (Fs - Fc)/k` and `w^2 = k/m`.
+#[test]
+fn period_of_a_stick_slip_cycle_by_the_speed_of_pulling() {
+    let mut plant = stick_slip().start(0.0).expect("starts");
+    plant.carry_sensitivities(&["driveVelocity"]).expect("an input");
+    plant.advance_to(40.0).expect("sticks and slips");
+    let crossings = plant.crossings().to_vec();
+    of(&mut plant, "position", 1);
+    let releases: Vec<_> = crossings.iter().filter(|crossing| crossing.event == "breakAway").collect();
+    assert!(releases.len() >= 4, "{releases:?}");
+    let (offset, speed, rate) = (0.25, 0.1, 2.0f64.sqrt());
+    let period = 2.0 * offset / speed + (2.0 / rate) * (PI - (offset * rate / speed).atan());
+    let ratio = offset * rate / speed;
+    let slope = -2.0 * offset / (speed * speed) + (2.0 / rate) * (ratio / speed) / (1.0 + ratio * ratio);
+    for pair in releases.windows(2) {
+        assert_near(&[pair[1].time - pair[0].time, pair[1].delays[0] - pair[0].delays[0]], &[period, slope], 1e-7);
+    }
+}
+
+/// Runs the default experiment of the cylinder for a time in s, and looks after every step.
+fn experiment(plant: &mut Plant, end: f64, mut look: impl FnMut(&mut Plant)) {
+    for k in 0..(end * 1e3).round() as u32 {
+        plant.set("valveVoltage", 5.0 + 2.0 * (TAU * f64::from(k) * 1e-3).sin()).expect("legal");
+        plant.advance_to(f64::from(k + 1) * 1e-3).expect("advances");
+        look(plant);
+    }
+}
+
+/// Positions of the default experiment.
+fn positions(setup: &Setup, end: f64) -> Vec<f64> {
+    let (mut plant, mut found) = (setup.start(0.0).expect("starts"), Vec::new());
+    experiment(&mut plant, end, |plant| found.push(plant.get("position").expect("a variable")));
+    found
+}
+
+/// Sensitivities of these positions, and those without.
+fn sensitivities(setup: &Setup, end: f64, names: &[&str]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let mut plant = setup.start(0.0).expect("starts");
+    plant.carry_sensitivities(names).expect("directions");
+    let (mut slopes, mut found) = (vec![Vec::new(); names.len()], Vec::new());
+    experiment(&mut plant, end, |plant| {
+        found.push(plant.get("position").expect("a variable"));
+        let rows = of(plant, "position", names.len());
+        slopes.iter_mut().zip(rows).for_each(|(slopes, slope)| slopes.push(slope));
+    });
+    (slopes, found)
+}
+
+/// The largest distance between sensitivities and central differences, relative to the largest of these.
+fn distance(setup: &Setup, end: f64, name: &str, slopes: &[f64], share: f64) -> f64 {
+    let value = setup.get(name).expect("a parameter");
+    let [above, below] = [1.0, -1.0].map(|sign| {
+        let moved = setup.clone().set(name, value * (1.0 + sign * share)).expect("legal");
+        positions(&moved, end)
+    });
+    let differences: Vec<f64> =
+        above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * share * value)).collect();
+    let largest = differences.iter().fold(0.0f64, |largest, slope| largest.max(slope.abs()));
+    differences.iter().zip(slopes).fold(0.0f64, |worst, (one, other)| worst.max((one - other).abs())) / largest
+}
+
+fn cylinder(law: &str, tolerance: f64) -> Setup {
+    let changes = [("friction.law", law.into()), ("solver.relativeTolerance", tolerance.into())];
+    setup(&pneumatic_servo_cylinder::MODEL, &changes)
+}
+
+/// Differences of runs at a tolerance of 1e-10 hold five digits and more; of what the sensitivities are, they tell no more.
+fn agrees_with_differences(law: &str, level: &str) {
+    let names = ["valve.C", level, "mass.moving", "chamberA.pressure0", "supplyPressure"];
+    let setup = cylinder(law, 1e-10);
+    let (slopes, found) = sensitivities(&setup, 2.0, &names);
+    assert!(found == positions(&setup, 2.0), "{law}: the values are the same bits with and without");
+    for (name, slopes) in names.iter().zip(&slopes) {
+        let distance = distance(&setup, 2.0, name, slopes, 3e-5);
+        assert!(distance < 1e-5, "{law} by {name}: {distance}");
+    }
+}
+
+#[test]
+fn sensitivities_of_stribeck_are_those_of_differences() {
+    agrees_with_differences("Stribeck", "friction.stribeck.Fs");
+}
+
+#[test]
+fn sensitivities_of_polito_are_those_of_differences() {
+    agrees_with_differences("Polito", "friction.polito.Fs");
+}
+
+#[test]
+fn sensitivities_of_lugre_are_those_of_differences() {
+    agrees_with_differences("LuGre", "friction.lugre.Fs");
+}
+
+#[test]
+fn sensitivities_of_gms_are_those_of_differences() {
+    agrees_with_differences("GMS", "friction.gms.Fs");
+}
+
+#[test]
+fn sensitivities_of_karnopp_are_those_of_differences() {
+    agrees_with_differences("Karnopp", "friction.karnopp.Fs");
+}
+
+/// Differences of runs of 0.25 s at a tolerance of 1e-9: most laws agree to 1e-6 and better.
+///
+/// Under law Bristle the force is that of bonds that break one after the other: differences straddle some of these.
+#[test]
+fn sensitivities_under_all_laws_are_those_of_differences() {
+    for (_, law, _) in LAWS.items.iter().filter(|(_, law, _)| *law != "DNLRX") {
+        let setup = cylinder(law, 1e-9);
+        let names = ["valve.C", "mass.moving"];
+        let (slopes, _) = sensitivities(&setup, 0.25, &names);
+        let bound = if *law == "Bristle" { 4e-3 } else { 1e-5 };
+        for (name, slopes) in names.iter().zip(&slopes) {
+            let distance = distance(&setup, 0.25, name, slopes, 3e-5);
+            assert!(distance < bound, "{law} by {name}: {distance}");
+        }
+    }
+}
+
+/// Law DNLRX holds its force between samples, each of which lets deformations end at limits: where one of them is just there,
+/// the slopes to both sides differ.
+#[test]
+fn sample_at_a_limit_is_told_by_time_and_reason() {
+    let mut plant = cylinder("DNLRX", 1e-9).start(0.0).expect("starts");
+    plant.carry_sensitivities(&["valve.C"]).expect("a parameter");
+    let mut told = None;
+    experiment(&mut plant, 0.25, |plant| told = told.take().or_else(|| plant.sensitivities(0).err()));
+    let told = told.expect("no derivative").to_string();
+    assert!(told.ends_with("they depend on a number of the memory that has no slope"), "{told}");
+}
+
+/// A run that starts at rest has another mode with any start velocity; one that starts on the move has the same.
+#[test]
+fn mode_that_differs_to_both_sides_is_told_by_time_and_reason() {
+    let mut plant = cylinder("Stribeck", 1e-6).start(0.0).expect("starts");
+    plant.carry_sensitivities(&["velocity0", "valve.C"]).expect("parameters");
+    plant.advance_to(0.01).expect("advances");
+    let told = plant.sensitivities(0).expect_err("no derivative").to_string();
+    assert!(told.starts_with("the run has no derivative from t = 0 s on, at the start: the modes differ"), "{told}");
+    assert!(plant.sensitivities(1).is_ok(), "other directions are none the worse");
+}
+
+/// A mass on which friction just holds a force, which then grows by as much as rounding: the modes to both sides differ.
+#[test]
+fn input_that_sets_off_an_event_at_its_limit_has_no_derivative() {
+    let setup = setup(
+        &friction_bench::MODEL,
+        &[
+            ("bench.drive", "Free".into()),
+            ("friction.law", "Coulomb".into()),
+            ("friction.coulomb.Fc", 1.0.into()),
+            ("appliedForce", 0.5.into()),
+        ],
+    );
+    let mut plant = setup.start(0.0).expect("starts");
+    plant.carry_sensitivities(&["friction.coulomb.Fc"]).expect("a parameter");
+    plant.advance_to(1.0).expect("rests");
+    plant.set("appliedForce", 1.0 + 1e-9).expect("legal");
+    plant.advance_to(2.0).expect("begins to move");
+    let told = plant.sensitivities(0).expect_err("no derivative");
+    assert_eq!((told.time, told.event.as_str()), (1.0, "breakAway"), "{told}");
+}
+
+#[test]
+fn names_of_no_direction_are_refused() {
+    let mut plant = cylinder("Stribeck", 1e-6).start(0.0).expect("starts");
+    let mut refused = |names: &[&str]| plant.carry_sensitivities(names).expect_err("refused").to_string();
+    for (names, expected) in [
+        (&["valve.D"][..], "there is no variable valve.D; did you mean"),
+        (&["friction.law"], "there are no sensitivities with respect to friction.law: it is a choice"),
+        (&["friction.gms.N"], "there are no sensitivities with respect to friction.gms.N: it is a whole number"),
+        (
+            &["solver.relativeTolerance"],
+            "there are no sensitivities with respect to solver.relativeTolerance: it changes how",
+        ),
+        (&["frictionForce"], "there are no sensitivities with respect to frictionForce: it is computed"),
+        (
+            &["friction.deflection"],
+            "there are no sensitivities with respect to friction.deflection: it is no continuous state",
+        ),
+        (&["valve.C", "position", "valve.C"], "there are no sensitivities with respect to valve.C: it is given twice"),
+        (&["time"], "there are no sensitivities with respect to time: it is the time"),
+    ] {
+        let found = refused(names);
+        assert!(found.starts_with(expected), "{found}");
+    }
+}
+
+/// Changes that slopes cannot follow end them; without names there are none to follow.
+#[test]
+fn sensitivities_begin_where_they_are_asked_for() {
+    let mut plant = cylinder("Stribeck", 1e-8).start(0.0).expect("starts");
+    plant.set("valveVoltage", 6.5).expect("legal");
+    plant.advance_to(0.3).expect("advances");
+    plant.carry_sensitivities(&["position", "valveVoltage", "chamberA.pressure0"]).expect("directions");
+    plant.advance_to(0.301).expect("advances");
+    let [of_position, of_voltage, of_start] = of(&mut plant, "position", 3)[..] else { panic!("three") };
+    // A millisecond later the position is about where it was, and more voltage has not done much.
+    assert!((of_position - 1.0).abs() < 1e-2 && of_voltage > 0.0 && of_voltage < 1e-4, "{of_position} {of_voltage}");
+    assert_eq!(of_start, 0.0, "the start is over");
+}
