@@ -7,7 +7,6 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pneumatic_servo as ps
 import pneumatic_servo.envs as envs
@@ -208,9 +207,13 @@ def test_ranking_is_written(tmp_path: Path) -> None:
 
 
 def test_environments_keep_how_they_are_drawn() -> None:
-    """They draw nothing, and say so to who asks for a picture."""
-    for kind in (envs.Positioning, envs.VectorPositioning):
-        assert (kind().render_mode, kind(render_mode="human").render_mode) == (None, "human")
-    for mode in ("human", "rgb_array"):
-        with pytest.warns(UserWarning, match="render"):
-            gymnasium.make("pneumatic_servo/Positioning-v0", render_mode=mode)
+    """What they cannot draw is refused, by its name."""
+    for kind, modes in (
+        (envs.Positioning, (None, "human", "rgb_array")),
+        (envs.VectorPositioning, (None, "rgb_array")),
+    ):
+        assert tuple(kind(render_mode=mode).render_mode for mode in modes) == modes
+        with pytest.raises(ValueError, match="render_mode = 'ansi' is refused: it must be None or"):
+            kind(render_mode="ansi")
+    with pytest.raises(ValueError, match="render_mode = 'human' is refused: it must be None or 'rgb_array'"):
+        envs.VectorPositioning(render_mode="human")

@@ -9,6 +9,7 @@ import numpy as np
 import pneumatic_servo.envs as envs
 import pytest
 from bounds import assert_close, largest
+from pneumatic_servo.envs.drawing import Drawing
 from pneumatic_servo.envs.task import Task, rewards
 
 NAME = "pneumatic_servo/Positioning-v0"
@@ -309,3 +310,62 @@ def test_info_of_many_plants_has_their_settings() -> None:
     info = fleet.reset(seed=2)[1]
     assert info["mass.moving"].shape == (4,) and set(info["friction.law"]) <= {"Stribeck", "GMS"}
     assert info["_mass.moving"].all()
+
+
+def dark_columns(frame: np.ndarray) -> np.ndarray:
+    """Columns of the piston and of the ends of the barrel: dark for a third of the height at least."""
+    return np.flatnonzero((frame.max(axis=2) < 0x50).sum(axis=0) > frame.shape[0] / 3)
+
+
+def test_pictures_show_where_the_carriage_is() -> None:
+    environment = gymnasium.make(NAME, render_mode="rgb_array", duration=9.0)
+    environment.reset(seed=1, options={"target": 0.3})
+    places, pistons = [], []
+    for action in (0.5, -0.5):
+        for _ in range(400):
+            seen, *_ = environment.step(np.array([action], dtype=np.float32))
+        frame = environment.render()
+        assert frame.shape == (180, 640, 3) and frame.dtype == np.uint8
+        places.append(float(seen[1]))
+        # The piston is the dark block that is neither an end of the barrel.
+        inside = dark_columns(frame)
+        pistons.append(float(np.mean(inside[(inside > inside[0] + 4) & (inside < inside[-1] - 4)])))
+    assert np.array_equal(environment.render(), environment.render())
+    # A stroke is 0.96/2.45 of 640 dots wide; the piston's middle is found to a dot.
+    assert_close(pistons[0] - pistons[1], 640 * 0.96 / 2.45 * (places[0] - places[1]), within=1.0, what="dots")
+    assert abs(pistons[0] - pistons[1]) > 20.0
+
+
+def test_pictures_of_many_plants_are_those_of_single_ones() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=2, render_mode="rgb_array")
+    fleet.reset(seed=[4, 5])
+    single = gymnasium.make(NAME, render_mode="rgb_array")
+    single.reset(seed=5)
+    one, other = fleet.render()
+    assert np.array_equal(other, single.render()) and not np.array_equal(one, other)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.Positioning(render_mode="rgb_array").render()
+
+
+def test_window_shows_as_many_pictures_as_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+
+    class Window:
+        def __init__(self) -> None:
+            self.drawing = Drawing()
+
+        def update(self) -> None:
+            shown.append(self.drawing._title.get_text())
+
+        def close(self) -> None:
+            shown.append("closed")
+
+    monkeypatch.setattr("pneumatic_servo.envs.positioning.Window", Window)
+    environment = envs.Positioning(render_mode="human", law="LuGre")
+    environment.reset(seed=1)
+    for _ in range(1000):
+        environment.step(np.array([0.4], dtype=np.float32))
+    environment.close()
+    # At the reset and every 40 ms.
+    assert len(shown) == 1 + 25 + 1 and shown[-1] == "closed" and shown[0].startswith("LuGre  position")
+    assert len(set(shown)) > 20

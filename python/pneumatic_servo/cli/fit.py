@@ -1,8 +1,9 @@
 r"""Fit parameters of a model to measured data.
 
-Experiments: motion (a seal or a tribometer: position given, force compared), mechanical (pressures given, position
-compared), pneumatic (position and voltage given, pressures compared), rig (voltage given, position and pressures
-compared). The exit code is 0 only if the fit has converged.
+Experiments: motion (a seal or a tribometer: position given, force compared), force (an axis that a measured force
+moves: position or velocity compared), mechanical (pressures given, position compared), pneumatic (position and
+voltage given, pressures compared), rig (voltage given, position and pressures compared). The exit code is 0 only if
+the fit has converged.
 
 example:
   pneumatic-servo fit rig.csv --experiment rig --law Stribeck \
@@ -26,7 +27,7 @@ from pneumatic_servo.units import written
 from pneumatic_servo.variables import Value
 
 NAME = "fit"
-EXPERIMENTS = ("motion", "mechanical", "pneumatic", "rig")
+EXPERIMENTS = ("motion", "force", "mechanical", "pneumatic", "rig")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--fit", default="", metavar="NAME[=start][:low:high],...",
-        help="free parameters, offset.SIGNAL, delay.SIGNAL, area (default: the parameters of the law)",
+        help="free parameters, gain.SIGNAL, offset.SIGNAL, delay.SIGNAL, area, incline (default: those of the law)",
     )  # fmt: skip
     parser.add_argument(
         "--set",
@@ -106,17 +107,18 @@ def run(options: argparse.Namespace) -> None:
 
 
 def known(experiment: str, given: list[str]) -> dict[str, Value]:
-    """Read known parameters, several to an option; for motion also the area."""
-    words = words_of(given)
+    """Read known parameters, several to an option; also of sensors, and of a bench what its model does not have."""
+    fitting = import_module("pneumatic_servo.identification.fitting")
+    beside = {**fitting.OF_SENSORS, **fitting.OF_BENCH.get(experiment, {})}
     special: dict[str, Value] = {}
     others = []
-    for word in words:
+    for word in words_of(given):
         name, equals, text = word.partition("=")
-        if experiment == "motion" and equals and name in ("area", "friction.kappaA"):
-            special[name] = written(text, {"area": "m2"}.get(name, "1/Pa"), f"--set {word}", is_bare_allowed=True)
+        if equals and name in beside:
+            special[name] = written(text, beside[name], f"--set {word}", is_bare_allowed=True)
         else:
             others.append(word)
-    model = Model("FrictionBench" if experiment == "motion" else "PneumaticServoCylinder")
+    model = Model("FrictionBench" if experiment in ("motion", "force") else "PneumaticServoCylinder")
     return {**settings_of(model, others), **special}
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native
 from pneumatic_servo.checks import whole_number
+from pneumatic_servo.envs.drawing import Drawing, Frame, Window
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model, available_cores
 from pneumatic_servo.names import did_you_mean
@@ -22,6 +23,8 @@ Observation = NDArray[np.float32]
 OPTIONS = ("target",)
 """What an episode may be asked for; those of many plants also which of them begin anew."""
 MASK = "reset_mask"
+FPS = 25
+"""Pictures per second of the plant's time."""
 
 
 def action_space() -> Any:
@@ -51,14 +54,17 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         The fields of `Task`, for example ``law="LuGre"`` or ``laws=[...]`` and ``ranges={...}``.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": FPS}  # noqa: RUF012 - as declared
 
     def __init__(self, render_mode: str | None = None, **task: Any) -> None:
-        self.render_mode = render_mode
+        self.render_mode = _render_mode(render_mode, self.metadata)
         self.action_space = action_space()
         self.observation_space = observation_space()
         self._fleet = _Fleet(Task(**task), 1, 1)
         self._begun = False
+        self._drawing: Drawing | None = None
+        self._window: Window | None = None
+        self._drawn = 0
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -71,14 +77,44 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         super().reset(seed=_seed(seed))
         self._fleet.restart({0: self.np_random}, targets)
         self._begun = True
-        return self._fleet.observe()[0], self._info()
+        seen = self._fleet.observe()[0]
+        self._drawn = -1
+        self._show()
+        return seen, self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action for one period."""
         if not self._begun:
             raise ResetNeeded("step was called before reset")
         seen, reward = self._fleet.step(np.asarray(action, dtype=np.float64).reshape(1))
+        self._show()
         return seen[0], float(reward[0]), False, bool(self._fleet.is_over()[0]), self._info()
+
+    def render(self) -> Any:
+        """Return a picture of shape (180, 640, 3) with ``rgb_array``; with ``human`` there is a window, and no need."""
+        if self.render_mode != "rgb_array":
+            return None
+        if not self._begun:
+            raise ResetNeeded("render was called before reset")
+        self._drawing = Drawing() if self._drawing is None else self._drawing
+        self._fleet.draw(self._drawing, 0)
+        return self._drawing.frame()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _show(self) -> None:
+        """Move the window on, as often as a screen shows it."""
+        frame = int(self._fleet.counts[0] * self._fleet.task.period * FPS)
+        if self.render_mode != "human" or frame == self._drawn:
+            return
+        self._drawn = frame
+        self._window = Window() if self._window is None else self._window
+        self._fleet.draw(self._window.drawing, 0)
+        self._window.update()
 
     def _info(self) -> dict[str, Any]:
         return {"target": float(self._fleet.targets[0]), **self._fleet.settings[0]}
@@ -100,20 +136,23 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         The fields of `Task`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "render_modes": ["rgb_array"], "render_fps": FPS, "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }  # fmt: skip
 
     def __init__(
         self, num_envs: int = 1, render_mode: str | None = None, workers: int | None = None, **task: Any
     ) -> None:
         self.num_envs = whole_number("num_envs", num_envs, least=1)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
-        self.render_mode = render_mode
+        self.render_mode = _render_mode(render_mode, self.metadata)
         self.single_action_space = action_space()
         self.single_observation_space = observation_space()
         self.action_space = gymnasium.vector.utils.batch_space(self.single_action_space, self.num_envs)
         self.observation_space = gymnasium.vector.utils.batch_space(self.single_observation_space, self.num_envs)
         self._fleet = _Fleet(Task(**task), self.num_envs, threads)
         self._randoms: list[np.random.Generator] = []
+        self._drawings: list[Drawing] = []
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
@@ -171,12 +210,31 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         never = np.zeros(self.num_envs, dtype=np.bool_)
         return seen, reward, never, self._fleet.is_over(), self._info()
 
+    def render(self) -> tuple[Frame, ...] | None:
+        """Return a picture of each plant, as in `Positioning`, with ``rgb_array``."""
+        if self.render_mode is None:
+            return None
+        if not self._randoms:
+            raise ResetNeeded("render was called before reset")
+        self._drawings = self._drawings or [Drawing() for _ in range(self.num_envs)]
+        for index, drawing in enumerate(self._drawings):
+            self._fleet.draw(drawing, index)
+        return tuple(drawing.frame() for drawing in self._drawings)
+
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"target": self._fleet.targets.copy(), "_target": np.ones(self.num_envs, dtype=np.bool_)}
         for name in self._fleet.settings[0]:
             info[name] = np.array([own[name] for own in self._fleet.settings])
             info[f"_{name}"] = np.ones(self.num_envs, dtype=np.bool_)
         return info
+
+
+def _render_mode(given: str | None, metadata: Mapping[str, Any]) -> str | None:
+    """Return a known way to draw."""
+    known = metadata["render_modes"]
+    if given is not None and given not in known:
+        raise ValueError(f"render_mode = {given!r} is refused: it must be None or {' or '.join(map(repr, known))}")
+    return given
 
 
 def _seed(given: int | None) -> int | None:
@@ -239,6 +297,11 @@ class _Fleet:
         seen = self.native.step(voltages(actions), task.period / task.substeps, task.substeps)
         self.counts += 1
         return observations(self.stroke, seen, self.targets), rewards(task, seen, self.targets, actions)
+
+    def draw(self, drawing: Drawing, index: int) -> None:
+        """Draw a plant as it is."""
+        law = self.settings[index].get("friction.law", self.task.law)
+        drawing.show(self.stroke, self.native.observe()[index], float(self.targets[index]), str(law))
 
     def is_over(self) -> NDArray[np.bool_]:
         """Whether each episode has come to its end."""

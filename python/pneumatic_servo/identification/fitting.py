@@ -20,6 +20,7 @@ from pneumatic_servo.identification.plausibility import assumed, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
 from pneumatic_servo.identification.table import Column, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
@@ -35,6 +36,14 @@ ROUNDS = 4
 """How often sensors and parameters are fitted in turn."""
 SAME = 0.03
 """Relative change of the noise that no longer matters."""
+OF_SENSORS = {
+    f"{kind}.{signal}": unit
+    for signal, own in SIGNALS.items() if signal != "time"
+    for kind, unit in (("gain", "1"), ("offset", own), ("delay", "s"))
+}  # fmt: skip
+"""What may be known of sensors, with its SI unit."""
+OF_BENCH = {"motion": {"area": "m2", "friction.kappaA": "1/Pa"}, "force": {"incline": "rad"}}
+"""What a test bench has that its model does not."""
 INPUTS = ("held", "lines")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
@@ -71,14 +80,17 @@ def fit(
         Tables in files (CSV, Parquet, MATLAB) or of pandas, runs, or signals by name in SI units with ``time`` among
         them.
     experiment : str
-        ``motion``: the motion is prescribed, a force is compared. ``mechanical``: pressures are given, the position
+        ``motion``: the motion is prescribed, a force is compared. ``force``: a force is given that moves a free mass,
+        position or velocity or both are compared. ``mechanical``: pressures are given, the position
         is compared. ``pneumatic``: position and voltage are given, the pressures are compared. ``rig``: the voltage is
         given, position and pressures are compared.
     law : str
         Friction law.
     fit : str or sequence of str
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
-        those of the model, ``offset.SIGNAL``, ``delay.SIGNAL``, and for ``motion`` ``area`` and ``friction.kappaA``.
+        those of the model, ``gain.SIGNAL`` and ``offset.SIGNAL`` of signals that are compared or drive the model (what
+        is true is ``gain * (reading - offset)``), ``delay.SIGNAL`` of those compared, for ``motion`` ``area`` and
+        ``friction.kappaA``, for ``force`` ``incline``.
     columns : str or mapping, optional
         ``SIGNAL=column[unit],...``, or the same as a mapping; by default the columns that have the names of signals,
         in the units that stand behind them.
@@ -183,6 +195,7 @@ def _fit(
     records, notes = _load(kind, listed(data), read, loss)
     is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
     extra = _load(kind, listed(hold_out_data), read, loss)[0] if is_extra else []
+    _check_sensors(kind)
     free = free_parameters(kind, fit)
     problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
     _check_size(problem)
@@ -251,14 +264,24 @@ def make_experiment(name: str, law: str, settings: Parameters | None, options: O
         raise ValueError(
             f"{said('law', law)}: the law is given twice, by {said('settings')} as {known['friction.law']}"
         )
-    return kind(law, table._fitted(known), options)
+    beside = {key: value for key, value in known.items() if key not in table.variables}
+    own = {key: value for key, value in known.items() if key in table.variables}
+    return kind(law, {**table._fitted(own), **beside}, options)
+
+
+def _check_sensors(experiment: Experiment) -> None:
+    """Refuse what is known of a sensor that has no part in the experiment."""
+    for name in experiment.settings:
+        if name in OF_SENSORS and name not in experiment.beside:
+            there = ", ".join(dict.fromkeys(known.partition(".")[2] for known in experiment.beside if "." in known))
+            raise ValueError(f"{said('settings', name)}: only sensors of {there} have a part in this experiment")
 
 
 def _known(name: str, table: Model, settings: Parameters | None) -> dict[str, Value]:
     """Return known parameters in SI units; those of a test bench are none of its model."""
     if settings is None or not isinstance(settings, Mapping):
         return table._settings(settings, "settings")
-    special = {"area": "m2", "friction.kappaA": "1/Pa"} if name == "motion" else {}
+    special = {**OF_SENSORS, **OF_BENCH.get(name, {})}
     own = {key: value for key, value in settings.items() if key not in special}
     for key in own:
         if key not in table.variables:
@@ -274,7 +297,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     if not words:
         every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
-    free = [parse(word, experiment.table, experiment.compared) for word in words]
+    free = [parse(word, experiment.table, experiment.compared, experiment.beside) for word in words]
     names = [parameter.name for parameter in free]
     for name in names:
         if names.count(name) > 1:
@@ -309,6 +332,12 @@ def _check_size(problem: Problem) -> None:
         raise ValueError("all at rest: the position never leaves its noise")
     if not any(window.fitted for window in problem.windows):
         raise ValueError("all at rest: no sample moves beyond the noise of the position")
+    for signal, course in problem.measured().items():
+        if np.ptp(course) == 0.0:
+            raise ValueError(
+                f"{problem.windows[0].record.name}: {signal} = {course[0]:g} {SIGNALS[signal]} all the time, so that "
+                "nothing can be learned of it; is it the right column?"
+            )
     samples = sum(window.fitted for window in problem.windows)
     count = samples * len(problem.experiment.compared)
     if count < 5 * len(problem.free):

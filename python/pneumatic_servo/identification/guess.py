@@ -15,6 +15,8 @@ from pneumatic_servo.identification.problem import Problem
 
 Array = NDArray[np.float64]
 
+BELOW = 0.8
+"""Share of a known static friction that sliding friction starts with at most."""
 ELEMENTS = 10
 """Elements of the laws that have several."""
 
@@ -25,6 +27,7 @@ def started(problem: Problem) -> Problem:
     if "area" in values and np.isnan(values["area"]):
         values["area"] = _area(problem)
     values = {name: value for name, value in values.items() if np.isfinite(value)}
+    values |= problem.experiment.guess(problem.windows, values)
     values |= _levels(problem, values)
     if isinstance(problem.experiment, Motion):
         values |= _elements(problem, values)
@@ -53,6 +56,9 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
         return {}
     pace, dry = np.abs(speed[sliding]), force[sliding] * np.sign(speed[sliding]) / level[sliding]
     coulomb, viscous = _line(own, pace, dry, 0.3 * fastest)
+    # Sliding friction beyond a static friction that is known would be refused.
+    known = problem.experiment.settings.get(f"{group}Fs")
+    coulomb = min(coulomb, BELOW * float(known)) if known is not None else coulomb
     excess = dry - coulomb - viscous * pace
     statics = coulomb + min(max(float(np.quantile(excess, 0.98)), 0.1 * coulomb), 2.0 * coulomb)
     length = _length(problem)

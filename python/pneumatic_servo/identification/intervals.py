@@ -170,7 +170,16 @@ def _outer(free: Free, inner: float) -> float:
 
 
 def _blind(derivatives: Array) -> NDArray[np.bool_]:
-    """Tell which parameters take part in a direction that the residuals do not see."""
+    """Tell which parameters take part in a direction that the residuals do not see.
+
+    It is looked for with the parameters as they are scaled, and with each in units of its own effect: only in these a
+    gain of 50 and the logarithm of a mass that make up for one another take part alike.
+    """
+    effects = np.linalg.norm(derivatives, axis=0)
+    return _unseen(derivatives) | _unseen(derivatives / np.where(effects > 0.0, effects, 1.0))
+
+
+def _unseen(derivatives: Array) -> NDArray[np.bool_]:
     _, values, directions = np.linalg.svd(triangle(derivatives), full_matrices=False)
     if not len(values) or values[0] == 0.0:
         return np.ones(derivatives.shape[1], dtype=bool)

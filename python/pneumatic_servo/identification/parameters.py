@@ -18,6 +18,8 @@ from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
+NOTHING: Mapping[str, str] = {}
+
 SPAN = 1e3
 """Without bounds a positive parameter may be so many times smaller or larger than its start."""
 
@@ -84,14 +86,14 @@ def split(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
-def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
+def parse(word: str, model: Model, compared: Sequence[str], beside: Mapping[str, str] = NOTHING) -> Free:
     """Read `NAME[=start][:low:high]`."""
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
     where = said("fit", word)
     if len(bounds) not in (0, 2):
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
-    free = free_of(name.strip(), model, compared, where)
+    free = free_of(name.strip(), model, compared, beside, where)
     if equals:
         free = replace(free, start=finite(start, where), is_given=True)
     if bounds:
@@ -116,15 +118,21 @@ def parse(word: str, model: Model, compared: Sequence[str]) -> Free:
     return free
 
 
-def free_of(name: str, model: Model, compared: Sequence[str], where: str) -> Free:
+def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[str, str], where: str) -> Free:
     """Return a parameter with the start and the bounds that its model has for it."""
     kind, dot, signal = name.partition(".")
-    if dot and kind in ("offset", "delay"):
-        if signal not in compared:
-            raise ValueError(f"{where}: {signal} is not compared here, only {', '.join(compared)}")
+    if dot and kind in ("gain", "offset", "delay"):
+        if name not in beside:
+            there = [known.partition(".")[2] for known in beside if known.startswith(f"{kind}.")]
+            place = "compared" if kind == "delay" else "compared or driving"
+            raise ValueError(f"{where}: {signal} is not {place} here, only {', '.join(there)}")
         if kind == "delay":
             return Free(name, "s", 0.0, -0.5, 0.5, 0.02)
+        if kind == "gain":
+            return Free(name, "1", 1.0, -math.inf, math.inf, 1.0)
         return Free(name, SIGNALS[signal], 0.0, -math.inf, math.inf, _OFFSETS[SIGNALS[signal]])
+    if name == "incline" and name in beside:
+        return Free(name, "rad", 0.0, -0.5 * math.pi, 0.5 * math.pi, 0.1, legal=(-0.5 * math.pi, 0.5 * math.pi))
     if name == "area":
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
@@ -138,7 +146,7 @@ def free_of(name: str, model: Model, compared: Sequence[str], where: str) -> Fre
     return _of(variable, where)
 
 
-_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2}
+_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2, "V": 0.1}
 """Magnitudes of the offsets of sensors."""
 
 

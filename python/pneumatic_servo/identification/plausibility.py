@@ -43,6 +43,7 @@ BADLY = 0.5
 MACHINE = {
     "rig": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "mass.moving", "valve.C"),
     "pneumatic": ("cylinder.bore", "cylinder.rod", "cylinder.stroke", "valve.C"),
+    "force": ("mass",),
     "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving"),
 }
 """What a user's machine has of its own in each experiment."""
@@ -64,7 +65,6 @@ def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tupl
         notes += told
         _check_ranges(experiment, without)
         found.append(without)
-    _check_changes(experiment, found)
     return found, notes
 
 
@@ -123,18 +123,6 @@ def _check_ranges(experiment: Experiment, source: Measured) -> None:
             _check_pressure(source, signal, low, high)
         elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
             tell_saturation(experiment.table.variables[signal], low, high)
-
-
-def _check_changes(experiment: Experiment, data: Sequence[Measured]) -> None:
-    """Refuse a compared signal that is one number: it tells nothing."""
-    for signal in experiment.compared:
-        courses = [source.signals[signal] for source in data]
-        if all(np.ptp(values) == 0.0 for values in courses):
-            column = data[0].written.get(signal)
-            raise ValueError(
-                f"{data[0].name}: {signal}{f' (column {column})' if column else ''} = {courses[0][0]:g} "
-                f"{SIGNALS[signal]} all the time, so that nothing can be learned of it; is it the right column?"
-            )
 
 
 def _told(source: Measured, signal: str, low: float, high: float) -> str:

@@ -317,8 +317,9 @@ class Problem:
         differences = {}
         for signal, course in predicted.items():
             # A sensor that lags shows what was true before.
-            seen = np.interp(record.time - values.get(f"delay.{signal}", 0.0), record.grid, course)
-            differences[signal] = record.signals[signal] - seen - values.get(f"offset.{signal}", 0.0)
+            delay = self.experiment.beside_value(f"delay.{signal}", values, 0.0)
+            seen = np.interp(record.time - delay, record.grid, course)
+            differences[signal] = record.signals[signal] - self.experiment.read(signal, seen, values)
         return differences
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 from pneumatic_servo.words import said
@@ -153,6 +154,23 @@ class Experiment(ABC):
         """The signals that are compared."""
 
     @property
+    def driving(self) -> tuple[str, ...]:
+        """The measured signals that drive the model, and whose sensors may have a gain and an offset."""
+        return ()
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """What may be known or free besides the parameters of the model, with its SI unit: what sensors do.
+
+        What is true is ``gain.SIGNAL * (reading - offset.SIGNAL)``; a reading of a compared signal comes
+        ``delay.SIGNAL`` late.
+        """
+        found: dict[str, str] = {}
+        for signal in (*self.compared, *self.driving):
+            found |= {f"gain.{signal}": "1", f"offset.{signal}": SIGNALS[signal]}
+        return {**found, **{f"delay.{signal}": "s" for signal in self.compared}}
+
+    @property
     def unknown(self) -> tuple[str, ...]:
         """What has to be free or known, since the model has no default of it."""
         return ()
@@ -199,6 +217,30 @@ class Experiment(ABC):
         given = self.settings.get(name, self.table.variables[name].default)
         assert isinstance(given, float | int)
         return float(given)
+
+    def beside_value(self, name: str, values: Values, usual: float) -> float:
+        """Return something that is no parameter of the model: fitted, known, or as usual."""
+        if name in values:
+            return values[name]
+        known = self.settings.get(name, usual)
+        assert isinstance(known, float | int)
+        return float(known)
+
+    def true(self, signal: str, reading: Array, values: Values) -> Array:
+        """Return what a sensor has read without its gain and its offset."""
+        gain = self.beside_value(f"gain.{signal}", values, 1.0)
+        offset = self.beside_value(f"offset.{signal}", values, 0.0)
+        return reading if gain == 1.0 and offset == 0.0 else gain * (reading - offset)
+
+    def read(self, signal: str, truth: Array, values: Values) -> Array:
+        """Return what a sensor reads of what is true."""
+        gain = self.beside_value(f"gain.{signal}", values, 1.0)
+        seen = truth if gain == 1.0 else truth / gain
+        return seen + self.beside_value(f"offset.{signal}", values, 0.0)
+
+    def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
+        """Return starts that the data tell of parameters of the machine."""
+        return {}
 
     def of_model(self, values: Values) -> dict[str, Value]:
         """Return what of the settings and the free parameters the simulated model has."""

@@ -34,7 +34,8 @@ class OfCylinder(Experiment):
         """Return the force of both chambers and of the atmosphere on the rod at the communication points."""
         bore, rod = (0.25 * math.pi * self.value(f"cylinder.{name}", values) ** 2 for name in ("bore", "rod"))
         ambient = self.value("ambientPressure", values)
-        a, b = (window.driven[f"chamber{chamber}.pressure"] for chamber in "AB")
+        signals = [f"chamber{chamber}.pressure" for chamber in "AB"]
+        a, b = (self.true(signal, window.driven[signal], values) for signal in signals)
         return a * bore - b * (bore - rod) - ambient * rod
 
     def dead_load(self, values: Values) -> float:
@@ -42,9 +43,9 @@ class OfCylinder(Experiment):
         weight = self.value("mass.moving", values) * GRAVITY * math.sin(self.value("incline", values))
         return self.value("wireForce", values) + weight
 
-    def measured_inputs(self, window: Window, signals: Iterable[str]) -> dict[str, Array]:
+    def measured_inputs(self, window: Window, signals: Iterable[str], values: Values) -> dict[str, Array]:
         """Return what was given to the rig; over a step on a straight line its mean."""
-        given = {signal: window.driven[signal] for signal in signals if signal in window.driven}
+        given = {s: self.true(s, window.driven[s], values) for s in signals if s in window.driven}
         if self.options.inputs == "held":
             return given
         return {signal: middle(course) for signal, course in given.items()}
@@ -55,12 +56,7 @@ class OfCylinder(Experiment):
 
     def begin_motion(self, record: Record) -> Beginning:
         """Begin with the smoothed position and its slope; a carriage at rest does not move by what is exactly 0."""
-        width = self.options.width
-        speed = position.start_velocity(record, width)
-        measured = {"position0": float(position.smoothed(record, width)[0])}
-        if speed == 0.0:
-            return Beginning({"velocity0": 0.0}).with_more(measured)
-        return Beginning().with_more({**measured, "velocity0": speed})
+        return position.begin(record, self.options.width)
 
     def resting(self, record: Record) -> NDArray[np.bool_]:
         """Tell where the position stays within its noise."""
@@ -89,7 +85,8 @@ class OfCylinder(Experiment):
         level = np.ones(len(window.record.grid))
         for chamber in "AB":
             kappa = self.value(f"friction.kappa{chamber}", values)
-            level = level + kappa * (window.driven[f"chamber{chamber}.pressure"] - ambient)
+            signal = f"chamber{chamber}.pressure"
+            level = level + kappa * (self.true(signal, window.driven[signal], values) - ambient)
         return np.maximum(level, 0.0)
 
 

@@ -44,6 +44,11 @@ class Mechanical(OfCylinder):
         return ("position",)
 
     @property
+    def driving(self) -> tuple[str, ...]:
+        """The pressures."""
+        return ("chamberA.pressure", "chamberB.pressure")
+
+    @property
     def outputs(self) -> list[str]:
         """The position."""
         return ["position"]

@@ -34,6 +34,11 @@ class Pneumatic(OfCylinder):
         """Both pressures."""
         return ("chamberA.pressure", "chamberB.pressure")
 
+    @property
+    def driving(self) -> tuple[str, ...]:
+        """What is given and measured, but for the motion."""
+        return tuple(signal for signal in ("valveVoltage", "supplyPressure") if signal in self.signals)
+
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the position; the slopes of what is left carry the carriage."""
         width = self.options.width
@@ -56,7 +61,7 @@ class Pneumatic(OfCylinder):
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return voltage and supply, and the force that carries the carriage against the measured pressures."""
-        inputs = self.measured_inputs(window, ("valveVoltage", "supplyPressure"))
+        inputs = self.measured_inputs(window, ("valveVoltage", "supplyPressure"), values)
         carrying = MASS * window.driven["acceleration"] - middle(self.pressure_force(window, values))
         inputs["externalForce"] = carrying + self.value("wireForce", values)
         return inputs

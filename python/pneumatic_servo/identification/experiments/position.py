@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.identification.experiments.base import Beginning
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.smoothing import noise, slope, smooth
 
@@ -37,3 +38,12 @@ def start_velocity(record: Record, width: float) -> float:
     if resting(record, width)[0]:
         return 0.0
     return float(velocity(record, width)[0])
+
+
+def begin(record: Record, width: float) -> Beginning:
+    """Begin with the smoothed position and its slope; what rests does not move by what is exactly 0."""
+    speed = start_velocity(record, width)
+    measured = {"position0": float(smoothed(record, width)[0])}
+    if speed == 0.0:
+        return Beginning({"velocity0": 0.0}).with_more(measured)
+    return Beginning().with_more({**measured, "velocity0": speed})

@@ -29,6 +29,11 @@ class Rig(OfCylinder):
         """What is measured of the motion and the gas."""
         return tuple(signal for signal in COMPARED if signal in self.signals)
 
+    @property
+    def driving(self) -> tuple[str, ...]:
+        """What is given and measured."""
+        return tuple(signal for signal in GIVEN if signal in self.signals)
+
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Compare all samples."""
         return self.grids(record), np.ones(len(record.time), dtype=bool)
@@ -42,7 +47,7 @@ class Rig(OfCylinder):
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return what is given."""
-        return self.measured_inputs(window, GIVEN)
+        return self.measured_inputs(window, GIVEN, values)
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
         """Return what is known or fitted."""

@@ -1,0 +1,153 @@
+"""An axis or a carriage that a measured force moves; no gas anywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.experiments import position
+from pneumatic_servo.identification.experiments.base import Beginning, Experiment, Values, Window
+from pneumatic_servo.identification.experiments.cylinder import GRAVITY, middle
+from pneumatic_servo.identification.experiments.mechanical import WINDOW
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.smoothing import slope, smooth
+from pneumatic_servo.model import Model
+from pneumatic_servo.variables import Value
+from pneumatic_servo.words import said
+
+Array = NDArray[np.float64]
+
+FEWEST = 30
+"""Fewest samples of a window, unless another length is given: what it begins with is fitted along."""
+COMPARED = ("position", "velocity")
+
+
+class Force(Experiment):
+    """A free mass on FrictionBench, pushed by the measured force; its position or its velocity, or both, are compared.
+
+    ```text
+    mass*dv/dt = gain.force*(force - offset.force) - mass*g*sin(incline) - friction,   level = normalForce/rated
+    ```
+    """
+
+    name = "force"
+    required = ("time", "force")
+
+    def make_model(self) -> Model:
+        """Return the bench."""
+        return Model("FrictionBench")
+
+    def use(self, signals: object) -> None:
+        """Take notice of what is measured; refuse too little."""
+        super().use(signals)  # type: ignore[arg-type]
+        if not self.signals & set(COMPARED):
+            raise ValueError(f"{said('experiment', 'force')} needs a column for position or velocity")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """What is measured of the motion."""
+        return tuple(signal for signal in COMPARED if signal in self.signals)
+
+    @property
+    def driving(self) -> tuple[str, ...]:
+        """The force."""
+        return ("force",)
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The mass: that of the bench says nothing of anybody's machine."""
+        return ("mass",)
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """The incline, which the bench does not have."""
+        return {**super().beside, "incline": "rad"}
+
+    def windows(self, record: Record) -> list[Record]:
+        """Cut a record into short parts, since the noise of a force adds up in the position."""
+        if self.options.window is None:
+            other = copy(self)
+            other.options = replace(self.options, window=max(WINDOW, FEWEST * record.step))
+            return other.windows(record)
+        return super().windows(record)
+
+    def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
+        """Smooth the force, whose noise would break the mass away before its time; compare all samples."""
+        driven = {signal: record.on_grid(signal) for signal in record.signals}
+        driven["force"] = smooth(driven["force"], record.step, self.options.width)
+        self.notes.append(f"{record.name}: the force is smoothed over {1e3 * self.options.width:.3g} ms")
+        return driven, np.ones(len(record.time), dtype=bool)
+
+    def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
+        """Begin with the smoothed position and its slope, or with the smoothed velocity."""
+        width = self.options.width
+        if "position" not in record.signals:
+            return Beginning({"position0": 0.0}).with_more({"velocity0": float(self._speed(record, width)[0])})
+        return position.begin(record, width)
+
+    def resting(self, record: Record) -> NDArray[np.bool_]:
+        """Tell where the position stays within its noise."""
+        if "position" not in record.signals:
+            return super().resting(record)
+        return position.resting(record, self.options.width)
+
+    def level(self, window: Window) -> Array:
+        """Return the load level at the communication points."""
+        if "normalForce" not in window.driven:
+            return np.ones(len(window.record.grid))
+        return np.maximum(window.driven["normalForce"] / self.options.rated, 0.0)
+
+    def applied(self, window: Window, values: Values) -> Array:
+        """Return the force on the mass at the communication points, its weight included."""
+        incline = self.beside_value("incline", values, 0.0)
+        weight = self.value("mass", values) * GRAVITY * math.sin(incline)
+        return self.true("force", window.driven["force"], values) - weight
+
+    def inputs(self, window: Window, values: Values) -> dict[str, Array]:
+        """Return the force and the load level."""
+        applied = self.applied(window, values)
+        given = applied if self.options.inputs == "held" else middle(applied)
+        return {"appliedForce": given, "friction.level": self.level(window)}
+
+    def start(self, window: Window, values: Values) -> dict[str, Value]:
+        """Return what is known or fitted."""
+        return {**self.of_model(values), "friction.law": self.law, "bench.drive": "Free", "driveVelocity": 0.0}
+
+    def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array]:
+        """Return velocity, what acceleration leaves of the force, and the load level."""
+        speed, acceleration = self._motion(window.record)
+        friction = self.applied(window, values) - self.value("mass", values) * acceleration
+        return speed, friction, self.level(window)
+
+    def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
+        """Return mass and offset of the force by linear least squares, beside friction that is dry and viscous."""
+        rows, right = [], []
+        for window in windows:
+            speed, acceleration = self._motion(window.record)
+            level, one = self.level(window), np.ones(len(speed))
+            rows.append(np.column_stack([acceleration, level * np.sign(speed), speed, one]))
+            right.append(window.driven["force"])
+        table, force = np.concatenate(rows), np.concatenate(right)
+        fast = np.abs(table[:, 2]) > 0.1 * float(np.quantile(np.abs(table[:, 2]), 0.98))
+        if np.sum(fast) < 10:
+            return {}
+        mass, _, _, offset = np.linalg.lstsq(table[fast], force[fast], rcond=None)[0]
+        gain = self.beside_value("gain.force", values, 1.0)
+        found = {"offset.force": float(offset)} if "offset.force" in values else {}
+        return {**found, "mass": float(gain * mass)} if gain * mass > 0.0 else found
+
+    def _motion(self, record: Record) -> tuple[Array, Array]:
+        """Return smoothed velocity and acceleration at the communication points."""
+        width = 2.0 * self.options.width
+        speed = self._speed(record, width)
+        return speed, slope(speed, record.step, width)
+
+    def _speed(self, record: Record, width: float) -> Array:
+        if "velocity" in record.signals:
+            return smooth(record.on_grid("velocity"), record.step, width)
+        return position.velocity(record, width)
