@@ -4,6 +4,8 @@ mod experiment;
 mod setting;
 mod setup;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 pub use self::experiment::{Course, Experiment, Panel, Signal};
 pub(crate) use self::setting::find;
 pub use self::setting::{SettingError, Value};
@@ -59,6 +61,23 @@ impl Model {
     /// [`ParameterError`] when parameters do not fit together.
     pub fn begin(&self, start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
         (self.start)(start).map_err(|error| self.with_default_named(error))
+    }
+
+    /// What the continuous states start from under the defaults, by the value references of their variables.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when the defaults do not fit together.
+    pub fn default_starts(&self) -> Result<BTreeMap<u32, f64>, ParameterError> {
+        let table = (self.variables)();
+        let default = |variable: &Variable| variable.start.unwrap_or_default();
+        let (parameters, inputs): (Vec<f64>, Vec<f64>) =
+            (table.parameters().map(default).collect(), table.inputs().map(default).collect());
+        let run = self.begin(&Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None })?;
+        let mut values = vec![0.0; table.computed().count()];
+        run.values(&mut values);
+        let all = table.computed().map(|variable| variable.reference).zip(values);
+        let states: BTreeSet<u32> = table.states().collect();
+        Ok(all.filter(|(reference, _)| states.contains(reference)).collect())
     }
 
     #[cold]

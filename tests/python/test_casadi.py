@@ -40,6 +40,45 @@ def imported(file: Path, law: str, folder: Path) -> ca.DaeBuilder:
     return plant
 
 
+def test_start_values_of_the_description_are_those_of_a_run(file: Path, tmp_path: Path) -> None:
+    """CasADi takes the attribute `start` of a state for its value."""
+    extract(str(file), unzipdir=str(tmp_path / "fmu"))
+    plant = ca.DaeBuilder("plant", str(tmp_path / "fmu"))
+    starts = {name: plant.start(name)[0] for name in plant.x()}
+    assert starts["position"] == 0.25
+    assert starts["chamberA.pressure"] == 101_325.0
+    assert starts == dict(zip(plant.x(), plant.get(plant.x()), strict=True))
+
+
+def test_step_response_gets_into_the_stop(file: Path, tmp_path: Path) -> None:
+    """CVODES of CasADi, which knows no events, under a law that has none; it tries states beyond the cover, too."""
+    plant = imported(file, "LuGre", tmp_path / "fmu")
+    plant.set("valveVoltage", 10.0)
+    rates = plant.create("rates", ["x", "u"], ["ode"])
+    scales = ca.DM([plant.nominal(name) for name in plant.x()])
+    x = ca.MX.sym("x", plant.nx())
+    ode = rates(scales * x, ca.DM(plant.get(plant.u()))) / scales
+    times = np.linspace(0.0, 1.0, 101)
+    options = {"abstol": 1e-8, "reltol": 1e-8, "max_num_steps": 100_000}
+    run = ca.integrator("run", "cvodes", {"x": x, "ode": ode}, 0, times, options)
+    start = ca.DM(plant.get(plant.x())) / scales
+    start[plant.x().index("velocity")] = START["velocity0"] / scales[plant.x().index("velocity")]
+    place = plant.x().index("position")
+    found = np.array(run(x0=start)["xf"])[place] * float(scales[place])
+    given = {**START, "friction.lawNumber": LAWS["LuGre"], "valveVoltage": 10.0, "solver.relativeTolerance": 1e-9}
+    inside = simulate_fmu(
+        str(file),
+        fmi_type="CoSimulation",
+        stop_time=1.0,
+        step_size=0.01,
+        output_interval=0.01,
+        start_values=given,
+        output=["position"],
+    )
+    assert inside["position"][-1] > 0.5, "it leans on the stop"
+    assert_close(found, inside["position"], within=2e-7, what="position")
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_jacobians_pass_the_check_of_casadi(file: Path, law: str, tmp_path: Path) -> None:
     """CasADi compares derivatives with differences, and writes down those that do not agree."""

@@ -52,7 +52,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.canGetAndSetFMUstate
     assert exchange.canSerializeFMUstate
     assert exchange.providesDirectionalDerivative
-    assert description.numberOfEventIndicators == 6
+    assert description.numberOfEventIndicators == 10
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
     assert len(states) == 41
     # FMPy reads no such attribute.

@@ -23,8 +23,9 @@ fn settable(role: Role) -> &'static [Mode] {
     }
 }
 
-/// The modes in which a continuous state may be set: those of a solver outside.
-const STATES_SETTABLE: &[Mode] = &[Mode::Event, Mode::ContinuousTime];
+/// The modes in which a continuous state may be set: those of a solver outside, and the first, in which hosts may send back
+/// the start values of the description.
+const STATES_SETTABLE: &[Mode] = &[Mode::Instantiated, Mode::Event, Mode::ContinuousTime];
 
 impl Instance {
     /// The values of variables of a type, after all of them have been found.
@@ -47,6 +48,10 @@ impl Instance {
             let slot = self.layout.typed_slot(reference, base)?;
             self.check_settable(&slot)?;
             slot.variable.check(value)?;
+            if slot.state.is_some() && self.record.mode == Mode::Instantiated {
+                self.check_guess(slot.variable, value)?;
+                continue;
+            }
             match slot.place {
                 Place::Input(place) => {
                     if !sets_inputs {
@@ -104,6 +109,19 @@ impl Instance {
             Place::Parameter(place) => self.layout.table.in_use(place, &self.record.parameters),
             Place::Computed(place) => self.run.computed(self.layout, &self.record)?[place],
         })
+    }
+
+    /// Refuses a start value other than that of the description, since states start from parameters and inputs. That one may
+    /// be set, with no effect: the standards call it a guess.
+    fn check_guess(&self, state: &Variable, value: f64) -> Result<(), Failure> {
+        let start = self.layout.model.default_starts()?.get(&state.reference).copied();
+        if start == Some(value) {
+            return Ok(());
+        }
+        let name = &state.name;
+        Err(Failure::error(format!(
+            "{name} = {value} cannot be set before the run: it starts from parameters and inputs"
+        )))
     }
 
     fn check_settable(&self, slot: &Slot) -> Result<(), Failure> {

@@ -400,6 +400,29 @@ pub fn sampled_law_announces_its_samples() {
     assert!((next.next_event_time - 2e-3).abs() < 1e-12, "{next:?}");
 }
 
+/// The description gives states the values that they start from, as guesses: a host may send these back before the run, and
+/// is told of any other that it comes from parameters.
+#[test]
+pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
+    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+        let starts = model.default_starts().expect("defaults that fit");
+        assert_eq!(starts.len(), (model.variables)().number_of_states(), "{}", model.name);
+        let instance = Instance::for_exchange(model);
+        let before = instance.fingerprint();
+        for (reference, start) in &starts {
+            assert_eq!(instance.set_real(&[*reference], &[*start]), OK, "{} {reference}", model.name);
+            assert_eq!(instance.set_real(&[*reference], &[start + 1.0]), ERROR, "{} {reference}", model.name);
+            assert!(instance.messages()[0].text.contains("it starts from parameters and inputs"));
+        }
+        assert_eq!(instance.fingerprint(), before, "{}", model.name);
+        instance.initialize();
+        for (reference, start) in starts {
+            let mut value = [f64::NAN];
+            assert_eq!((instance.get_real(&[reference], &mut value), value), (OK, [start]), "{}", model.name);
+        }
+    }
+}
+
 /// Some hosts know of no other way.
 #[test]
 fn continuous_states_can_be_set_as_variables_where_the_host_integrates() {

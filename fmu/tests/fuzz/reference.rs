@@ -130,6 +130,10 @@ impl Pair {
         let states = match variable.role {
             Role::Input | Role::Tunable => "IMC",
             Role::Fixed => "IM",
+            // What the description says that a state starts from may be said again.
+            _ if MODEL.get().default_starts().expect("defaults that fit").get(&variable.reference) == Some(&value) => {
+                "I"
+            }
             _ => "",
         };
         let item = match (variable.kind, variable.chooses) {
@@ -159,7 +163,7 @@ impl Pair {
             }
             if is_input(variable) {
                 candidate.inputs[place(variable, is_input)] = *value;
-            } else {
+            } else if variable.is_parameter() {
                 candidate.parameters[place(variable, Variable::is_parameter)] = *value;
                 tunes = true;
             }

@@ -70,9 +70,10 @@ impl Version {
 /// When a variable refers to one that the table does not have.
 pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
     let structure = Structure::new((model.variables)()).with_context(|| format!("the table of {}", model.name))?;
+    let variables = variability::with_starts(model)?;
     document(|xml| match version {
-        Version::Fmi2 => fmi2::write(xml, model, stamp, &structure),
-        Version::Fmi3 => fmi3::write(xml, model, stamp, &structure),
+        Version::Fmi2 => fmi2::write(xml, model, &variables, stamp, &structure),
+        Version::Fmi3 => fmi3::write(xml, model, &variables, stamp, &structure),
     })
 }
 

@@ -6,15 +6,20 @@ mod variables;
 use std::io;
 
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::Enumeration;
+use pneumatic_servo::variables::{Enumeration, Variable};
 
 use super::structure::Structure;
 use super::{Attribute, Stamp, default_experiment, enumerations, is_exchanged, kind, log_categories, root, units};
 use crate::xml::{Element, Xml};
 
 /// Writes the whole.
-pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure) -> io::Result<()> {
-    let variables = (model.variables)();
+pub fn write(
+    xml: &mut Xml,
+    model: &Model,
+    variables: &[Variable],
+    stamp: &Stamp,
+    structure: &Structure,
+) -> io::Result<()> {
     let indicators = is_exchanged(model).then(|| (model.indicators)().len().to_string());
     root("2.0", "guid", model, stamp).with_some("numberOfEventIndicators", indicators).contain(xml, |xml| {
         if is_exchanged(model) {

@@ -6,14 +6,20 @@ mod variables;
 use std::io;
 
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::Enumeration;
+use pneumatic_servo::variables::{Enumeration, Variable};
 
 use super::structure::Structure;
 use super::{Attribute, Stamp, default_experiment, enumerations, is_exchanged, kind, log_categories, root, units};
 use crate::xml::{Element, Xml};
 
 /// Writes the whole.
-pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure) -> io::Result<()> {
+pub fn write(
+    xml: &mut Xml,
+    model: &Model,
+    variables: &[Variable],
+    stamp: &Stamp,
+    structure: &Structure,
+) -> io::Result<()> {
     let (table, indicators) = ((model.variables)(), model.indicator_variables());
     root("3.0", "instantiationToken", model, stamp).contain(xml, |xml| {
         if is_exchanged(model) {
@@ -24,7 +30,7 @@ pub fn write(xml: &mut Xml, model: &Model, stamp: &Stamp, structure: &Structure)
         enumerations::write(xml, table, write_type)?;
         log_categories(xml)?;
         default_experiment(xml, model)?;
-        variables::write(xml, table, &indicators)?;
+        variables::write(xml, table, variables, &indicators)?;
         structure::write(xml, structure, table, &indicators)
     })
 }

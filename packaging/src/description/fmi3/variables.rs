@@ -8,9 +8,9 @@ use crate::description::variability::{describe, is_state, whole};
 use crate::xml::{Element, Xml, real};
 
 /// Writes the section.
-pub fn write(xml: &mut Xml, table: &Table, indicators: &[Variable]) -> io::Result<()> {
+pub fn write(xml: &mut Xml, table: &Table, variables: &[Variable], indicators: &[Variable]) -> io::Result<()> {
     Element::new("ModelVariables").contain(xml, |xml| {
-        let mut rest: &[Variable] = table;
+        let mut rest = variables;
         while !rest.is_empty() {
             let (array, others) = rest.split_at(table.length_at(rest[0].reference).unwrap_or(1));
             write_array(xml, table, array)?;
