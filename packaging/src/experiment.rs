@@ -26,33 +26,68 @@ impl Run {
     /// # Errors
     /// When a step fails.
     pub fn of(model: &Model) -> Result<Self> {
+        let step = model.experiment.step_size;
+        let times: Vec<f64> = (0..=model.experiment.steps()).map(|index| f64::from(index) * step).collect();
+        let input_at = |input: &Variable, index: usize| {
+            model.experiment.signal(&input.name).map(|signal| signal.course.at(times[index]))
+        };
+        Self::under(model, &times, input_at, |_, next| next)
+    }
+
+    /// Runs a model with its defaults from communication point to communication point, under inputs that are set at each and
+    /// held; those that are not given keep their start values. A step leads from a point and the next to an end.
+    fn under(
+        model: &Model,
+        times: &[f64],
+        input_at: impl Fn(&Variable, usize) -> Option<f64>,
+        end: impl Fn(f64, f64) -> f64,
+    ) -> Result<Self> {
         let table = (model.variables)();
         let starts = |variable: &Variable| variable.start.unwrap_or_default();
         let parameters: Vec<f64> = table.parameters().map(starts).collect();
-        // Inputs are set at each communication point and held.
-        let inputs_at = |time: f64| -> Vec<f64> {
-            let signal = |input: &Variable| model.experiment.signal(&input.name);
-            table.inputs().map(|input| signal(input).map_or(starts(input), |signal| signal.course.at(time))).collect()
+        let inputs_at = |index: usize| -> Vec<f64> {
+            table.inputs().map(|input| input_at(input, index).unwrap_or(starts(input))).collect()
         };
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0.0), tolerance: None };
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0), tolerance: None };
         let mut simulation = (model.start)(&start)?;
         let variables = table.inputs().chain(table.computed());
         let mut curves: Vec<_> = variables.map(|variable| Curve { variable, values: Vec::new() }).collect();
         let (mut values, slopes) = (vec![0.0; table.computed().count()], vec![0.0; table.inputs().count()]);
-        let step = model.experiment.step_size;
-        let times: Vec<f64> = (0..=model.experiment.steps()).map(|index| f64::from(index) * step).collect();
         for (index, time) in times.iter().enumerate() {
-            let now = inputs_at(*time);
+            let now = inputs_at(index);
             simulation.set_inputs(&now, &slopes);
             simulation.values(&mut values);
             for (curve, value) in curves.iter_mut().zip(now.iter().chain(&values)) {
                 curve.values.push(*value);
             }
             if let Some(next) = times.get(index + 1) {
-                simulation.advance(*next)?;
+                simulation.advance(end(*time, *next))?;
             }
         }
-        Ok(Self { times, curves })
+        Ok(Self { times: times.to_vec(), curves })
+    }
+
+    /// Runs the model itself at the communication points of a host, under the inputs that the host has set, and demands the
+    /// same bits of all that the host has read.
+    ///
+    /// # Errors
+    /// When a step fails, or names the first value that is another one.
+    pub fn ensure_bits(&self, model: &Model) -> Result<()> {
+        let of = |variable: &Variable| self.curves.iter().find(|curve| curve.variable.reference == variable.reference);
+        let input_at = |input: &Variable, index: usize| Some(of(input)?.values[index]);
+        // A host gives a point and the size of a step, whose sum may be rounded.
+        let expected = Self::under(model, &self.times, input_at, |time, next| time + (next - time))?;
+        for (curve, found) in expected.curves.iter().filter_map(|curve| Some((curve, of(curve.variable)?))) {
+            for ((time, expected), found) in self.times.iter().zip(&curve.values).zip(&found.values) {
+                let name = &curve.variable.name;
+                ensure!(
+                    expected.to_bits() == found.to_bits(),
+                    "{}: {name} is {found:?} in the host at {time} s, but {expected:?} in the plant",
+                    model.name
+                );
+            }
+        }
+        Ok(())
     }
 
     /// Reads the results of a host: a table whose columns are the time and variables of the model.
@@ -96,6 +131,23 @@ mod tests {
         assert_eq!(run.times, [0.0, 1.0]);
         assert_eq!(run.curves[0].values, [0.25, 0.5]);
         assert_eq!(run.curves[1].variable.name, "sticking");
+        Ok(())
+    }
+
+    #[test]
+    fn a_value_of_the_host_with_another_bit_is_named() -> Result<()> {
+        let mut run = Run::of(MODEL)?;
+        let step = |time: f64, next: f64| time + (next - time);
+        let input_at = |input: &Variable, index: usize| {
+            MODEL.experiment.signal(&input.name).map(|signal| signal.course.at(run.times[index]))
+        };
+        run = Run::under(MODEL, &run.times, input_at, step)?;
+        run.ensure_bits(MODEL)?;
+        let place = run.curves.iter().position(|curve| curve.variable.name == "position").context("a variable")?;
+        let value = &mut run.curves[place].values[7];
+        *value = value.next_up();
+        let problem = run.ensure_bits(MODEL).map_or_else(|error| format!("{error:#}"), |()| String::new());
+        assert!(problem.contains("position is 0.2500") && problem.contains("in the host at 0.007 s"), "{problem}");
         Ok(())
     }
 

@@ -19,6 +19,7 @@ mod licences;
 mod lock;
 mod moment;
 mod mutants;
+mod new;
 mod own;
 mod package;
 mod parameter_sets;
@@ -81,6 +82,7 @@ enum Command {
     Stress(stress::Stress),
     Bounds(bounds::Bounds),
     Mutants(mutants::Mutants),
+    New(new::New),
     Wheel(wheel::Wheel),
     Docs(docs::Docs),
     Test(test::Test),
@@ -119,6 +121,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Stress(it) => it.run(),
         Command::Bounds(it) => it.run(&workspace),
         Command::Mutants(it) => it.run(&workspace),
+        Command::New(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),
     }

@@ -9,8 +9,8 @@ use pneumatic_servo::model::Model;
 
 use crate::package::Package;
 use crate::product::{Parts, Product};
-use crate::workspace::{self, Workspace};
-use crate::{ended, fingerprint, lock, soundness};
+use crate::workspace::{self, ENVIRONMENTS, Workspace};
+use crate::{ended, fingerprint, lock, process, soundness};
 
 /// The crate whose models are packed, as [`package_fmus!`](crate::package_fmus) fills it in.
 #[derive(Clone, Copy, Debug)]
@@ -28,14 +28,27 @@ pub struct Crate {
 }
 
 /// A `main` that packs the models of a crate into FMUs, from the library that [`export_fmu!`](pneumatic_servo_fmu::export_fmu)
-/// makes of it. Its only line is in `examples/package.rs` of that crate, which depends on this one for development:
+/// makes of it. Its only line is in `examples/package.rs` of that crate:
 ///
 /// ```ignore
 /// pneumatic_servo_packaging::package_fmus!(quarter_car::LIBRARY);
 /// ```
 ///
-/// `cargo run --example package` then builds the library, describes the models in FMI 2.0 and 3.0, writes the page of each, zips,
-/// validates with FMPy, runs the default experiments and draws them. Everything is in `fmu` below the target folder.
+/// The crate depends on this one by a feature, so that nothing else takes the time to compile it:
+///
+/// ```toml
+/// [features]
+/// package = ["dep:pneumatic-servo-packaging"]
+///
+/// [[example]]
+/// name = "package"
+/// required-features = ["package"]
+/// ```
+///
+/// `cargo run --features package --example package` then builds the library, describes the models in FMI 2.0 and 3.0, writes the page of each, zips,
+/// validates with FMPy, runs the default experiments, compares their bits with the models themselves and draws them. Everything is
+/// in `fmu` below the target folder. The variable `FMU_ENVIRONMENTS` names a folder for the Python environment, if several crates
+/// are to share it.
 ///
 /// Hand-written parts of the FMUs are in the folder `modelDescription` of the crate; none of them is needed:
 ///
@@ -95,4 +108,18 @@ fn around(of: &Crate) -> Result<Workspace> {
         parts: Parts::of_a_crate(folder.join("modelDescription"), &workspace::home()),
     };
     Workspace::around(folder, product)
+}
+
+/// Packs the model of one's own among the examples, as its author does; its FMUs are in target/own/fmu. What compiles the
+/// program is the target directory of the project, where most of it is compiled already.
+///
+/// # Errors
+/// When that fails.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    process::heading("A model of one's own: pack its FMU");
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--profile", "quick", "--features", "package", "--example", "package"]);
+    cargo.args(["--manifest-path", "examples/own/model/Cargo.toml", "--target-dir"]).arg(&workspace.target);
+    cargo.env("CARGO_TARGET_DIR", workspace.target.join("own")).env(ENVIRONMENTS, &workspace.environments);
+    process::run(cargo.current_dir(&workspace.home))
 }

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
 
+use crate::new;
 use crate::package;
 use crate::process::{self, heading};
 use crate::venv::{Requirements, Venv};
@@ -42,6 +43,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     let mut cargo = process::cargo();
     cargo.args(["package", "--locked", "--package", CRATE]).current_dir(&workspace.root);
     process::run(cargo.env("CARGO_TARGET_DIR", &workspace.target))?;
+    new::check(workspace, &workspace.target.join(format!("package/{CRATE}-{}", env!("CARGO_PKG_VERSION"))))?;
     heading("Release: the wheel in fresh environments");
     let mut left = Vec::new();
     for version in PYTHONS {
@@ -173,6 +175,30 @@ mod tests {
         let problem = agree("1.2.3", &stated("1.2.2")).unwrap_err().to_string();
         assert!(problem.contains("CITATION.cff: \"1.2.2\"") && !problem.contains("wheel"), "{problem}");
         assert!(agree("1.2.3", &stated("")).is_err(), "a place without a version");
+    }
+
+    /// What a stranger's crate and its author need.
+    #[test]
+    fn the_published_crate_has_what_laws_and_models_of_ones_own_need() -> Result<()> {
+        let mut cargo = process::cargo();
+        let arguments = ["package", "--list", "--offline", "--allow-dirty", "--package", CRATE];
+        let files = process::output(cargo.args(arguments).current_dir(crate::workspace::home()))?;
+        for wanted in [
+            "src/prelude.rs",
+            "src/conformance/mod.rs",
+            "src/friction/catalogue.rs",
+            "src/pneumatics/actuator.rs",
+            "src/system/mod.rs",
+            "docs/own.md",
+            "README.md",
+            "CHANGELOG.md",
+            "LICENSE-APACHE",
+            "LICENSE-MIT",
+        ] {
+            assert!(files.lines().any(|file| file == wanted), "{wanted} is not among\n{files}");
+        }
+        assert!(!files.lines().any(|file| file.starts_with("target") || file.ends_with(".fmu")), "{files}");
+        Ok(())
     }
 
     #[test]

@@ -10,6 +10,8 @@ use clap::Args;
 use crate::bounds;
 use crate::deny;
 use crate::gallery::Gallery;
+use crate::new;
+use crate::own;
 use crate::package::Package;
 use crate::platform_test;
 use crate::playground;
@@ -122,6 +124,7 @@ impl Checks<'_> {
         self.cargo(&["test"])?;
         heading("Crates from outside: laws, valves and models of one's own");
         self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;
+        new::check(self.workspace, &self.workspace.home)?;
         valgrind::check(self.workspace)?;
         sanitizer::check(self.workspace)?;
         Stress::SHORT.run()?;
@@ -141,6 +144,7 @@ impl Checks<'_> {
     /// installed.
     fn packages(&self, venv: &Venv) -> Result<()> {
         Package::default().run(self.workspace)?;
+        own::check(self.workspace)?;
         Gallery {}.run(self.workspace)?;
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;

@@ -7,6 +7,9 @@ use cargo_metadata::MetadataCommand;
 
 use crate::product::Product;
 
+/// The variable that names a folder with Python environments to share; otherwise they are made in the target directory.
+pub const ENVIRONMENTS: &str = "FMU_ENVIRONMENTS";
+
 /// The folders that the commands work in.
 #[derive(Clone)]
 pub struct Workspace {
@@ -38,7 +41,8 @@ impl Workspace {
     pub fn around(package: &Path, product: Product) -> Result<Self> {
         let metadata = MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps().exec()?;
         let target = metadata.target_directory.into_std_path_buf();
-        Ok(Self { root: metadata.workspace_root.into(), home: home(), environments: target.clone(), target, product })
+        let environments = std::env::var_os(ENVIRONMENTS).map_or_else(|| target.clone(), PathBuf::from);
+        Ok(Self { root: metadata.workspace_root.into(), home: home(), environments, target, product })
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
