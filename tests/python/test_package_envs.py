@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -369,3 +370,23 @@ def test_window_shows_as_many_pictures_as_a_screen(monkeypatch: pytest.MonkeyPat
     # At the reset and every 40 ms.
     assert len(shown) == 1 + 25 + 1 and shown[-1] == "closed" and shown[0].startswith("LuGre  position")
     assert len(set(shown)) > 20
+
+
+def test_page_has_the_spaces_as_they_are() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| ")]
+    numbers = [(int(row[0]), float(row[2]), float(row[3])) for row in rows if row[0].isdigit()]
+    environment = envs.Positioning()
+    expected = [
+        (number, float(low), float(high))
+        for space in (environment.action_space, environment.observation_space)
+        for number, (low, high) in enumerate(zip(space.low, space.high, strict=True))
+    ]
+    assert numbers == expected
+    # In the units that the page names: of a stroke, m/s, and 10 bar.
+    seen, info = environment.reset(seed=8)
+    plant = environment._fleet.native.observe()[0]
+    scale = np.array([0.5, 1.0, 10e5, 10e5])
+    assert seen[2] == plant[1] == 0.0
+    assert_close((seen[1:] * scale)[[0, 2, 3]], plant[[0, 2, 3]], rel=2e-7, what="observation")
+    assert_close(0.5 * float(seen[0]), info["target"] - plant[0], within=1e-7, what="error")
