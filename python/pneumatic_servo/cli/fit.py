@@ -102,6 +102,7 @@ def run(options: argparse.Namespace) -> None:
     for name, reason in found.undetermined.items():
         print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
     print(found)
+    print(f"verdict: {found.verdict}")
     if not found.converged:
         raise NotConverged(f"the fit has not converged: {found.message}")
 

@@ -15,7 +15,9 @@ from pneumatic_servo.identification.result import Fit
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#1d2733}
 table{border-collapse:collapse;margin:.5em 0}td,th{padding:.2em .8em;border-bottom:1px solid #e3e7eb;text-align:right}
-td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:#a33b00}"""
+td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:#a33b00}
+.green,.yellow,.red{border-left:.5em solid;padding-left:.8em}
+.green{border-color:#2e8540}.yellow{border-color:#e0a100}.red{border-color:#b3261e}"""
 
 
 def page(fit: Fit) -> str:
@@ -27,6 +29,7 @@ def page(fit: Fit) -> str:
     friction = friction_map(fit)
     parts = [
         f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{verdict} {escape(fit.message)}</p>",
+        f"<p class={fit.verdict.light}><b>{fit.verdict.light.capitalize()}.</b> {escape(fit.verdict.text)}</p>",
         "<h2>Parameters, with 95 % intervals</h2>",
         _table(
             ["parameter", "value", "low", "high", "unit"],

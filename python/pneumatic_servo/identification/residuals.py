@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import SIGNALS
+
+if TYPE_CHECKING:
+    from pneumatic_servo.identification.result import Fit
 
 Array = NDArray[np.float64]
 
@@ -29,7 +32,7 @@ class Residuals:
     """Measured minus fitted of all windows of a fit."""
 
     def __init__(self, fit: Fit) -> None:
-        self._windows = fit.problem.windows
+        self.windows = fit.problem.windows
         [self._differences] = fit.problem.differences([fit.x])
         self.signals = fit.problem.experiment.compared
 
@@ -40,27 +43,27 @@ class Residuals:
     def courses(self, signal: str) -> Iterator[Course]:
         """Yield the windows of a signal one after the other; samples that are not compared are NaN."""
         before = 0.0
-        for window, difference in zip(self._windows, self._differences, strict=True):
+        for window, difference in zip(self.windows, self._differences, strict=True):
             rest = np.where(window.used, difference[signal], np.nan)
             yield Course(window.record.time + before, window.record.signals[signal], rest)
             before += float(window.record.time[-1] + window.record.step)
 
     def all(self, signal: str) -> Array:
         """Return what remains of a signal in all windows."""
-        parts = [d[signal][w.used] for w, d in zip(self._windows, self._differences, strict=True)]
+        parts = [d[signal][w.used] for w, d in zip(self.windows, self._differences, strict=True)]
         return np.concatenate(parts)
 
     @property
     def position(self) -> Array:
         """The position of these samples; the number of the sample where none is measured."""
-        parts = [w.record.signals.get("position", w.record.time)[w.used] for w in self._windows]
+        parts = [w.record.signals.get("position", w.record.time)[w.used] for w in self.windows]
         return np.concatenate(parts)
 
     @property
     def velocity(self) -> Array:
         """The velocity of these samples."""
         parts = []
-        for window in self._windows:
+        for window in self.windows:
             record = window.record
             course = record.signals.get("position", record.time)
             speed = record.signals.get("velocity", np.gradient(course, record.time))
@@ -69,9 +72,9 @@ class Residuals:
 
     def correlation(self, signal: str) -> Array:
         """Return the autocorrelation of what remains, within the windows."""
-        lags = min(LAGS, min(int(np.sum(window.used)) for window in self._windows if np.any(window.used)) // 2)
+        lags = min(LAGS, min(int(np.sum(window.used)) for window in self.windows if np.any(window.used)) // 2)
         total = np.zeros(lags + 1)
-        for window, difference in zip(self._windows, self._differences, strict=True):
+        for window, difference in zip(self.windows, self._differences, strict=True):
             rest = difference[signal][window.used]
             rest = rest - rest.mean() if len(rest) else rest
             total += [float(rest[lag:] @ rest[: max(0, len(rest) - lag)]) for lag in range(lags + 1)]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.run import table
 from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
+
+if TYPE_CHECKING:
+    from pneumatic_servo.identification.verdict import Verdict
 
 Array = NDArray[np.float64]
 
@@ -85,6 +89,13 @@ class Fit:
         """Fitted values that are none of the model, but of sensors or of a test bench."""
         return [name for name in self.parameters if name not in self.problem.experiment.table.variables]
 
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What it is worth: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
+        from pneumatic_servo.identification.verdict import verdict
+
+        return verdict(self)
+
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""
         return {
@@ -97,6 +108,7 @@ class Fit:
             "hold_out_rms": {signal: _finite(rms) for signal, rms in self.hold_out_rms.items()},
             "undetermined": list(self.undetermined),
             "law": self.law,
+            "verdict": {"light": self.verdict.light, "text": self.verdict.text},
         }
 
     def to_json(self, file: str | Path) -> None:
