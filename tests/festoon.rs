@@ -5,7 +5,7 @@ mod rig;
 
 use std::f64::consts::TAU;
 
-use bounds::larger;
+use bounds::{close, larger, loosely};
 use rig::{Rig, Running};
 
 const GRAVITY: f64 = 9.80665;
@@ -61,13 +61,13 @@ fn load_of_a_held_trolley_is_a_pendulum() {
         // The series of the complete elliptic integral, to fourth order in the amplitude.
         let expected =
             TAU * (1.0 / GRAVITY).sqrt() * (1.0 + amplitude.powi(2) / 16.0 + 11.0 * amplitude.powi(4) / 3072.0);
-        assert!((period - expected).abs() < 1e-6, "{law}: {period} s, not {expected} s");
+        close(period, expected, 2e-9, format_args!("{law}, s"));
         assert_eq!((run.get("trolley[1].position"), run.get("trolley[1].velocity")), (-0.5, 0.0), "{law}");
         assert_eq!(run.get("solver.events"), 0.0, "{law}");
         // The trolley holds the horizontal pull of the load.
         let (angle, spin) = (run.get("trolley[1].load.angle"), run.get("trolley[1].load.angularVelocity"));
         let pull = LOAD * angle.sin() * (GRAVITY * angle.cos() + spin * spin);
-        assert!((run.get("trolley[1].frictionForce") - pull).abs() < 1e-12, "{law}");
+        close(run.get("trolley[1].frictionForce"), pull, 1e-13, law);
     }
 }
 
@@ -79,7 +79,7 @@ fn load_of_a_free_trolley_swings_about_the_centre_of_mass() {
     let expected = TAU / (GRAVITY * (1.0 + LOAD / TROLLEY)).sqrt();
     // The amplitude lengthens the period by some 1e-7 of it.
     let period = swing_period(&mut run);
-    assert!((period - expected).abs() < 1e-6, "{period} s, not {expected} s");
+    close(period, expected, 1e-6, "s");
 }
 
 fn energy(run: &mut Running, trolleys: u32) -> f64 {
@@ -105,7 +105,7 @@ fn energy_is_kept_without_friction() {
     let (mut taut, mut pressed) = (false, false);
     watch(&mut run, 10.0, 1e-2, |time, run| {
         let now = energy(run, 3);
-        assert!((now / before - 1.0).abs() < 1e-7, "{now} of {before} J at {time} s");
+        close(now / before, 1.0, 5e-11, format_args!("{now} of {before} J at {time} s"));
         taut |= run.get("trolley[2].towForce") > 0.0;
         pressed |= run.get("trolley[2].bufferForce") > 0.0;
     });
@@ -130,7 +130,7 @@ fn momentum_comes_from_the_crane_alone() {
         let force = run.get("crane.force");
         if index % 2 == 0 {
             let received = (impulse + force) * interval / 3.0;
-            assert!((momentum - received).abs() < 1e-4, "{momentum}, not {received} kg m/s at {time} s");
+            close(momentum, received, 1e-4, format_args!("at {time} s"));
         }
         impulse += force * (2.0 + 2.0 * f64::from(index % 2));
         largest = larger(largest, momentum.abs());
@@ -153,7 +153,7 @@ fn pulse_breaks_the_trolley_away_above_the_static_friction() {
         let speed = (pulse - 8.3) / mass * duration;
         let expected = if pulse > 11.0 { 0.5 * speed * duration + 0.5 * mass * speed * speed / 8.3 } else { 0.0 };
         // The load, a ten-millionth of the mass, swings on its own.
-        assert!((moved - expected).abs() <= 1e-6 * expected, "{pulse} N: {moved} m, not {expected} m");
+        close(moved, expected, 5e-13 * expected, format_args!("{pulse} N, m"));
         assert_eq!(run.get("trolley[1].sticking"), 1.0);
     }
 }
@@ -168,11 +168,11 @@ fn ropes_carry_the_friction_of_what_they_tow() {
     for trolley in 1..=3 {
         let tow = run.get(&of(trolley, "towForce"));
         let expected = f64::from(4 - trolley) * each;
-        assert!((tow - expected).abs() < 1e-6, "{tow} N, not {expected} N");
-        assert!((run.get(&of(trolley, "velocity")) - 0.2).abs() < 1e-8);
+        close(tow, expected, 2e-10, "N");
+        close(run.get(&of(trolley, "velocity")), 0.2, 5e-13, "ropes carry the friction of what they tow");
         assert!(run.get(&of(trolley, "load.angle")).abs() < 1e-8);
     }
-    assert!((run.get("crane.force") - 3.0 * each).abs() < 1e-6);
+    close(run.get("crane.force"), 3.0 * each, 2e-10, "ropes carry the friction of what they tow");
 }
 
 /// Slow towing through the elastic rope: the trolley waits until the rope pulls with the break-away force, slips, and
@@ -191,7 +191,7 @@ fn slow_towing_is_stick_slip() {
     });
     // The rope tautens 1 mm, and pulls with 11 N 5.5 mm, after the start.
     let break_away = (1e-3 + 11.0 / stiffness) / speed;
-    assert!((changes[0].0 - break_away).abs() < 1.01e-3, "{} s, not {break_away} s", changes[0].0);
+    loosely((changes[0].0 - break_away).abs(), 1.01e-3, "looked at each millisecond", "s");
     assert!(changes.len() >= 8, "{changes:?}");
     // The closed form of the pulled mass: the drive moves on during the slip.
     let (mass, e0) = (TROLLEY + 1e-6, (11.0 - 8.3) / stiffness);
@@ -199,10 +199,10 @@ fn slow_towing_is_stick_slip() {
     let slip_time = 2.0 / w * (std::f64::consts::PI - (e0 * w / speed).atan());
     for slip in changes.chunks_exact(2) {
         let [(start, from), (end, to)] = slip else { unreachable!() };
-        assert!((end - start - slip_time).abs() < 2.01e-3, "{} s, not {slip_time} s", end - start);
+        close(end - start, slip_time, 2.01e-3, format_args!("{} s, not {slip_time} s", end - start));
         // Sampled up to a millisecond after break-away, when the trolley has hardly moved.
         let expected = 2.0 * e0 + speed * slip_time;
-        assert!((to - from - expected).abs() < 1e-6, "{} m, not {expected} m", to - from);
+        close(to - from, expected, 1e-6, format_args!("{} m, not {expected} m", to - from));
     }
 }
 
@@ -277,7 +277,7 @@ fn trolleys_at_rest_do_not_disturb_the_first() {
     let (alone, first) = (position(1), position(3));
     assert!(alone > -0.45, "{alone} m: it moves");
     // The steps differ, since the loads behind swing.
-    assert!((alone - first).abs() < 1e-8, "{alone} and {first} m");
+    close(alone, first, 5e-14, "m");
 }
 
 #[test]

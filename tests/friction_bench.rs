@@ -5,7 +5,7 @@ mod rig;
 
 use std::f64::consts::{PI, TAU};
 
-use bounds::larger;
+use bounds::{close, larger, loosely, within};
 use rig::{Rig, Running};
 
 /// Samples a run at equal intervals: calls `look` with the time after each.
@@ -46,17 +46,22 @@ fn coulomb_with_stiction_sticks_and_slips_as_the_closed_form_says() {
         }
     });
 
-    assert!((changes[0].0 - statics / stiffness / speed).abs() < 1.01e-4, "{changes:?}");
+    close(changes[0].0, statics / stiffness / speed, 1.01e-4, format_args!("{changes:?}"));
     for cycle in changes.chunks_exact(2).skip(1) {
         let [(slip, from), (stick, to)] = cycle else { unreachable!() };
-        assert!((stick - slip - slip_time).abs() < 2.01e-4, "slips for {} s, not {slip_time} s", stick - slip);
-        assert!((to - from - (stick_time + slip_time) * speed).abs() < 1e-7, "steps of {} m", to - from);
+        close(stick - slip, slip_time, 2.01e-4, format_args!("slips for {} s, not {slip_time} s", stick - slip));
+        close(to - from, (stick_time + slip_time) * speed, 1e-8, format_args!("steps of {} m", to - from));
     }
     for pause in changes[1..].chunks_exact(2) {
-        assert!((pause[1].0 - pause[0].0 - stick_time).abs() < 2.01e-4, "{pause:?}");
+        loosely(
+            (pause[1].0 - pause[0].0 - stick_time).abs(),
+            2.01e-4,
+            "looked at each 0.1 ms",
+            format_args!("{pause:?}"),
+        );
     }
     assert!(changes.len() >= 8);
-    assert!((top - fastest).abs() < 1e-7, "v_max = {top}, not {fastest}");
+    close(top, fastest, 1e-10, "v_max");
 }
 
 /// The parameters of Canudas de Wit et al. (1995).
@@ -89,12 +94,12 @@ fn lugre_sticks_and_slips_as_published_in_1995() {
         }
         last = v;
     });
-    assert!((starts[0].0 - 7.5).abs() < 0.1, "first slip at {} s", starts[0].0);
+    close(starts[0].0, 7.5, 0.1, format_args!("first slip at {} s", starts[0].0));
     let [.., before, after] = starts.as_slice() else { panic!("too few slips") };
-    assert!((after.0 - before.0 - 6.363).abs() < 1e-3, "period {}", after.0 - before.0);
-    assert!((after.1 - before.1 - 0.6363).abs() < 1e-4, "step {}", after.1 - before.1);
-    assert!((fastest - 0.3698).abs() < 1e-4, "v_max {fastest}");
-    assert!((peak - 1.4766).abs() < 1e-4, "peak {peak}");
+    close(after.0 - before.0, 6.363, 1e-3, format_args!("period {}", after.0 - before.0));
+    close(after.1 - before.1, 0.6363, 1e-4, format_args!("step {}", after.1 - before.1));
+    close(fastest, 0.3698, 1e-4, "v_max");
+    close(peak, 1.4766, 1e-4, "peak");
 }
 
 /// Reference values have four digits.
@@ -109,7 +114,8 @@ fn lugre_breaks_away_at_lower_forces_under_faster_loading() {
             is_over |= force < peak;
             peak = if is_over { peak } else { force };
         });
-        assert!(is_over && (peak - expected).abs() < 6e-4, "{peak} N at {rate} N/s, not {expected} N");
+        assert!(is_over, "{peak} N at {rate} N/s");
+        close(peak, expected, 6e-4, format_args!("N at {rate} N/s"));
     }
 }
 
@@ -135,7 +141,7 @@ fn lugre_presliding_is_that_of_1995() {
         load(&mut run, from, to, 20.0);
         from = to;
         let position = run.get("position") * 1e6;
-        assert!((position - micrometres).abs() < 0.02, "{position} um at {to} N, not {micrometres} um");
+        close(position, micrometres, 0.02, format_args!("um at {to} N"));
     }
 }
 
@@ -156,22 +162,22 @@ fn drift(rig: &Rig, low: f64, high: f64) -> f64 {
 #[test]
 fn dahl_and_lugre_drift_by_the_logarithm() {
     let expected = 1.5e-5 * ((1.0f64 - 0.01) / (1.0 - 0.81)).ln();
-    assert!((expected - 24.76e-6).abs() < 0.01e-6);
+    close(expected, 24.76e-6, 1e-9, "dahl and lugre drift by the logarithm");
     let lugre = drift(&lugre_1995("Free"), 0.15, 1.35);
-    assert!((lugre - expected).abs() < 1e-3 * expected, "LuGre drifts by {lugre} m");
+    close(lugre, expected, 5e-4 * expected, "LuGre drifts, m");
     let dahl = Rig::bench("Dahl", "Free")
         .set("friction.dahl.Fc", 1.5)
         .set("friction.dahl.sigma0", 1e5)
         .set("friction.dahl.sigma2", 100.0);
     let dahl = drift(&dahl, 0.15, 1.35);
-    assert!((dahl - expected).abs() < 1e-3 * expected, "Dahl drifts by {dahl} m");
+    close(dahl, expected, 5e-5 * expected, "Dahl drifts, m");
 }
 
 /// The cycle swings by 8 um. The stiff elements are slightly damped; what remains is the tolerance.
 #[test]
 fn maxwell_slip_does_not_drift() {
     let maxwell = drift(&Rig::bench("MaxwellSlip", "Free").set("friction.maxwellSlip.sigma2", 300.0), 0.8, 7.2);
-    assert!(maxwell.abs() < 1e-10, "{maxwell} m");
+    within(maxwell.abs(), 2e-12, "m");
 }
 
 /// In the Leuven law the hysteresis force does not drift over `z`, but `x` moves by `dz/(1 -+ (F/s)^n)`. The loop is
@@ -189,7 +195,7 @@ fn leuven_drifts_only_by_its_transition_to_sliding() {
     }
     let width = 2.0 * a;
     let steps = 100_000;
-    for (n, bound) in [(1.0, 1e-3), (3.0, 1e-3)] {
+    for n in [1.0, 3.0] {
         let mut expected = 0.0;
         for step in 0..steps {
             let z = width * (f64::from(step) + 0.5) / f64::from(steps);
@@ -199,10 +205,10 @@ fn leuven_drifts_only_by_its_transition_to_sliding() {
         }
         expected *= width / f64::from(steps);
         let found = drift(&leuven(n), low, high);
-        assert!((found - expected).abs() < bound * expected, "n = {n}: {found} m, not {expected} m");
+        close(found, expected, 5e-6 * expected, format_args!("n = {n}, m"));
     }
     let abrupt = drift(&leuven(10.0), low, high);
-    assert!(abrupt.abs() < 0.02 * width, "{abrupt} m of {width} m");
+    within(abrupt.abs(), 0.02 * width, format_args!("m of {width} m"));
 }
 
 /// Friction force while the mass moves along a path in micrometres, at the end of each leg.
@@ -235,11 +241,11 @@ fn leuven_hysteresis() -> Rig {
 fn leuven_virgin_curve_and_nested_path_are_those_of_the_thesis() {
     let virgin = along(&leuven_hysteresis(), &[0.0, 1.0, 2.0, 5.0, 10.0]);
     for (found, expected) in virgin.iter().zip([3.892, 6.747, 12.675, 20.405]) {
-        assert!((found - expected).abs() < 6e-4, "{found} N, not {expected} N");
+        close(*found, expected, 6e-4, "N");
     }
     let nested = along(&leuven_hysteresis(), &[0.0, 4.0, 1.0, 3.0, 1.0, 4.0, -4.0]);
     for (found, expected) in nested.iter().zip([10.9387, 0.1081, 7.8921, 0.1081, 10.9387, -10.9387]) {
-        assert!((found - expected).abs() < 6e-5, "{found} N, not {expected} N: {nested:?}");
+        close(*found, expected, 6e-5, format_args!("N, {nested:?}"));
     }
 }
 
@@ -256,7 +262,7 @@ fn maxwell_slip_remembers_nested_loops() {
             *force = (*force + stiffness * 1e-6 * (leg[1] - leg[0])).clamp(-2.075, 2.075);
             expected += *force;
         }
-        assert!((found - expected).abs() < 1e-9, "{found} N, not {expected} N after {leg:?}");
+        close(found, expected, 2e-11, format_args!("N after {leg:?}"));
     }
 }
 
@@ -275,7 +281,7 @@ fn gms_with_a_flat_curve_is_maxwell_slip() {
     }
     let maxwell = Rig::bench("MaxwellSlip", "PrescribedMotion").set("friction.maxwellSlip.sigma2", 0.0);
     for (a, b) in along(&gms, &path).into_iter().zip(along(&maxwell, &path)) {
-        assert!((a - b).abs() < 1e-5, "{a} N, not {b} N");
+        close(a, b, 5e-11, "N");
     }
 }
 
@@ -298,7 +304,7 @@ fn gms_lags_behind_the_stribeck_curve_exponentially() {
         // The four elements have a quarter of the level each and 500 N/s each.
         let expected = to + (from - to) * (-500.0 * time / to).exp();
         let found = run.get("frictionForce");
-        assert!((found - expected).abs() < 1e-6, "{found} N, not {expected} N after {time} s");
+        close(found, expected, 2e-9, format_args!("N after {time} s"));
     }
 }
 
@@ -321,7 +327,7 @@ fn bristle_laws_without_a_level_are_viscous() {
             run.set("driveVelocity", v);
             run.advance(end).unwrap_or_else(|error| panic!("{law}: {error}"));
             let force = run.get("frictionForce");
-            assert!((force - viscous * v).abs() < 1e-12, "{law}: {force} N at {v} m/s");
+            close(force, viscous * v, 1e-13, format_args!("{law}, N at {v} m/s"));
         }
         let mut run = zero(law, "SpringPull", names).set("spring.stiffness", 100.0).start().unwrap();
         run.advance(10.0).unwrap_or_else(|error| panic!("{law}: {error}"));
@@ -365,7 +371,7 @@ fn polito_takes_the_branch_of_the_prescribed_acceleration() {
         run.advance(0.1 * f64::from(step)).unwrap();
         let branch = if trend > 0.0 { rising } else { falling };
         let (found, expected) = (run.get("frictionForce"), branch(f64::abs(v)) * v.signum());
-        assert!((found - expected).abs() < 1e-12, "{found} N, not {expected} N at {v} m/s");
+        close(found, expected, 2e-13, format_args!("N at {v} m/s"));
     }
     // A ramp through zero: decelerating before, accelerating after.
     run.set("driveVelocity", 0.1);
@@ -375,7 +381,7 @@ fn polito_takes_the_branch_of_the_prescribed_acceleration() {
         run.ramp("driveVelocity", v, -1.0);
         run.advance(end).unwrap();
         let found = run.get("frictionForce");
-        assert!((found - expected).abs() < 1e-9, "{found} N, not {expected} N after {now} s");
+        close(found, expected, 1e-13, format_args!("N after {now} s"));
     }
 }
 
@@ -410,7 +416,7 @@ fn karnopp_follows_a_slow_damped_spring_in_steps_that_end() {
         run.advance(f64::from(second)).expect("a step that ends");
     }
     let lag = 1e5 * (run.get("drivePosition") - run.get("position"));
-    assert!((lag - 11.0).abs() < 0.2, "{lag} N");
+    close(lag, 11.0, 0.2, "N");
 }
 
 /// The creep velocity solves `F(v) = 5 N`; the solver's tolerance for velocities is 1e-8 m/s.
@@ -426,8 +432,8 @@ fn regularised_laws_creep_at_the_velocity_of_their_curve() {
             if curve(middle) < 5.0 { slow = middle } else { fast = middle }
         }
         let (halfway, end, velocity) = pushed(&Rig::bench(law, "Free"));
-        assert!((velocity - slow).abs() < 1e-8, "{law} creeps at {velocity} m/s, not {slow} m/s");
-        assert!((end - halfway - 5.0 * slow).abs() < 1e-6, "{law} moves {} m in 5 s", end - halfway);
+        close(velocity, slow, 5e-18, format_args!("{law} creeps, m/s"));
+        close(end - halfway, 5.0 * slow, 1e-16, format_args!("{law} moves {} m in 5 s", end - halfway));
     }
 }
 
@@ -439,7 +445,7 @@ fn bristle_laws_yield_but_do_not_creep() {
         let rig = if law == "Dahl" { rig.set("friction.dahl.sigma2", 100.0) } else { rig };
         let (halfway, end, _) = pushed(&rig);
         assert!(end > 1e-7, "{law} yields {end} m");
-        assert!((end - halfway).abs() < 1e-8, "{law} creeps by {} m in 5 s", end - halfway);
+        close(end, halfway, 1e-19, format_args!("{law} creeps by {} m in 5 s", end - halfway));
     }
 }
 
@@ -454,9 +460,10 @@ fn spring_force_balances_friction_in_slow_pulling() {
             .unwrap();
         run.advance(5.0).unwrap();
         let (spring, friction) = (run.get("springForce"), run.get("frictionForce"));
-        assert!((spring - friction).abs() < 1e-3, "{law}: {spring} N against {friction} N");
+        close(spring, friction, 2e-12, format_args!("{law}, N"));
         let lead = run.get("drivePosition") - run.get("position");
-        assert!((run.get("velocity") - 0.1).abs() < 1e-6 && (lead * 1e4 - spring).abs() < 1e-3, "{law}");
+        close(run.get("velocity"), 0.1, 2e-15, law);
+        close(lead * 1e4, spring, 2e-12, law);
     }
 }
 
@@ -471,5 +478,6 @@ fn free_mass_without_friction_follows_newton() {
         run.advance(f64::from(step + 1) / f64::from(steps)).unwrap();
     }
     // Ramps through the sine have an error of (w*h)^2/12 of its amplitude.
-    assert!(run.get("position").abs() < 1e-6 && (run.get("velocity") + 1.0 / (2.0 * TAU)).abs() < 1e-6);
+    within(run.get("position").abs(), 1e-6, "m");
+    close(run.get("velocity"), -1.0 / (2.0 * TAU), 1e-15, "m/s");
 }

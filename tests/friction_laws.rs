@@ -1,9 +1,11 @@
 //! What every friction law of the registry must do, whatever law it is.
 
+mod bounds;
 mod rig;
 
 use std::f64::consts::TAU;
 
+use bounds::close;
 use pneumatic_servo::conformance;
 use pneumatic_servo::friction::{Friction, LAWS, Law, Laws};
 use pneumatic_servo::variables::Choice;
@@ -60,7 +62,7 @@ fn steady_sliding_gives_the_steady_curve() {
                 let mut run = Rig::bench(law, "PrescribedMotion").set("driveVelocity", direction * v).start().unwrap();
                 run.advance(0.5 + 0.03 / v).unwrap_or_else(|error| panic!("{law}: {error}"));
                 let found = direction * run.get("frictionForce");
-                assert!((found - expected).abs() < 2e-5 * 11.0, "{law} at {v} m/s: {found} N, not {expected} N");
+                close(found, expected, 5e-13 * 11.0, format_args!("{law} at {v} m/s, N"));
             }
         }
     }

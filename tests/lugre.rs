@@ -5,7 +5,7 @@ mod rig;
 
 use std::f64::consts::TAU;
 
-use bounds::larger;
+use bounds::{close, larger};
 use rig::{Rig, Running};
 
 /// The dry part of the friction force.
@@ -83,7 +83,7 @@ fn sliding_bristle_of_any_stiffness_takes_one_explicit_step_a_millisecond() {
                 steps += after[1] - before[1];
                 jacobians += after[2] - before[2];
                 let expected = (8.3 + 30.0 * after[0].abs()).copysign(after[0]);
-                assert!((run.get("frictionForce") - expected).abs() < 1e-3, "{stiffness} at {time} s");
+                close(run.get("frictionForce"), expected, 5e-13, format_args!("{stiffness} at {time} s"));
             }
         }
         // A step more where the valve has a kink.

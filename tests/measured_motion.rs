@@ -3,7 +3,7 @@
 mod bounds;
 mod rig;
 
-use bounds::larger;
+use bounds::{close, larger};
 use rig::{Rig, Running};
 
 /// Interval of the samples in s.
@@ -29,7 +29,7 @@ fn prescribed_position_passes_through_all_samples() {
         move_to(&mut run, index);
         let (position, velocity) = (run.get("position"), run.get("velocity"));
         // A thousand additions of at most 2 mm round by 1e-16 m.
-        assert!((position - sample(index)).abs() < 1e-15, "{position} m at sample {index}");
+        close(position, sample(index), 1e-16, format_args!("m at sample {index}"));
         assert_eq!(
             velocity,
             (sample(index) - sample(index - 1)) / (f64::from(index) * SAMPLE - f64::from(index - 1) * SAMPLE)
@@ -94,8 +94,8 @@ fn steady_friction_grows_with_the_load_level() {
         };
         let (none, one, three) = (force(0.0), force(1.0), force(3.0));
         assert!(one - none > 5.0, "{law}: {one} N, {none} N without load");
-        // LuGre and GMS come up to their level exponentially, and are there to the tolerance of 1e-6.
-        assert!((three - none - 3.0 * (one - none)).abs() < 1e-4, "{law}: {none}, {one}, {three} N");
+        // LuGre and GMS come up to their level exponentially, and are there long before.
+        close(three - none, 3.0 * (one - none), 5e-13, format_args!("{law}: {none}, {one}, {three} N"));
     }
 }
 

@@ -1,7 +1,9 @@
 //! Static friction of one's own contact: grown at rest, and with a load level of its own.
 
+mod bounds;
 mod rig;
 
+use bounds::close;
 use rig::{Rig, Running};
 
 /// A free mass under the Stribeck law, with 11 N of static friction and 8.3 N of Coulomb friction.
@@ -49,7 +51,12 @@ fn later_break_away_grows_with_the_time_at_rest() {
         assert!(!holds(&mut run, expected + 1e-3, time + 2e-6), "{expected} N after {rest} s");
         // What has slipped slides at once as if it had never rested.
         let speed = run.get("velocity");
-        assert!((run.get("frictionForce") - (8.3 + 2.7 * (-(speed / 0.01).powi(2)).exp() + 30.0 * speed)).abs() < 1e-9);
+        close(
+            run.get("frictionForce"),
+            8.3 + 2.7 * (-(speed / 0.01).powi(2)).exp() + 30.0 * speed,
+            1e-13,
+            "later break away grows with the time at rest",
+        );
     }
 }
 
@@ -64,7 +71,7 @@ fn static_friction_grows_with_the_load_at_its_own_pace() {
         let mut run = drive.set("friction.level", 1.5).set("driveVelocity", 1.0).start().unwrap();
         run.advance(0.01).unwrap();
         let found = run.get("frictionForce");
-        assert!((found - (1.5 * 8.3 + 30.0)).abs() < 1e-9, "{found} N, ratio {ratio}");
+        close(found, 1.5 * 8.3 + 30.0, 5e-13, format_args!("N at a ratio of {ratio}"));
     }
 }
 

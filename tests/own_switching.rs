@@ -5,7 +5,7 @@ mod rig;
 
 use std::f64::consts::TAU;
 
-use bounds::{farthest, largest};
+use bounds::{close, farthest, largest};
 use pneumatic_servo::conformance::Host;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
@@ -45,7 +45,12 @@ fn pulses_bring_what_their_length_says() {
         let volume = 1.0 + 0.25 * std::f64::consts::PI * 0.016f64.powi(2) / 4.0;
         let expected = 10.0 * open * CONDUCTANCE * 20e5 * 1.185 * GAS / volume;
         let found = running.get("chamberA.pressure") - before;
-        assert!((found / expected - 1.0).abs() < 1e-7, "{found} Pa, not {expected}, with delays {opening}, {closing}");
+        close(
+            found / expected,
+            1.0,
+            1e-10,
+            format_args!("{found} Pa, not {expected}, with delays {opening}, {closing}"),
+        );
     }
 }
 
@@ -60,7 +65,7 @@ fn centre_vents_or_closes_both_chambers() {
         running.advance(3.0).unwrap();
         for name in ["chamberA.pressure", "chamberB.pressure"] {
             let found = running.get(name);
-            assert!((found - expected).abs() < 1e-3, "{name}: {found}, not {expected}");
+            close(found, expected, 5e-9, name);
         }
     }
 }
@@ -113,10 +118,10 @@ fn voltage_counts_at_the_beginning_of_a_period() {
     running.advance(0.005).unwrap();
     running.set("valveVoltage", 9.0);
     running.advance(0.01).unwrap();
-    assert!((running.get("switching.duty") - 0.4).abs() < 1e-15);
+    close(running.get("switching.duty"), 0.4, 1e-15, "voltage counts at the beginning of a period");
     running.set("valveVoltage", 2.0);
     running.advance(0.011).unwrap();
-    assert!((running.get("switching.duty") + 0.6).abs() < 1e-15);
+    close(running.get("switching.duty"), -0.6, 1e-15, "voltage counts at the beginning of a period");
 }
 
 #[test]
@@ -154,7 +159,7 @@ fn solver_outside_sees_every_edge() {
         for (name, allowed) in [("position", 1e-8), ("chamberA.pressure", 1e-1), ("switching.openingA", 1e-9)] {
             let place = table.computed().position(|variable| variable.name == name).unwrap();
             let (found, expected) = (computed[place], inside.get(name).unwrap());
-            assert!((found - expected).abs() < allowed, "{name} at {time} s: {found}, inside {expected}");
+            close(found, expected, allowed, format_args!("{name} at {time} s, inside {expected}"));
         }
     }
     assert!(inside.get("position").unwrap() > 0.25);

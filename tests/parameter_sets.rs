@@ -1,10 +1,12 @@
 //! The packaged parameter sets do what they say.
 
+mod bounds;
 mod rig;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use bounds::{close, within};
 use rig::{Rig, Value};
 use serde::Deserialize;
 
@@ -35,7 +37,7 @@ fn presliding_set_follows_its_virgin_curve() {
     let mut step = 0;
     for (displacement, expected) in [(1e-6, 3.892), (2e-6, 6.747)] {
         let force = curve(displacement);
-        assert!((force - expected).abs() < 5e-4, "{force} N");
+        close(force, expected, 5e-4, "N");
         let last = (force * 100.0) as i32;
         while step <= last {
             run.set("appliedForce", f64::from(step) / 100.0);
@@ -47,7 +49,7 @@ fn presliding_set_follows_its_virgin_curve() {
         run.advance(f64::from(step) * 0.02).unwrap();
         // Each step of the force overshoots by a little, which the hysteresis keeps.
         let found = run.get("position");
-        assert!((found / displacement - 1.0).abs() < 1e-2, "{found} m at {force} N");
+        close(found / displacement, 1.0, 1e-5, format_args!("{found} m at {force} N"));
     }
 }
 
@@ -60,7 +62,8 @@ fn regulator_sets_start_in_balance() {
             run.advance(f64::from(step) * 0.1).unwrap();
             // Far below the Coulomb friction of 0.7 N.
             let force = run.get("frictionForce");
-            assert!(force.abs() < 0.05 && (run.get("position") - 0.25).abs() < 2e-5, "{set}: {force} N");
+            within(force.abs(), 0.01, format_args!("{set}, N"));
+            close(run.get("position"), 0.25, 2e-6, format_args!("{set}, m"));
         }
     }
 }
@@ -72,7 +75,7 @@ fn transition_sets_move_slowly_after_a_rest() {
         let rig = with(Rig::new("PneumaticServoCylinder"), set, "");
         let mut run = rig.set("position0", 0.05).start().unwrap();
         run.advance(1.0).unwrap();
-        assert!((run.get("position") - 0.05).abs() < 1.5e-3, "{set} rests at first");
+        close(run.get("position"), 0.05, 1.5e-3, format_args!("{set} rests at first"));
         run.advance(10.0).unwrap();
         let path = run.get("position") - 0.05;
         assert!(path > 5e-3 && path < 0.3, "{set}: {path} m in 10 s");

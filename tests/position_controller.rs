@@ -66,7 +66,7 @@ fn proportional_loop_settles_in_a_geometric_series() {
     let (mut position, ratio) = (0.2, 1.0 - PERIOD * integrator * forward * gain);
     for sample in 0..200u16 {
         let error = 0.05 * ratio.powi(sample.into());
-        assert!((0.25 - position - error).abs() < 1e-3 * ROUNDING * 200.0, "sample {sample}");
+        close(0.25 - position, error, 2e-4 * ROUNDING * 200.0, format_args!("sample {sample}"));
         controller.set("position", position);
         position += PERIOD * integrator * (voltage(&mut controller, sample.into()) - 5.0);
     }
@@ -77,9 +77,9 @@ fn wanted_velocity_is_limited() {
     let rig = bare().set("gain.position", 10.0).set("feedForward.gain", 1.0).set("limit.velocity", 0.3);
     for (reference, wanted) in [(0.26, 0.1), (0.4, 0.3), (-0.4, -0.3)] {
         let mut controller = rig.clone().set("referencePosition", reference).start().expect("legal");
-        assert!((voltage(&mut controller, 0) - 5.0 - wanted).abs() < ROUNDING);
-        assert!((controller.get("wantedVelocity") - wanted).abs() < ROUNDING);
-        assert!((controller.get("positionError") - (reference - 0.25)).abs() < ROUNDING);
+        close(voltage(&mut controller, 0) - 5.0, wanted, ROUNDING, "wanted velocity is limited");
+        close(controller.get("wantedVelocity"), wanted, ROUNDING, "wanted velocity is limited");
+        close(controller.get("positionError"), reference - 0.25, ROUNDING, "wanted velocity is limited");
     }
 }
 
@@ -91,7 +91,7 @@ fn integral_part_grows_linearly_up_to_its_limit() {
     for sample in 0..120u32 {
         let integral = (f64::from(sample) * PERIOD * 50.0 * 0.1).min(0.4);
         let expected = 5.0 + 2.0 * 0.1 + integral;
-        assert!((voltage(&mut controller, sample) - expected).abs() < 100.0 * ROUNDING, "sample {sample}");
+        close(voltage(&mut controller, sample), expected, 5.0 * ROUNDING, format_args!("sample {sample}"));
     }
 }
 
@@ -105,7 +105,7 @@ fn integral_part_does_not_wind_up() {
         assert_eq!((controller.get("saturated"), controller.get("integral")), (1.0, 0.0));
     }
     controller.set("velocity", 0.1);
-    assert!((voltage(&mut controller, 1000) - 4.0).abs() < ROUNDING);
+    close(voltage(&mut controller, 1000), 4.0, ROUNDING, "integral part does not wind up");
     assert_eq!(controller.get("saturated"), 0.0);
 }
 
@@ -119,7 +119,12 @@ fn integral_part_leaves_the_limit() {
     assert!(charged < 5.0 && controller.get("saturated") == 1.0, "{charged}");
     controller.set("velocity", 0.1);
     voltage(&mut controller, 10);
-    assert!((controller.get("integral") - (charged - PERIOD * 1000.0 * 0.1)).abs() < 10.0 * ROUNDING);
+    close(
+        controller.get("integral"),
+        charged - PERIOD * 1000.0 * 0.1,
+        5.0 * ROUNDING,
+        "integral part leaves the limit",
+    );
 }
 
 /// The inverse in front of a valve with a dead zone opens it as far as the command opens one without.
@@ -133,9 +138,11 @@ fn dead_zone_is_inverted_exactly() {
             let spool = valve.command(voltage_of_command(&rig, command));
             let wanted = valve.command(5.0 + command);
             for (found, wanted) in [(spool, wanted), (-spool, -wanted)] {
-                assert!(
-                    (conductance(dead_zone, found) - conductance(0.0, wanted)).abs() < 1e-9 * 10.0 * ROUNDING,
-                    "{dead_zone} {command}"
+                close(
+                    conductance(dead_zone, found),
+                    conductance(0.0, wanted),
+                    5e-9 * ROUNDING,
+                    format_args!("{dead_zone} {command}"),
                 );
             }
         }
@@ -148,10 +155,14 @@ fn transition_joins_both_sides_of_the_dead_zone_by_a_line() {
     let distance = |command: f64| voltage_of_command(&rig, command) - 5.0;
     assert_eq!(distance(0.0), 0.0);
     // Half of the way through the transition, half of the dead zone of 0.5 V.
-    assert!((distance(0.1) - (0.09 + 0.25)).abs() < ROUNDING);
-    assert!((distance(0.2) - (0.18 + 0.5)).abs() < ROUNDING);
+    close(distance(0.1), 0.09 + 0.25, ROUNDING, "transition joins both sides of the dead zone by a line");
+    close(distance(0.2), 0.18 + 0.5, ROUNDING, "transition joins both sides of the dead zone by a line");
     for command in [1e-6, 0.05, 0.1999, 0.2, 1.0, 7.0] {
-        assert!((distance(command) + distance(-command)).abs() < ROUNDING);
+        within(
+            (distance(command) + distance(-command)).abs(),
+            ROUNDING,
+            "transition joins both sides of the dead zone by a line",
+        );
     }
 }
 
@@ -161,7 +172,7 @@ fn polarity_mirrors_the_voltage() {
     for command in [-8.0, -0.3, 0.0, 2.0] {
         let (plus, minus) =
             (voltage_of_command(&rig, command), voltage_of_command(&rig.clone().set("valve.polarity", -1.0), command));
-        assert!((plus - 5.0 + minus - 5.0).abs() < ROUNDING);
+        close(plus - 5.0 + minus, 5.0, ROUNDING, "polarity mirrors the voltage");
     }
     let error = rig.set("valve.polarity", 0.0).start().err().expect("no polarity");
     assert_eq!(error.to_string(), "valve.polarity = 0 is refused: it must be 1 or -1");
@@ -176,7 +187,7 @@ fn difference_of_the_reference_is_its_slope() {
     controller.advance(0.1).expect("a hundred samples");
     assert_eq!(controller.get("samples"), 100.0);
     // The difference of two positions is exact to their last place, over a millisecond.
-    assert!((controller.get("valveVoltage") - 5.6).abs() < 3.0 * 1e3 * 1e-16);
+    close(controller.get("valveVoltage"), 5.6, 3.0 * 1e3 * 1e-16, "difference of the reference is its slope");
 }
 
 /// The wanted velocity is that of the reference plus what makes up for the error, and the feed-forward adds its voltage.
@@ -277,7 +288,7 @@ fn velocity_of_the_experiment_is_that_of_its_position() {
         let (time, half) = (0.04 * f64::from(step), 5e-5);
         let difference = course("position").at(time + half) - course("position").at(time - half);
         let velocity = course("velocity").at(time);
-        assert!((difference / (2.0 * half) - velocity).abs() < 1e-8, "{velocity} m/s at {time} s");
+        close(difference / (2.0 * half), velocity, 1e-8, format_args!("m/s at {time} s"));
     }
 }
 
@@ -296,7 +307,7 @@ fn too_many_samples_end_the_step_where_they_end() {
     controller.advance(0.01).expect("ten samples");
     let error = controller.advance(1.0).expect_err("990 samples");
     assert!(matches!(error, StepError::TooManySamples { limit: 10, .. }), "{error:?}");
-    assert!((controller.simulation().time() - 0.019).abs() < ROUNDING);
+    assert_eq!(controller.simulation().time(), 0.019);
     controller.advance(0.02).expect("the next sample");
 }
 
