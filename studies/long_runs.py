@@ -32,7 +32,7 @@ MOST_GROWTH = 256
 HELD = {"balance.massResidual": 3e-4, "balance.energyResidual": 50.0}
 """Roughly what both chambers hold, in kg and J."""
 MOST_LOST = 0.01
-"""Share of it that an account may be off after an hour, by errors of millions of steps: five times what is found."""
+"""Share of it that an account may be off after an hour, by errors of millions of steps: three times what is found."""
 
 
 def main() -> int:
