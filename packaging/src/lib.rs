@@ -28,6 +28,7 @@ mod platform_test;
 mod playground;
 mod process;
 mod product;
+mod public;
 mod rehearse;
 mod release;
 mod sanitizer;

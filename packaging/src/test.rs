@@ -16,6 +16,7 @@ use crate::package::Package;
 use crate::platform_test;
 use crate::playground;
 use crate::process::{self, heading};
+use crate::public;
 use crate::sanitizer;
 use crate::site;
 use crate::sources;
@@ -98,6 +99,7 @@ fn run(workspace: &Workspace) -> Result<()> {
 
     heading("Documentation");
     checks.documentation()?;
+    public::check(workspace)?;
 
     // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
     process::both(|| checks.plant(), || checks.packages(&venv))?;

@@ -23,7 +23,7 @@
 //! | indicators, what happens at events, samples | the same, along the direction; both sides are compared |
 //!
 //! Differences serve where the equations take plain numbers: a memory says how it is saved, not what it is made of
-//! ([`leaves`]), and a sample or a switch is a program, not a formula. They are of one evaluation, within one mode and with
+//! (`leaves`), and a sample or a switch is a program, not a formula. They are of one evaluation, within one mode and with
 //! all choices held, so they have nothing in common with differences of two runs. Where both sides disagree, there is no
 //! derivative, and [`NoDerivative`] says so.
 
