@@ -578,7 +578,7 @@ fn stops_and_cushions_have_indicators_at_which_nothing_else_happens() {
     let ends = [("cylinder.stopA", 0.0), ("cylinder.stopB", 0.5), ("cushionA.entry", 0.02), ("cushionB.entry", 0.48)];
     for (name, end) in ends {
         let look = |tried: &Tried| {
-            let mut indicators = vec![f64::NAN; numbers(setup.model())[2]];
+            let mut indicators = vec![f64::NAN; numbers(setup.model())[1]];
             tried.exchange.indicators(&mut indicators);
             indicators[place(name)]
         };
@@ -608,7 +608,7 @@ fn saved_states_know_the_sides_of_kinks() {
     let mut other = Tried::new(&setup);
     other.exchange.restore(&one.exchange.save()).expect("a state of the same model");
     let [seen, again] = [&one, &other].map(|tried| {
-        let mut indicators = vec![f64::NAN; numbers(setup.model())[2]];
+        let mut indicators = vec![f64::NAN; numbers(setup.model())[1]];
         tried.exchange.indicators(&mut indicators);
         indicators
     });

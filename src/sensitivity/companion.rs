@@ -786,7 +786,7 @@ impl<'a> Copies<'a> {
     fn speed(&self, place: usize) -> Option<f64> {
         let bits = self.points.map(|it| it.numbers[place].to_bits());
         let is_own = |it: &Outcome| it.origin.get(place).map(|origin| origin.to_bits());
-        if self.points.map(|it| is_own(it)) == bits.map(Some) {
+        if self.points.map(is_own) == bits.map(Some) {
             return self.own.get(place).copied();
         }
         self.speeds.get(&bits).copied()
