@@ -88,7 +88,10 @@ def test_peak_that_is_climbed_to_is_no_outlier() -> None:
 def test_model_that_misses_a_signal_is_told() -> None:
     data = bench()
     data["frictionForce"] = -data["frictionForce"]
-    with pytest.warns(ps.PlantWarning, match=r"does not describe frictionForce: it leaves .* N rms"):
+    with (
+        pytest.warns(ps.PlantWarning, match="frictionForce works against friction"),
+        pytest.warns(ps.PlantWarning, match=r"does not describe frictionForce: it leaves .* N rms"),
+    ):
         ps.fit(data, **QUICK)
 
 
@@ -138,3 +141,11 @@ def test_refusal_speaks_of_arguments_and_of_what_is_right(call: Callable[[], obj
     with pytest.raises(ValueError, match=re.escape(words[0])) as caught:
         call()
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_start_from_data_stays_below_a_static_friction_that_is_not_free(rig: ps.Run) -> None:
+    """Of a run in one line: 24 N of pressure force were refused beside the default of 11 N."""
+    found = ps.fit(rig, experiment="rig", law="Stribeck", fit="friction.stribeck.Fc", starts=0, progress=False,
+                   settings={"supplyPressure": "6 bar"})  # fmt: skip
+    default = ps.Model().parameters["friction.stribeck.Fc"].default
+    assert found.values["friction.stribeck.Fc"] == pytest.approx(default, rel=0.01)

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import checks, values
 from pneumatic_servo.errors import Interrupted
+from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
-from pneumatic_servo.identification.plausibility import assumed, checked, judged
+from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
@@ -196,9 +197,11 @@ def _fit(
     is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
     extra = _load(kind, listed(hold_out_data), read, loss)[0] if is_extra else []
     _check_sensors(kind)
+    check_known_pressures(kind)
     free = free_parameters(kind, fit)
     problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
     _check_size(problem)
+    compare(kind, problem.windows)
     problem = started(problem)
     fitted = problem.trained()
     _check_start(fitted)

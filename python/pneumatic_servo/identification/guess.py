@@ -16,7 +16,7 @@ from pneumatic_servo.identification.problem import Problem
 Array = NDArray[np.float64]
 
 BELOW = 0.8
-"""Share of a known static friction that sliding friction starts with at most."""
+"""Share of a static friction that is not free with which sliding friction starts at most."""
 ELEMENTS = 10
 """Elements of the laws that have several."""
 
@@ -56,9 +56,10 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
         return {}
     pace, dry = np.abs(speed[sliding]), force[sliding] * np.sign(speed[sliding]) / level[sliding]
     coulomb, viscous = _line(own, pace, dry, 0.3 * fastest)
-    # Sliding friction beyond a static friction that is known would be refused.
-    known = problem.experiment.settings.get(f"{group}Fs")
-    coulomb = min(coulomb, BELOW * float(known)) if known is not None else coulomb
+    # Sliding friction beyond a static friction that stays as it is would be refused.
+    static = f"{group}Fs"
+    if static in problem.experiment.table.variables and static not in {free.name for free in own}:
+        coulomb = min(coulomb, BELOW * problem.experiment.value(static, {}))
     excess = dry - coulomb - viscous * pace
     statics = coulomb + min(max(float(np.quantile(excess, 0.98)), 0.1 * coulomb), 2.0 * coulomb)
     length = _length(problem)

@@ -115,14 +115,15 @@ def _check_interval(experiment: Experiment, source: Measured) -> None:
 
 
 def _check_ranges(experiment: Experiment, source: Measured) -> None:
-    for signal, values in source.signals.items():
+    for signal, readings in source.signals.items():
+        values = readings if signal == "time" else experiment.true(signal, readings, {})
         low, high = float(np.min(values)), float(np.max(values))
         if signal == "position":
             _check_position(experiment, source, low, high)
         elif signal in ("chamberA.pressure", "chamberB.pressure", "supplyPressure"):
             _check_pressure(source, signal, low, high)
         elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
-            tell_saturation(experiment.table.variables[signal], low, high)
+            _check_voltage(experiment, source, low, high)
 
 
 def _told(source: Measured, signal: str, low: float, high: float) -> str:
@@ -141,12 +142,41 @@ def _check_position(experiment: Experiment, source: Measured, low: float, high: 
     margin = 0.02 * stroke + 1e-3
     if low >= -margin and high <= stroke + margin:
         return
+    if high <= margin and -low <= stroke + margin and low < -margin:
+        raise ValueError(f"{told}, below the end of the instroke; is its sign turned? then write position=-column")
     is_default = "" if "cylinder.stroke" in experiment.settings else ", which is its default"
     fits = 1e-3 * low >= -margin and 1e-3 * high <= stroke + margin
     raise ValueError(
         f"{told}, but cylinder.stroke = {stroke:g} m{is_default}; "
         + (mm if fits and high > 1.0 else "give the stroke, and count the position from the end of the instroke")
     )
+
+
+def _check_voltage(experiment: Experiment, source: Measured, low: float, high: float) -> None:
+    """Warn of voltages beyond the range of the valve, and say what they look like."""
+    names = ("gain.valveVoltage", "offset.valveVoltage")
+    if any(name in experiment.settings for name in names):
+        tell_saturation(experiment.table.variables["valveVoltage"], low, high)
+        return
+    told = f"{_told(source, 'valveVoltage', low, high)}, but the valve takes 0 to 10 V and saturates beyond"
+    if high > 1000.0:
+        warn(f"{told}; are these mV? then write valveVoltage=...[mV]")
+    elif high > 20.0:
+        warn(f"{told}; is it in percent? then {said('settings', 'gain.valveVoltage')} = 0.1 makes volts of it")
+    elif low < -0.5 and high < 5.5:
+        warn(f"{told}; does it count from the middle? then {said('settings', 'offset.valveVoltage')} = -5 moves it")
+    else:
+        tell_saturation(experiment.table.variables["valveVoltage"], low, high)
+
+
+def check_known_pressures(experiment: Experiment) -> None:
+    """Refuse a supply that nobody has, in Pa."""
+    supply = experiment.settings.get("supplyPressure")
+    if isinstance(experiment, OfCylinder) and supply is not None and float(supply) < EMPTY:
+        raise ValueError(
+            f"{said('settings', 'supplyPressure')} = {supply:g} Pa: pressures are absolute and in Pa; did you mean "
+            f"{supply:g} bar, which is {1e5 * float(supply):g} Pa?"
+        )
 
 
 def _check_pressure(source: Measured, signal: str, low: float, high: float) -> None:

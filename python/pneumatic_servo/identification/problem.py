@@ -87,7 +87,9 @@ class Problem:
             for part in experiment.windows(record):
                 driven, used = experiment.prepare(part)
                 held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
-                begin = experiment.begin(part, driven).without({*experiment.settings, *(one.name for one in free)})
+                begin = experiment.corrected(experiment.begin(part, driven)).without(
+                    {*experiment.settings, *(one.name for one in free)}
+                )
                 windows.append(Window(part, driven, held, used, begin))
         courses = {signal: [window.record.signals[signal] for window in windows] for signal in experiment.compared}
         sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import ClassVar
 
@@ -237,6 +237,21 @@ class Experiment(ABC):
         gain = self.beside_value(f"gain.{signal}", values, 1.0)
         seen = truth if gain == 1.0 else truth / gain
         return seen + self.beside_value(f"offset.{signal}", values, 0.0)
+
+    def corrected(self, begin: Beginning) -> Beginning:
+        """Return a beginning of readings as what is true, as far as gains and offsets of sensors are known."""
+        values = dict(begin.values)
+        for name in values:
+            if name == "velocity0" and "velocity" not in self.signals:
+                values[name] *= self.pace
+            else:
+                values[name] = float(self.true(name.removesuffix("0"), np.array(values[name]), {}))
+        return replace(begin, values=values)
+
+    @property
+    def pace(self) -> float:
+        """What a slope of the measured motion is multiplied by to be true, as far as a gain is known."""
+        return self.beside_value("gain.velocity" if "velocity" in self.signals else "gain.position", {}, 1.0)
 
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
         """Return starts that the data tell of parameters of the machine."""

@@ -71,7 +71,7 @@ class OfCylinder(Experiment):
             return None
         record = window.record
         width = 2.0 * self.options.width
-        speed = position.velocity(record, width)
+        speed = self.pace * position.velocity(record, width)
         acceleration = slope(speed, record.step, width)
         applied = self.pressure_force(window, values) - self.dead_load(values)
         if "externalForce" in window.driven:

@@ -144,7 +144,7 @@ class Force(Experiment):
     def _motion(self, record: Record) -> tuple[Array, Array]:
         """Return smoothed velocity and acceleration at the communication points."""
         width = 2.0 * self.options.width
-        speed = self._speed(record, width)
+        speed = self.pace * self._speed(record, width)
         return speed, slope(speed, record.step, width)
 
     def _speed(self, record: Record, width: float) -> Array:
