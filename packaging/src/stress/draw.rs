@@ -45,15 +45,18 @@ impl Random {
     }
 }
 
-/// A random set of parameters with a law that initialization accepts at a time in s.
+/// A random set of parameters with a law, if the model has any, that initialization accepts at a time in s.
 ///
 /// The parameters take their values one after the other, in random order. One that does not fit to those before it, such
 /// as a start beyond the stroke, keeps its default: sets drawn as a whole would hardly ever fit together.
 ///
 /// # Errors
 /// When a value is drawn that its variable refuses: a mistake of this program.
-pub fn setup(model: &'static Model, law: i32, spread: Spread, time: f64, random: &mut Random) -> Result<Setup> {
-    let mut setup = Setup::of(model).set("friction.law", law)?;
+pub fn setup(model: &'static Model, law: Option<i32>, spread: Spread, time: f64, random: &mut Random) -> Result<Setup> {
+    let mut setup = Setup::of(model);
+    if let Some(law) = law {
+        setup = setup.set("friction.law", law)?;
+    }
     for variable in random.shuffled((model.variables)().parameters().collect()) {
         // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
         if variable.name == "friction.law" || variable.name.starts_with("solver.") || variable.chooses.is_some() {
@@ -101,18 +104,19 @@ fn point_of_table(variable: &Variable, random: &mut Random) -> Option<f64> {
     Some((place - random.uniform()) / POINTS)
 }
 
-/// Inputs that swing about their start values by their nominal values.
+/// Inputs that swing about their start values by their nominal values, or are held somewhere there.
 pub struct Swing {
     /// Place of the input, start value, amplitude, frequency in Hz and phase.
     inputs: Vec<(usize, f64, f64, f64, f64)>,
 }
 
 impl Swing {
-    /// Random frequencies and phases for all inputs.
-    pub fn new(setup: &Setup, random: &mut Random) -> Self {
+    /// Random frequencies and phases for all inputs; those that are held have the frequency 0.
+    pub fn new(setup: &Setup, held: bool, random: &mut Random) -> Self {
         let inputs = setup.table().inputs().enumerate().map(|(place, variable)| {
             let (start, nominal) = (variable.start.unwrap_or_default(), variable.nominal.unwrap_or(1.0));
-            (place, start, nominal * random.uniform(), random.between(0.2, 5.0), random.uniform() * TAU)
+            let frequency = random.between(0.2, 5.0) * if held { 0.0 } else { 1.0 };
+            (place, start, nominal * random.uniform(), frequency, random.uniform() * TAU)
         });
         Self { inputs: inputs.collect() }
     }
