@@ -236,27 +236,6 @@ fn mode_that_differs_to_both_sides_is_told_by_time_and_reason() {
     assert!(plant.sensitivities(1).is_ok(), "other directions are none the worse");
 }
 
-/// A mass on which friction just holds a force, which then grows by as much as rounding: the modes to both sides differ.
-#[test]
-fn input_that_sets_off_an_event_at_its_limit_has_no_derivative() {
-    let setup = setup(
-        &friction_bench::MODEL,
-        &[
-            ("bench.drive", "Free".into()),
-            ("friction.law", "Coulomb".into()),
-            ("friction.coulomb.Fc", 1.0.into()),
-            ("appliedForce", 0.5.into()),
-        ],
-    );
-    let mut plant = setup.start(0.0).expect("starts");
-    plant.carry_sensitivities(&["friction.coulomb.Fc"]).expect("a parameter");
-    plant.advance_to(1.0).expect("rests");
-    plant.set("appliedForce", 1.0 + 1e-9).expect("legal");
-    plant.advance_to(2.0).expect("begins to move");
-    let told = plant.sensitivities(0).expect_err("no derivative");
-    assert_eq!((told.time, told.event.as_str()), (1.0, "breakAway"), "{told}");
-}
-
 #[test]
 fn names_of_no_direction_are_refused() {
     let mut plant = cylinder("Stribeck", 1e-6).start(0.0).expect("starts");
@@ -294,4 +273,55 @@ fn sensitivities_begin_where_they_are_asked_for() {
     // A millisecond later the position is about where it was, and more voltage has not done much.
     assert!((of_position - 1.0).abs() < 1e-2 && of_voltage > 0.0 && of_voltage < 1e-4, "{of_position} {of_voltage}");
     assert_eq!(of_start, 0.0, "the start is over");
+}
+
+/// `C` is that of the outputs at the end.
+#[test]
+fn transition_is_that_of_small_differences() {
+    let mut plant = cylinder("Stribeck", 1e-10).start(0.0).expect("starts");
+    plant.set("valveVoltage", 6.5).expect("legal");
+    plant.advance_to(0.3).expect("slides");
+    let saved = plant.save();
+    let outputs = ["position", "velocity", "chamberA.pressure", "frictionForce"];
+    let mut moved = |name: &str, change: f64| {
+        plant.restore(&saved).expect("its own state");
+        let value = plant.get(name).expect("a state");
+        plant.move_state(name, value + change).expect("a state");
+        plant.advance_to(0.301).expect("advances");
+        outputs.map(|output| plant.get(output).expect("an output"))
+    };
+    let mut differences = |name: &str, change: f64| {
+        let (above, below) = (moved(name, change), moved(name, -change));
+        [0, 1, 2, 3].map(|row| (above[row] - below[row]) / (2.0 * change))
+    };
+    let expected =
+        [("velocity", differences("velocity", 1e-6)), ("chamberA.pressure", differences("chamberA.pressure", 10.0))];
+    plant.restore(&saved).expect("its own state");
+    let step = plant.transition(0.301, &[], &outputs).expect("a derivative");
+    for (name, expected) in expected {
+        let column = step.states.iter().position(|state| state == name).expect("a state");
+        for (row, expected) in expected.into_iter().enumerate() {
+            let found = step.c[row][column];
+            // Differences of a step with errors of 1e-10 of the scales.
+            assert!(
+                (found - expected).abs() < 2e-5 * expected.abs().max(1e-9),
+                "{} by {name}: {found}, not {expected}",
+                outputs[row]
+            );
+        }
+    }
+    let position = step.next_states.iter().position(|state| state == "position").expect("a state");
+    assert_eq!(step.a[position], step.c[0], "a state that is an output");
+}
+
+#[test]
+fn transitions_refuse_what_is_no_parameter_and_no_output() {
+    let mut plant = cylinder("Stribeck", 1e-6).start(0.0).expect("starts");
+    let mut refused = |parameters: &[&str], outputs: &[&str]| {
+        plant.transition(1e-3, parameters, outputs).expect_err("refused").to_string()
+    };
+    assert!(refused(&["position"], &[]).contains("with respect to position: it is no parameter"));
+    assert!(refused(&[], &["valve.C"]).contains("valve.C: as an output: it is not computed"));
+    assert!(refused(&[], &["posiion"]).starts_with("there is no variable posiion; did you mean position"));
+    assert_eq!(plant.time(), 0.0, "nothing has been done");
 }

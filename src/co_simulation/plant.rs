@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
-use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
+use crate::sensitivity::{
+    Along, Begin, Companion, Crossing, DirectionError, NoDerivative, States, Transition, TransitionError, begin,
+    columns, directions,
+};
 use crate::solver::StepError;
 use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
 
@@ -24,6 +27,8 @@ pub struct Plant {
     first_inputs: Vec<f64>,
     /// What carries sensitivities along.
     companion: Option<Companion>,
+    /// What carries those of a single step along.
+    aside: Option<Companion>,
 }
 
 /// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
@@ -46,8 +51,18 @@ impl Plant {
         let computed = vec![0.0; (model.variables)().computed().count()];
         let slopes = vec![0.0; inputs.len()];
         let first_inputs = inputs.clone();
-        let (is_computed, companion) = (false, None);
-        Self { model, simulation, parameters, inputs, slopes, computed, is_computed, first_inputs, companion }
+        Self {
+            model,
+            simulation,
+            parameters,
+            inputs,
+            slopes,
+            computed,
+            is_computed: false,
+            first_inputs,
+            companion: None,
+            aside: None,
+        }
     }
 
     /// The model.
@@ -165,8 +180,9 @@ impl Plant {
         let start = self.time();
         self.is_computed = false;
         let outcome = self.simulation.advance(end);
-        if let Some(companion) = &mut self.companion {
-            companion.follow(&self.simulation.take_trail());
+        let marks = self.simulation.take_trail();
+        for companion in [&mut self.companion, &mut self.aside].into_iter().flatten() {
+            companion.follow(&marks);
         }
         let duration = self.time() - start;
         if self.slopes.iter().any(|slope| *slope != 0.0) {
@@ -333,6 +349,59 @@ impl Plant {
     /// The events since sensitivities are carried along, with times since the start of the run.
     pub fn crossings(&self) -> &[Crossing] {
         self.companion.as_ref().map_or(&[], Companion::crossings)
+    }
+
+    /// Integrates to a time in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
+    /// last are given by their names, and what these do to outputs at its end.
+    ///
+    /// # Errors
+    /// [`TransitionError`]; for a name, nothing has been done then.
+    pub fn transition(
+        &mut self,
+        end: f64,
+        parameters: &[&str],
+        outputs: &[&str],
+    ) -> Result<Transition, TransitionError> {
+        let table = self.table();
+        let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
+        let along = directions(table, parameters).map_err(TransitionError::Direction)?;
+        if let Some(place) = along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
+            return Err(refused(
+                parameters[place],
+                "it is no parameter: states and inputs are among the columns anyway",
+            ));
+        }
+        let mut places = Vec::with_capacity(outputs.len());
+        for name in outputs {
+            let entry =
+                find(table, name).map_err(|error| TransitionError::Direction(DirectionError::Unknown(error)))?;
+            let Place::Computed(place) = entry.place else {
+                return Err(refused(name, "as an output: it is not computed"));
+            };
+            places.push(place);
+        }
+        let numbered = table.states().enumerate().filter_map(|(number, reference)| {
+            let place = self.simulation.state_index(number)?;
+            Some((number, place, table.by_reference(reference)?.variable.name.clone()))
+        });
+        let states: States = numbered.collect();
+        let memory = self.simulation.equations().map(|equations| equations.memory_names()).unwrap_or_default();
+        let inputs = self.inputs.len();
+        let (along, names) = columns(&states, &memory, inputs, &along);
+        let companion = self.companion_along(&along, false);
+        let unlike = "this run has no equations that can be differentiated by it";
+        self.aside = Some(companion.map_err(|_| refused(parameters.first().unwrap_or(&"states"), unlike))?);
+        self.simulation.leave_trail(true);
+        let outcome = self.advance_to(end);
+        if self.companion.is_none() {
+            self.simulation.leave_trail(false);
+        }
+        let companion = self.aside.take();
+        outcome.map_err(TransitionError::Step)?;
+        let clock = self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time);
+        let mut companion = companion.expect("a companion of this step");
+        let transition = Transition::of(&mut companion, (&states, names, inputs), &places, self.computed.len());
+        transition.map_err(|error| TransitionError::NoDerivative(error.later(clock)))
     }
 
     fn drop_sensitivities(&mut self) {

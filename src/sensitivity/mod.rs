@@ -32,16 +32,20 @@ mod companion;
 mod direction;
 mod equations;
 mod leaves;
+mod transition;
 mod variation;
 mod way;
 
 use std::fmt;
+
+use crate::solver::StepError;
 
 pub use self::begin::{Begin, begin};
 pub use self::companion::{Companion, Driven, Slopes};
 pub use self::direction::{DirectionError, directions};
 pub use self::equations::{Act, At, Equations, Erased};
 pub use self::leaves::Leaves;
+pub use self::transition::{States, Transition, columns};
 pub use self::way::{Beside, Way};
 
 /// An event that a run with slopes has come through.
@@ -83,6 +87,29 @@ impl fmt::Display for NoDerivative {
 }
 
 impl std::error::Error for NoDerivative {}
+
+/// Why a transition cannot be told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TransitionError {
+    /// There is no such direction or output.
+    Direction(DirectionError),
+    /// The step cannot be made.
+    Step(StepError),
+    /// The step is made, and has no derivative.
+    NoDerivative(NoDerivative),
+}
+
+impl fmt::Display for TransitionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Direction(error) => error.fmt(f),
+            Self::Step(error) => error.fmt(f),
+            Self::NoDerivative(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for TransitionError {}
 
 /// What a run is differentiated by.
 #[derive(Clone, Copy, Debug, PartialEq)]
