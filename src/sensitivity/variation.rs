@@ -213,13 +213,14 @@ mod tests {
         assert!(coarse < 1e-4 && (12.0..24.0).contains(&(coarse / fine)), "{coarse} and {fine}");
     }
 
-    /// A relaxation far faster than the piece ends where it leads.
+    /// A relaxation far faster than the piece ends where it leads, but for a share of the distance, here 2, that falls as the rate
+    /// by the length grows: nine parts of 1e6.
     #[test]
     fn stiff_relaxation_ends_where_it_leads() {
         let stiff = node(-1e9, 3e9);
         let piece = Piece { nodes: [&stiff; 3], length: 1e-3, parts: 1 };
         let columns = piece.cross(&[vec![1.0]], &[vec![f64::INFINITY]]).expect("solvable");
-        assert!((columns[0][0] - 3.0).abs() < 1e-5, "{}", columns[0][0]);
+        assert!((columns[0][0] - 3.0).abs() < 2e-5, "{}", columns[0][0]);
     }
 
     /// An oscillation that is far too fast for the piece: in as many parts as it takes.
@@ -246,6 +247,8 @@ mod tests {
         let jacobian = [1.0, -1.0, 0.0, -2.0, 0.0, -3.0, 0.0, 0.0, -3.0];
         let mut right = [4.0, 3.0, 14.0];
         Factors::new(&jacobian, 1.0, 3).expect("regular").solve(&mut right);
-        assert_eq!(right, [1.0, 2.0, 2.0]);
+        for (found, expected) in right.into_iter().zip([1.0, 2.0, 2.0]) {
+            assert!((found - expected).abs() < 2e-15, "{found}, not {expected}, by more than some roundings");
+        }
     }
 }
