@@ -32,9 +32,10 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Which couplings between states the Jacobian has; all of them unless a system says so.
     const GROUPS: Groups = [0, 0];
 
-    /// Whether the couplings are those of the [`GROUPS`](Self::GROUPS) under these parameters.
-    fn is_grouped(&self) -> bool {
-        true
+    /// Whether states are coupled as in a chain under these parameters: in no [`GROUPS`](Self::GROUPS), but most of them not at
+    /// all. Matrices are then factorised without their zeros.
+    fn is_chain(&self) -> bool {
+        false
     }
 
     /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.

@@ -32,7 +32,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.is_grouped())?.solve(&residual, H::GROUPS);
+        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.is_chain())?.solve(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }

@@ -1,6 +1,6 @@
 //! The linear systems of the implicit schemes.
 //!
-//! A matrix that is small, or whose couplings are grouped, is inverted by blocks. A larger one is factorised without its zeros.
+//! The matrix of a chain is factorised without its zeros, any other inverted, by blocks where its couplings are grouped.
 
 use std::ops::Range;
 
@@ -29,23 +29,21 @@ pub struct Inverse<const N: usize> {
 /// Solves the linear systems of a step. Its groups are those of a type of systems, with bounds that the compiler knows.
 #[derive(Clone, Debug)]
 pub enum Solver<const N: usize> {
-    /// For few states, and for couplings that are grouped.
+    /// For few states, or couplings that are grouped.
     Inverse(Inverse<N>),
-    /// For many.
+    /// For chains.
     Factors(Factors<N>),
 }
 
 impl<const N: usize> Solver<N> {
-    /// States from which on factors take less work than an inverse, where nothing is said of their couplings.
-    const MANY: usize = 10;
-
-    /// Prepares for `shift*I - jacobian`, whose couplings may be grouped; `None` if a pivot is zero or not finite.
+    /// Prepares for `shift*I - jacobian`, whose couplings may be those of a chain; `None` if a pivot is zero or not finite. The choice
+    /// does not depend on the number of states that are compiled, nor do the bits of a run.
     #[inline(always)]
-    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups, is_grouped: bool) -> Option<Self> {
-        if is_grouped && (groups != [0, 0] || N < Self::MANY) {
-            Inverse::new(jacobian, shift, groups).map(Self::Inverse)
-        } else {
+    pub fn new(jacobian: &SMatrix<f64, N, N>, shift: f64, groups: Groups, is_chain: bool) -> Option<Self> {
+        if is_chain {
             Factors::new(jacobian, shift).map(Self::Factors)
+        } else {
+            Inverse::new(jacobian, shift, groups).map(Self::Inverse)
         }
     }
 

@@ -69,7 +69,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     linearisation: &Linearisation<N>,
     h: f64,
 ) -> Option<Trial<N>> {
-    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.is_grouped())?;
+    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.is_chain())?;
     let rates = |fraction: f64, argument: &[f64; N]| {
         let stage_time = time + fraction * h;
         system.derivatives(stage_time, argument, &inputs.at(stage_time), memory)

@@ -25,8 +25,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> HybridSystem<N, U> for E {
     const TURNING: Option<usize> = with_friction(E::TURNING, N, E::State::OTHERS);
 
     #[inline(always)]
-    fn is_grouped(&self) -> bool {
-        Shortcuts::is_grouped(self)
+    fn is_chain(&self) -> bool {
+        Shortcuts::is_chain(self)
     }
 
     #[inline(always)]

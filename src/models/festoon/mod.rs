@@ -523,7 +523,11 @@ impl<L: Laws> System<2> for Festoon<L> {
     }
 }
 
-impl<L: Laws> Shortcuts<2> for Festoon<L> {}
+impl<L: Laws> Shortcuts<2> for Festoon<L> {
+    fn is_chain(&self) -> bool {
+        true
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -574,8 +574,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         self.linearise(time, x, u, memory, jacobian)
     }
 
-    fn is_grouped(&self) -> bool {
-        !(EXTENDED && self.lines.are_used())
+    fn is_chain(&self) -> bool {
+        EXTENDED && self.lines.are_used()
     }
 
     fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
