@@ -152,7 +152,8 @@ fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, Pa
     if !parts.need_extension() {
         let equations = PneumaticServoCylinder::<L, A>::of(parts);
         return run_sized!(start, equations, settings, 3, [
-            State::OTHERS => !SMALL,
+            // Always there: kinks are searched for otherwise where a friction law may have states.
+            State::OTHERS,
             State::OTHERS + 1 => !SMALL,
             State::OTHERS + 2,
             State::OTHERS + 4 => !SMALL,
