@@ -28,6 +28,10 @@ Value = float | int | bool | str
 """A value by its FMI type; items of enumerations by name or by number."""
 
 
+# FMPy keeps one logger for the whole process, the last one, and calls it for instances that are given none, too.
+_KEPT: list[fmi2CallbackFunctions] = []
+
+
 class Client:
     """One instance of an FMU.
 
@@ -114,14 +118,17 @@ class Client:
         return self.items(variable.name)[value] if isinstance(value, str) else int(value)
 
     def _make_callbacks(self) -> fmi2CallbackFunctions:
+        messages = self.messages
+
         def log(environment: object, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-            self.messages.append(message.decode())
+            messages.append(message.decode())
 
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = fmi2CallbackLoggerTYPE(log)
         callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
         addLoggerProxy(byref(callbacks))
+        _KEPT.append(callbacks)
         return callbacks
 
 
