@@ -26,7 +26,7 @@ fn compiler_refuses_mistakes_and_says_what_is_wrong() {
     let cases = cases();
     assert!(cases.len() >= 9, "{} files", cases.len());
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("refused");
-    fs::create_dir_all(folder.join("src")).expect("a folder");
+    fs::create_dir_all(&folder).expect("a folder");
     let mut manifest = format!(
         "[package]\nname = \"refused\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[workspace]\n\n[dependencies]\n\
          pneumatic-servo = {{ path = {HOME:?} }}\n"
@@ -34,9 +34,9 @@ fn compiler_refuses_mistakes_and_says_what_is_wrong() {
     for (name, _, file) in &cases {
         manifest += &format!("\n[[bin]]\nname = {name:?}\npath = {file:?}\n");
     }
-    // One without a mistake, so that it is the mistakes that are refused.
-    manifest += "\n[[bin]]\nname = \"sound\"\npath = \"src/sound.rs\"\n";
-    fs::write(folder.join("src/sound.rs"), "fn main() { let _ = pneumatic_servo::models::ALL; }\n").expect("a file");
+    // The same model without a mistake, so that it is the mistakes that are refused.
+    let sound = Path::new(HOME).join("tests/refused/shared/sound.rs");
+    manifest += &format!("\n[[bin]]\nname = \"sound\"\npath = {sound:?}\n");
     fs::write(folder.join("Cargo.toml"), manifest).expect("a manifest");
     fs::copy(Path::new(HOME).join("Cargo.lock"), folder.join("Cargo.lock")).expect("the lock file");
     let check = |name: &str| {

@@ -1,84 +1,24 @@
 //! there must be as many indicators as events
 
-use pneumatic_servo::prelude::*;
+#[macro_use]
+#[path = "shared/moving.rs"]
+mod shared;
 
-parameters! {
-    /// None.
-    Parameters {}
-}
-
-states! {
-    /// A position.
-    State of Parameters {
-        Position: 10, |_| 1.0;
-    }
-}
-
-outputs! {
-    /// The position and its rate.
-    Outputs {
-        position = Variable::output(10, "position", units::METRE).depends_on(&[10]).text("Position");
-        velocity = Variable::output(11, "velocity", units::METRE_PER_SECOND).derivative_of(10).text("Velocity");
-    }
-}
-
-/// What moves at 1 m/s.
-#[derive(Clone)]
-struct Moving(Parameters);
-
-impl System<0> for Moving {
-    type Parameters = Parameters;
-    type State = State;
-    type Memory = ();
-    type Indicators = [f64; 1];
-
-    const EVENTS: &'static [Event<Self, 0>] = &[Event {
+moving!(
+    1,
+    1,
+    Event {
         name: "end",
         text: "It arrives",
         nominal: 1.0,
         indicator: |_, _, x, _, ()| 1.0 - x[0],
         happens: |_, _, _, _, ()| (),
-    }, Event {
+    },
+    Event {
         name: "middle",
         text: "It is half way",
         nominal: 1.0,
         indicator: |_, _, x, _, ()| 1.0 - x[0],
         happens: |_, _, _, _, ()| (),
-    }];
-
-    fn tables() -> Tables {
-        Tables { inputs: Vec::new(), computed: Outputs::<f64>::table(), parameters: Parameters::table() }
     }
-
-    fn new(values: &mut Values) -> Result<Self, ParameterError> {
-        Ok(Self(values.read()?))
-    }
-
-    fn parameters(&self) -> &Parameters {
-        &self.0
-    }
-
-    fn start<const N: usize>(&self, _u: &[f64; 0]) -> ([f64; N], ()) {
-        ([0.0; N], ())
-    }
-
-    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 0], _memory: &()) -> [S; N] {
-        [S::constant(1.0); N]
-    }
-
-    fn outputs<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 0], _memory: &(), computed: &mut [S]) {
-        Outputs { position: x[State::Position.at(N)], velocity: S::constant(1.0) }.write(computed);
-    }
-}
-
-impl Shortcuts<0> for Moving {}
-
-pub const MODEL: Model = Model::of::<Moving, 0, 1>(
-    "Moving",
-    "What moves",
-    Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
 );
-
-fn main() {
-    let _ = MODEL;
-}

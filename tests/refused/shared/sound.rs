@@ -1,0 +1,17 @@
+//! The model without a mistake.
+
+#[macro_use]
+#[path = "moving.rs"]
+mod shared;
+
+moving!(
+    1,
+    1,
+    Event {
+        name: "end",
+        text: "It arrives",
+        nominal: 1.0,
+        indicator: |_, _, x, _, ()| 1.0 - x[0],
+        happens: |_, _, _, _, ()| (),
+    }
+);
