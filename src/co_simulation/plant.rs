@@ -340,9 +340,9 @@ impl Plant {
     /// If none are carried along, or not so many.
     pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
         let mut slopes = vec![0.0; self.computed.len()];
-        let start = self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time);
+        let begin = self.begin();
         let companion = self.companion.as_mut().expect("sensitivities that are carried along");
-        companion.outputs(direction, &mut slopes).map_err(|error| error.later(start))?;
+        companion.outputs(direction, &mut slopes).map_err(|error| error.later(begin))?;
         Ok(slopes)
     }
 
@@ -398,10 +398,14 @@ impl Plant {
         }
         let companion = self.aside.take();
         outcome.map_err(TransitionError::Step)?;
-        let clock = self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time);
         let mut companion = companion.expect("a companion of this step");
         let transition = Transition::of(&mut companion, (&states, names, inputs), &places, self.computed.len());
-        transition.map_err(|error| TransitionError::NoDerivative(error.later(clock)))
+        transition.map_err(|error| TransitionError::NoDerivative(error.later(self.begin())))
+    }
+
+    /// Time in s at which a run that leaves a trail has begun.
+    fn begin(&self) -> f64 {
+        self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time)
     }
 
     fn drop_sensitivities(&mut self) {

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use nalgebra::SMatrix;
 
-use crate::hybrid::Groups;
+use crate::hybrid::{Groups, bits};
 
 /// The inverse of `shift*I - J`, by blocks.
 ///
@@ -165,15 +165,6 @@ impl<const N: usize> Factors<N> {
 #[inline(always)]
 fn below(rows: u64, k: usize) -> u64 {
     rows & !((2 << k) - 1)
-}
-
-/// The places of the bits that are set.
-#[inline(always)]
-fn bits(mut left: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let place = left.trailing_zeros() as usize;
-        (left != 0).then(|| left &= left - 1).map(|()| place)
-    })
 }
 
 /// Inverts a block on the diagonal in place.

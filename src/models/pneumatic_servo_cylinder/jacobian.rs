@@ -24,7 +24,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         jacobian: &mut SMatrix<f64, N, N>,
     ) -> [f64; N] {
         // The parts are independent only without lines and sensors, and without leakage between the chambers.
-        if EXTENDED && (self.lines.are_used() || self.sensors.states() > 0) {
+        if self.has_attachments() {
             return jacobian_by_couplings(self, &self.couplings(), time, x, u, memory, jacobian);
         }
         if self.p.piston_leakage != 0.0 || self.friction.count() > 2 {

@@ -106,7 +106,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     is_gentle: bool,
     /// How long they may be.
     gentle: GentleSteps,
-    /// Which states change which others; of extended equations only.
+    /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
     couplings: Couplings<MOST>,
 }
 
@@ -246,7 +246,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             sensors,
             couplings: Couplings::NONE,
         };
-        if EXTENDED {
+        if cylinder.has_attachments() {
             cylinder.couplings = cylinder.found_couplings();
         }
         cylinder
