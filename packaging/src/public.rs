@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::files;
 use crate::workspace::Workspace;
@@ -29,14 +29,12 @@ pub fn check(workspace: &Workspace) -> Result<()> {
     }
     let file = workspace.target.join("public.txt");
     files::write(&file, found.iter().map(|line| format!("{line}\n")).collect::<String>())?;
-    ensure!(
-        false,
+    bail!(
         "the public interface has changed:\n{}{}if that is meant, copy {} to {RECORD}",
         lines("+ ", now.difference(&before)),
         lines("- ", before.difference(&now)),
         file.display()
-    );
-    Ok(())
+    )
 }
 
 fn lines<'a>(sign: &str, of: impl Iterator<Item = &'a &'a str>) -> String {
