@@ -35,7 +35,7 @@ impl<const N: usize> Couplings<N> {
     }
 }
 
-/// The Jacobian as by [`jacobian_by_duals`], of which the entries that the couplings leave out, all of them zero, are not written.
+/// The Jacobian as by [`jacobian_by_duals`](super::jacobian_by_duals), of which the entries that the couplings leave out, all of them zero, are not written.
 pub fn jacobian_by_couplings<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
     system: &H,
     couplings: &Couplings<N>,
