@@ -46,7 +46,7 @@ fn every_start_value_has_the_bits_of_the_table() -> Result<()> {
         let table = (model.variables)();
         let of_states = model.default_starts()?;
         let start = |variable: &Variable| variable.start.or_else(|| of_states.get(&variable.reference).copied());
-        let expected = table.iter().filter(|variable| is_read(variable)).filter_map(|variable| start(variable));
+        let expected = table.iter().filter(|variable| is_read(variable)).filter_map(start);
         let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(read.collect()), bits(expected.collect()), "{}", model.name);
     }
