@@ -38,7 +38,7 @@ pub trait Laws: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// # Errors
     /// As [`new`](Self::new).
     fn read(values: &mut Values, group: &str) -> Result<Self, ParameterError> {
-        Self::new(values.take(Self::LEN), group)
+        Self::new(values.take(Self::LEN)?, group)
     }
 
     /// The law in words, for messages.
@@ -224,7 +224,7 @@ macro_rules! law_items {
                     $(table.extend(
                         <$type as ParameterSet>::table()
                             .into_iter()
-                            .map(|variable| variable.within(&format!("{group}.{}", $group), base + 100 * $id)),
+                            .map(|variable| variable.within(&format!("{group}.{}", $group), base.saturating_add(100 * $id))),
                     );)*
                     table
                 }

@@ -183,7 +183,7 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// # Errors
     /// As [`new`](Self::new).
     fn read(values: &mut Values) -> Result<Self, ParameterError> {
-        Self::new(values.take(Self::LEN))
+        Self::new(values.take(Self::LEN)?)
     }
 
     /// Whether the supply pressure, an input, has a part in what flows.

@@ -10,6 +10,9 @@ pub trait StateSet<P>: Copy + PartialEq + 'static {
     /// Index among `n` states.
     fn at(self, n: usize) -> usize;
 
+    /// Value reference of the variable.
+    fn reference(self) -> u32;
+
     /// The state of a value reference.
     fn of(reference: u32) -> Option<Self>;
 
@@ -95,6 +98,10 @@ macro_rules! states {
             #[inline(always)]
             fn at(self, n: usize) -> usize {
                 self.at(n)
+            }
+
+            fn reference(self) -> u32 {
+                self.reference()
             }
 
             fn of(reference: u32) -> Option<Self> {
