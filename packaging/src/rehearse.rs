@@ -123,12 +123,15 @@ fn entry(archive: &Path, name: &str) -> Result<String> {
 
 /// A Python of a version, if it starts and can make environments.
 fn python(version: &str) -> Option<PathBuf> {
-    let python = which::which(format!("python{version}")).ok()?;
     let check =
         format!("import sys, ensurepip, venv; sys.exit(sys.version_info[:2] != ({}))", version.replace('.', ", "));
-    let mut command = Command::new(&python);
-    command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success()).then_some(python)
+    let works = |python: &PathBuf| {
+        let mut command = Command::new(python);
+        command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
+    // The first may be a stand-in of a version manager, for a version that is not switched on.
+    which::which_all(format!("python{version}")).ok()?.find(works)
 }
 
 /// Installs a package with what it asks for into an environment that holds nothing else, and runs the plant.

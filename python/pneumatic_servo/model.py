@@ -410,7 +410,7 @@ class Model:
             )
         except Interrupted as interrupted:
             if isinstance(interrupted.finished, Runs):
-                interrupted.finished = Comparison(laws, interrupted.finished)
+                interrupted.finished = Comparison.of_begun(laws, interrupted.finished)
             raise
         return Comparison(laws, runs)
 

@@ -27,6 +27,7 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.model import Parameters
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.tasks import cancel
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
@@ -220,8 +221,7 @@ def _judged(
         for task in tasks:
             yield task.result()
     finally:
-        for task in tasks:
-            task.cancel()
+        cancel(tasks)
 
 
 def _ranked(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
