@@ -76,8 +76,7 @@ fn versions(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let name = wheel.file_name().unwrap_or_default().to_string_lossy();
     stated.push(("the wheel".to_owned(), name.split('-').nth(1).unwrap_or_default().to_owned()));
     for fmu in package::fmus(workspace) {
-        let description = entry(&fmu, "modelDescription.xml")?;
-        stated.push((fmu.display().to_string(), between(&description, " version=\"", "\"").to_owned()));
+        stated.push((fmu.display().to_string(), of_description(&entry(&fmu, "modelDescription.xml")?).to_owned()));
     }
     let citation = read(&workspace.root.join("CITATION.cff"))?;
     stated.push(("CITATION.cff".to_owned(), between(&citation, "\nversion: ", "\n").to_owned()));
@@ -102,6 +101,12 @@ fn agree(wanted: &str, stated: &[(String, String)]) -> Result<()> {
     let lines: Vec<_> = others.iter().map(|(place, version)| format!("  {place}: {version:?}")).collect();
     ensure!(others.is_empty(), "the version is {wanted}, but not everywhere:\n{}", lines.join("\n"));
     Ok(())
+}
+
+/// The version of a model by its description; that of XML stands before it.
+fn of_description(description: &str) -> &str {
+    let model = description.split_once("<fmiModelDescription").map_or("", |(_, model)| model);
+    between(model.split_once('>').map_or("", |(attributes, _)| attributes), " version=\"", "\"")
 }
 
 /// What is between two texts, or nothing.
@@ -209,5 +214,8 @@ mod tests {
         assert_eq!(between("cff-version: 1.2.0\nversion: 0.1.0\nlicense:", "\nversion: ", "\n"), "0.1.0");
         assert_eq!(between("# Changes\n\n## [0.1.0]\n", "\n## [", "]"), "0.1.0");
         assert_eq!(between("# Changes\n", "\n## [", "]"), "");
+        let description = "<?xml version=\"1.0\"?>\n<fmiModelDescription fmiVersion=\"2.0\" version=\"0.1.0\">";
+        assert_eq!(of_description(description), "0.1.0");
+        assert_eq!(of_description("<?xml version=\"1.0\"?>\n<fmiModelDescription><Tool version=\"3\"/>"), "");
     }
 }

@@ -102,7 +102,7 @@ def compare(pool):
 
 
 def plan(pool):
-    ps.plan(law="LuGre", duration=20.0, executor=pool, progress=tell)
+    ps.plan(law="LuGre", duration=10.0, executor=pool, progress=tell)
 
 
 def fit(pool):
@@ -113,7 +113,7 @@ def fit(pool):
 
 
 if __name__ == "__main__":
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
         try:
             globals()[sys.argv[1]](pool)
         except ps.Interrupted as interrupted:
@@ -141,7 +141,7 @@ def test_interrupt_of_all_processes_keeps_what_is_done(tmp_path: Path, work: str
     )  # fmt: skip
     assert process.stdout is not None and process.stdout.readline() == "go\n"
     os.killpg(process.pid, signal.SIGINT)
-    told, errors = process.communicate(timeout=60.0)
+    told, errors = process.communicate(timeout=120.0)
     assert process.returncode == 0, errors
     kept, number = map(int, told.splitlines()[-1].removeprefix("kept ").split())
     assert 0 < kept < number
