@@ -257,7 +257,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU", help="of FMI 2.0 or 3.0")
     parser.add_argument("--wrong", action="store_true", help="with solvers that do not suit")
-    parser.add_argument("--every-law", action="store_true", help="the cylinder under every friction law, not under four")
+    parser.add_argument(
+        "--every-law", action="store_true", help="the cylinder under every friction law, not under four"
+    )
     arguments = parser.parse_args()
     chosen = {"wrong": arguments.wrong, "every_law": arguments.every_law}
     failed = sum([table(file, **chosen) for file in arguments.fmus])

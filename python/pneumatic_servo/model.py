@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pneumatic_servo import _native, defaults, noticed, progress, values
-from pneumatic_servo.checks import names, seconds, whole_number
+from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Interrupted, Refused, SimulationError, warn
 from pneumatic_servo.grid import Grid
@@ -119,7 +119,7 @@ class Model:
         >>> round(simulation.time, 6)
         0.1
         """
-        begin = seconds("time", time)
+        begin = values.seconds("time", time)
         settings = self._fitted(self._settings(parameters))
         with self._with_units():
             native = self._native.start(list(settings.items()), begin)

@@ -152,6 +152,8 @@ def plan(
     """
     if experiment not in ("rig", "motion"):
         raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")
+    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
+    stroke = quantities.number_in("m", "stroke", stroke)
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
     if not (stroke > 0.0 and np.isfinite(stroke)):
