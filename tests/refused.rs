@@ -239,7 +239,7 @@ mod at_the_start {
             _memory: &(),
             computed: &mut [S],
         ) {
-            Outputs { position: x[State::Position.at(N)], velocity: S::constant(1.0) }.write(computed);
+            Outputs { position: State::Position.get(x), velocity: S::constant(1.0) }.write(computed);
         }
     }
 

@@ -229,7 +229,7 @@ impl<L: Laws> FrictionBench<L> {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
             Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::constant),
-            Drive::SpringPull | Drive::Free => self.friction.rate(x[State::Velocity.at(N)], &memory.friction),
+            Drive::SpringPull | Drive::Free => self.friction.rate(State::Velocity.get(x), &memory.friction),
         }
     }
 
@@ -237,7 +237,7 @@ impl<L: Laws> FrictionBench<L> {
     fn spring_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> S {
         match self.p.drive {
             Drive::SpringPull => {
-                (x[State::DrivePosition.at(N)] - x[State::Position.at(N)]) * self.p.stiffness
+                (State::DrivePosition.get(x) - State::Position.get(x)) * self.p.stiffness
                     + (u.drive_velocity - rate) * self.p.damping
             }
             Drive::PrescribedMotion | Drive::PrescribedPosition | Drive::Free => S::zero(),
@@ -265,10 +265,10 @@ impl<L: Laws> FrictionBench<L> {
         let drive = self.friction.drive();
         let velocity = match drive {
             friction::Drive::Motion => rate,
-            friction::Drive::Force => x[State::Velocity.at(N)],
+            friction::Drive::Force => State::Velocity.get(x),
         };
         let applied = self.applied_force(x, u, rate, trend);
-        Contact { time, position: x[State::Position.at(N)], velocity, applied, level: u.level, drive }
+        Contact { time, position: State::Position.get(x), velocity, applied, level: u.level, drive }
     }
 
     /// The contact in the present modes.
@@ -324,8 +324,9 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
     fn start<const N: usize>(&self, u: &[f64; INPUTS]) -> ([f64; N], Self::Memory) {
         let u = Inputs::read(u);
         let mut x = [0.0; N];
-        (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
-        x[State::Velocity.at(N)] = self.p.velocity0;
+        State::DrivePosition.set(&mut x, self.p.position0);
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
         let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
         let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
         let friction = self.friction.start(&self.contact(0.0, &x, &u, rate, trend));
@@ -351,9 +352,9 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[State::DrivePosition.at(N)] = u.drive_velocity;
-        rates[State::Position.at(N)] = self.rate(x, u, memory);
-        rates[State::Velocity.at(N)] = self.acceleration(contact.applied, force);
+        State::DrivePosition.set(&mut rates, u.drive_velocity);
+        State::Position.set(&mut rates, self.rate(x, u, memory));
+        State::Velocity.set(&mut rates, self.acceleration(contact.applied, force));
         rates
     }
 
@@ -461,10 +462,10 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, u, memory);
         let outputs = Outputs {
-            position: x[State::Position.at(N)],
+            position: State::Position.get(x),
             velocity: rate,
             acceleration: friction.unless_held(self.acceleration(contact.applied, friction.force)),
-            drive_position: x[State::DrivePosition.at(N)],
+            drive_position: State::DrivePosition.get(x),
             spring_force: self.spring_force(x, u, rate),
             friction_force: friction.force,
             sticking: friction.sticking,
