@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
 
+use crate::files;
 use crate::new;
 use crate::package;
 use crate::process::{self, heading};
@@ -78,13 +79,13 @@ fn versions(workspace: &Workspace, wheel: &Path) -> Result<()> {
     for fmu in package::fmus(workspace) {
         stated.push((fmu.display().to_string(), of_description(&entry(&fmu, "modelDescription.xml")?).to_owned()));
     }
-    let citation = read(&workspace.root.join("CITATION.cff"))?;
+    let citation = files::text(workspace.root.join("CITATION.cff"))?;
     stated.push(("CITATION.cff".to_owned(), between(&citation, "\nversion: ", "\n").to_owned()));
-    let changes = read(&workspace.root.join("CHANGELOG.md"))?;
+    let changes = files::text(workspace.root.join("CHANGELOG.md"))?;
     stated.push(("CHANGELOG.md".to_owned(), between(&changes, "\n## [", "]").to_owned()));
     let site = workspace.target.join("site/index.html");
     if site.is_file() {
-        let title = between(&read(&site)?, "<title>", "</title>").to_owned();
+        let title = between(&files::text(&site)?, "<title>", "</title>").to_owned();
         stated.push(("the site".to_owned(), title.rsplit(' ').next().unwrap_or_default().to_owned()));
     } else {
         println!("left out: the site, which `cargo xtask site` builds");
@@ -113,10 +114,6 @@ fn of_description(description: &str) -> &str {
 fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
     let rest = text.split_once(before).map_or("", |(_, rest)| rest);
     rest.split_once(after).map_or("", |(found, _)| found)
-}
-
-fn read(file: &Path) -> Result<String> {
-    fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 fn entry(archive: &Path, name: &str) -> Result<String> {
