@@ -68,6 +68,7 @@ fn yielding(deflection: Variable) -> Variable {
 const INPUTS: usize = Inputs::LEN;
 
 inputs! {
+    #[doc(hidden)]
     /// The inputs.
     Inputs {
         drive_velocity = Variable::input(1, "driveVelocity", units::METRE_PER_SECOND, 0.1).nominal(0.1).shown_in("mm/s")
@@ -82,6 +83,7 @@ inputs! {
 }
 
 states! {
+    #[doc(hidden)]
     /// The states; positions resolve presliding.
     State of Parameters, from 0; {
         ..friction;
@@ -112,6 +114,7 @@ mod depends {
 }
 
 outputs! {
+    #[doc(hidden)]
     /// The computed variables.
     Outputs {
         position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
@@ -142,6 +145,7 @@ outputs! {
 }
 
 enumeration! {
+    #[doc(hidden)]
     /// What moves the mass; ids are never reused.
     Drive "BenchDrive": "What moves the mass" {
         1 SpringPull: "A spring and damper, whose free end moves with driveVelocity, and appliedForce";
@@ -159,6 +163,7 @@ impl Drive {
 }
 
 parameters! {
+    #[doc(hidden)]
     /// The parameters of the bench; those of the friction law and of the solver follow in the table.
     Parameters {
         drive: Drive = Variable::choice(1001, "bench.drive", Drive::SpringPull)
@@ -178,6 +183,7 @@ parameters! {
 
 /// The equations of the bench for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct FrictionBench<L = Friction> {
     p: Parameters,
     friction: FrictionContact<L>,
@@ -185,6 +191,7 @@ pub struct FrictionBench<L = Friction> {
 
 /// Memory of the friction law and of a prescribed motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     trend: Trend,

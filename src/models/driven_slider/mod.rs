@@ -9,6 +9,7 @@
 //! The friction forces are friction coefficients times the weight. Beside the slider runs the walk of [`walk`].
 
 mod variables;
+#[doc(hidden)]
 pub mod walk;
 
 use std::f64::consts::TAU;
@@ -53,6 +54,7 @@ pub const fn model<L: Laws>() -> Model {
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct DrivenSlider<L = Friction> {
     p: Parameters,
     tray: Harmonic,
@@ -63,6 +65,7 @@ pub struct DrivenSlider<L = Friction> {
 
 /// Memory of the friction law, and what happens at given times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     walk: walk::State,

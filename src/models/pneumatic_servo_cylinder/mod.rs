@@ -82,6 +82,7 @@ pub const fn model<L: Laws, A: Actuators>() -> Model {
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
     p: Parameters,
     options: Options,
@@ -112,6 +113,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
 
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory, A = actuator::Memory> {
     actuator: A,
     friction: F,
@@ -125,8 +127,10 @@ type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
 const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
 const TEMPERATURE_B: usize = State::TemperatureB.at(State::OTHERS);
 /// Index of the pressure in chamber A among the states.
+#[doc(hidden)]
 pub const PRESSURE_A: usize = State::PressureA.at(State::OTHERS);
 /// Index of the pressure in chamber B among the states.
+#[doc(hidden)]
 pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.

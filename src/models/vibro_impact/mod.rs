@@ -72,6 +72,7 @@ struct Coupling {
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct VibroImpact<L = Friction> {
     p: Parameters,
     coupling: Coupling,
@@ -80,6 +81,7 @@ pub struct VibroImpact<L = Friction> {
 
 /// Memory of the friction law and of the impacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     /// Whether the mass touches the impact spring.
