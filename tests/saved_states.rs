@@ -1,8 +1,9 @@
 //! Saved states are taken by the run that wrote them, whatever its clock says, and by no other.
 
 use pneumatic_servo::co_simulation::{Plant, Simulation};
+use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Setup, Start};
-use pneumatic_servo::models::{self, friction_bench};
+use pneumatic_servo::models::{self, friction_bench, pneumatic_servo_cylinder as cylinder};
 
 use pneumatic_servo::conformance::Random;
 
@@ -111,6 +112,42 @@ fn saved_states_are_taken_at_events() {
         }
     }
     assert!(events > 8_000, "{events}");
+}
+
+/// The size of a run that is compiled is a matter of the library: what a state is saved with is not. States that were saved
+/// with all places are taken, too.
+#[test]
+fn saved_states_hold_the_states_that_are_integrated_and_no_others() {
+    let table = (cylinder::MODEL.variables)();
+    let inputs: Vec<f64> = table.inputs().filter_map(|it| it.start).collect();
+    let place = |name| table.parameters().position(|it| it.name == name).expect("a parameter");
+    let (law, vessel) = (place("friction.law"), place("supply.volume"));
+    let mut padded = 0;
+    for (item, volume) in LAWS.items.iter().flat_map(|item| [(item, 0.0), (item, 1e-4)]) {
+        let mut parameters: Vec<f64> = table.parameters().filter_map(|it| it.start).collect();
+        (parameters[law], parameters[vessel]) = (item.0.into(), volume);
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
+        let run = || (cylinder::MODEL.start)(&start).expect("defaults");
+        let (mut first, mut second) = (run(), run());
+        first.advance(0.05).expect("a step");
+        let saved = first.save();
+        let places: Vec<_> = (0..table.number_of_states()).filter_map(|state| first.state_index(state)).collect();
+        assert_eq!(saved.states.len(), places.len(), "{}", item.1);
+        // Places are compiled along behind the states of the law, which are those between two of the gas and position.
+        let all = places.iter().max().expect("states") + 1;
+        let mut before = saved.clone();
+        let first_free = (0..all).find(|place| !places.contains(place));
+        if let Some(free) = first_free {
+            before.states.splice(free..free, vec![0.0; all - places.len()]);
+            padded += 1;
+        }
+        second.restore(&before).expect("a state with all places");
+        assert_eq!(second.save(), saved, "{}", item.1);
+        first.advance(0.06).expect("a step");
+        second.advance(0.06).expect("a step");
+        assert_eq!(second.save(), first.save(), "{}", item.1);
+    }
+    assert!(padded > 0, "no law leaves a place free");
 }
 
 /// The clock that hosts use at 1.7e9 s resolves 0.24 us: a state whose clock is a microsecond off is none of a run.

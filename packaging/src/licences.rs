@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
-use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -36,7 +35,7 @@ pub fn files(workspace: &Workspace) -> Result<BTreeMap<String, String>> {
 }
 
 const OVERVIEW: &str = "
-Its library contains the Rust standard library, under the same two licences, copyright the Rust project developers, and
+Its library, and its sources in C if it has them, contain the Rust standard library, under the same two licences, copyright the Rust project developers, and
 the packages listed in third-party.txt with their licences.
 ";
 
@@ -159,7 +158,8 @@ fn file_name(path: &Path) -> String {
 
 /// With line ends that do not depend on the platform.
 fn read(file: &Path) -> Result<String> {
-    Ok(files::text(file)?.replace("\r\n", "\n"))
+    let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    Ok(text.replace("\r\n", "\n"))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `cargo xtask package` and `cargo xtask join`: the FMUs, checked, with the results of their default experiments.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -56,10 +56,10 @@ After it:
   cargo xtask gallery                                     all friction laws, compared";
 
 impl Package {
-    /// For all platforms, with libraries that were built elsewhere.
+    /// For all platforms, with libraries that were built elsewhere, and with sources for others.
     pub fn for_everybody(binaries: &[Binary]) -> Self {
         let platforms = Some(Platforms(Platform::ALL.into()));
-        Self { platforms, binaries: binaries.to_vec(), sources: None }
+        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small) }
     }
 
     /// Builds what was not handed in, joins, validates and runs.
@@ -132,11 +132,8 @@ pub fn fmus(workspace: &Workspace) -> impl Iterator<Item = PathBuf> {
 
 /// The FMU files of a version, in the order of the models.
 pub fn fmus_of(workspace: &Workspace, version: Version) -> impl Iterator<Item = PathBuf> {
-    workspace.product.models.iter().map(move |model| fmu_of(workspace, version, model))
-}
-
-fn fmu_of(workspace: &Workspace, version: Version, model: &Model) -> PathBuf {
-    workspace.fmus().join(version.folder()).join(format!("{}.fmu", model.name))
+    let folder = workspace.fmus().join(version.folder());
+    workspace.product.models.iter().map(move |model| folder.join(format!("{}.fmu", model.name)))
 }
 
 /// Validates FMUs and SSP; runs them and draws what came out if they hold a library for this machine.
@@ -169,7 +166,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     process::run(script("experiment.py").arg("--experiments").arg(&stated).args(fmus(workspace)))?;
     for model in workspace.product.models {
         let file = workspace.fmus().join(format!("{}.csv", model.name));
-        let run = Run::read(model, &files::text(&file)?).with_context(|| file.display().to_string())?;
+        let run = Run::read(model, &text(&file)?).with_context(|| file.display().to_string())?;
         // The tests of the project compare its own FMUs with more.
         if !workspace.product.is_of_the_project() {
             run.ensure_bits(model)?;
@@ -200,25 +197,43 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
 
 /// The same, with sources of those models that there is a module of.
 fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&str, Vec<u8>>) -> Result<()> {
-    let moment = Moment::of_source(&workspace.root)?;
-    let licences = licences::files(workspace)?;
     for model in workspace.product.models {
-        let experiment = documentation::experiment(model)?;
-        for version in Version::ALL {
-            let module = modules.get(model.name);
-            let sources = module.map(|module| sources::of(workspace, model, &[version], module)).transpose()?;
-            let mut archive = contents(workspace, model, version, (libraries, sources), &licences, moment)?;
-            let page = documentation::page(model, version, &workspace.product, &experiment)?;
-            archive.add("documentation/index.html", page)?;
-            let fmu = fmu_of(workspace, version, model);
-            archive.write(&fmu, moment)?;
+        let module = modules.get(model.name);
+        let sources = |version| module.map(|module| sources::of(workspace, model, &[version], module)).transpose();
+        for fmu in write(workspace, model, libraries, sources, &workspace.fmus())? {
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
     }
     if workspace.product.is_of_the_project() {
+        let moment = Moment::of_source(&workspace.root)?;
         println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
     }
     Ok(())
+}
+
+/// Writes the FMUs of a model below a folder, one for each version, and says where.
+///
+/// # Errors
+/// When a source file is missing or an FMU cannot be written.
+pub fn write(
+    workspace: &Workspace,
+    model: &'static Model,
+    libraries: &[Library],
+    sources: impl Fn(Version) -> Result<Option<Sources>>,
+    folder: &Path,
+) -> Result<Vec<PathBuf>> {
+    let moment = Moment::of_source(&workspace.root)?;
+    let licences = licences::files(workspace)?;
+    let experiment = documentation::experiment(model)?;
+    let write = |version: Version| {
+        let mut archive = contents(workspace, model, version, (libraries, sources(version)?), &licences, moment)?;
+        archive
+            .add("documentation/index.html", documentation::page(model, version, &workspace.product, &experiment)?)?;
+        let fmu = folder.join(version.folder()).join(format!("{}.fmu", model.name));
+        archive.write(&fmu, moment)?;
+        Ok(fmu)
+    };
+    Version::ALL.into_iter().map(write).collect()
 }
 
 /// Everything that is in the FMU of a model except its page.
@@ -269,4 +284,8 @@ fn contents(
         }
     }
     Ok(archive)
+}
+
+fn text(file: &Path) -> Result<String> {
+    std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }

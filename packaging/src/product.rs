@@ -6,8 +6,6 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
-use crate::files;
-
 /// What is packed.
 #[derive(Clone, Debug)]
 pub struct Product {
@@ -67,7 +65,7 @@ impl Parts {
         let Some(file) = self.folders().map(|folder| folder.join(name)).find(|file| file.is_file()) else {
             return Ok(None);
         };
-        files::read(file).map(Some)
+        std::fs::read(&file).map(Some).with_context(|| format!("cannot read {}", file.display()))
     }
 
     /// A part that is text, if there is one of this name.

@@ -19,7 +19,7 @@ use crate::workspace::Workspace;
 
 /// Build FMUs for all platforms and put what is published into target/release-files.
 ///
-/// FMUs, SSP, the page in which the plant runs, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
+/// FMUs with sources in C, SSP, the page in which the plant runs, their checksums and a short README. Libraries that were built elsewhere are handed in; the others are
 /// built here.
 #[derive(Args)]
 #[command(after_help = "\
@@ -55,12 +55,12 @@ impl Release {
         heading("Collect the files");
         let mut contents = Vec::new();
         for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
-            contents.push((name(&file)?, files::read(&file)?));
+            contents.push((name(&file)?, read(&file)?));
         }
         for file in package::fmus_of(workspace, Version::Fmi3) {
-            contents.push((format!("FMI3-{}", name(&file)?), files::read(&file)?));
+            contents.push((format!("FMI3-{}", name(&file)?), read(&file)?));
         }
-        contents.push(("playground.html".to_owned(), files::read(&page)?));
+        contents.push(("playground.html".to_owned(), read(&page)?));
         contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
         publish(&workspace.target.join("release-files"), contents)
     }
@@ -68,6 +68,10 @@ impl Release {
 
 fn name(file: &Path) -> Result<String> {
     Ok(file.file_name().context("a file without a name")?.to_string_lossy().into_owned())
+}
+
+fn read(file: &Path) -> Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// Writes files and their checksums into a folder that holds nothing else, and that is there when all is written.
@@ -103,6 +107,7 @@ fn readme(revision: &str) -> String {
         "Pneumatic servo cylinder {version}\n\n\
          Functional mock-up units for {platforms}: FMI 2.0, and FMI 3.0 where the name begins\n\
          with FMI3; both for co-simulation and model exchange. A drive of cylinder and controller (SSP 1.0) is there too.\n\
+         Each holds its sources in C, too, for PLCs, real-time computers and microcontrollers.\n\
          Import an .fmu into your tool, or run it from Python:\n\n    \
          pip install fmpy\n    \
          fmpy validate PneumaticServoCylinder.fmu\n\n\

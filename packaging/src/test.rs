@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -36,7 +37,8 @@ Examples:
   CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
   cargo xtask test --times         and say how long each stage has taken
   cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
-  cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else")]
+  cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else
+  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes")]
 pub struct Test {
     /// Say at the end when each stage began and how long it took, also after a failure.
     #[arg(long)]
@@ -47,6 +49,9 @@ pub struct Test {
     /// Only compile the sources in C for all targets, run and compare them; a missing tool is an error then.
     #[arg(long, conflicts_with = "platforms")]
     sources: bool,
+    /// Only make random calls of the sources in C, for so many minutes.
+    #[arg(long, value_name = "MINUTES", requires = "sources")]
+    fuzz: Option<u64>,
 }
 
 impl Test {
@@ -55,9 +60,10 @@ impl Test {
     /// # Errors
     /// When a tool is missing or a check fails.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        let outcome = match (self.platforms, self.sources) {
-            (true, _) => platform_test::run(workspace),
-            (_, true) => sources::check::run(workspace),
+        let outcome = match (self.platforms, self.sources, self.fuzz) {
+            (true, ..) => platform_test::run(workspace),
+            (_, true, None) => sources::check::run(workspace),
+            (_, true, Some(minutes)) => sources::check::fuzz(workspace, Duration::from_secs(60 * minutes)),
             _ => run(workspace),
         };
         if self.times {
@@ -151,6 +157,7 @@ impl Checks<'_> {
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)?;
+        sources::check::run_if_possible(self.workspace)?;
         site::check(self.workspace)?;
         heading("Import with the crate fmi");
         // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.

@@ -14,11 +14,10 @@ mod single;
 mod value;
 mod watch;
 
-#[pyo3::pymodule]
-mod _native {
-    use numpy::PyArray1;
-    use pyo3::prelude::*;
+use pyo3::prelude::*;
 
+#[pymodule]
+mod _native {
     #[pymodule_export]
     use crate::fleet::Fleet;
     #[pymodule_export]
@@ -29,12 +28,4 @@ mod _native {
     use crate::simulation::{SavedState, Simulation};
     #[pymodule_export]
     use crate::single::simulate;
-
-    /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
-    #[pymodule_init]
-    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.py().import("numpy")?;
-        PyArray1::<f64>::zeros(module.py(), 0, false);
-        Ok(())
-    }
 }

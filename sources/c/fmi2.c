@@ -2,7 +2,7 @@
    where all else is done. The header is the host's. */
 #include "plant.h"
 
-#if !defined(FMI2_OVERRIDE_FUNCTION_PREFIX) && !defined(FMI2_FUNCTION_PREFIX)
+#if !defined(FMI2_OVERRIDE_FUNCTION_PREFIX) && !defined(FMI2_FUNCTION_PREFIX) && !defined(MODEL_IS_SHARED)
 #define FMI2_FUNCTION_PREFIX MODEL_PREFIX
 #endif
 #include "fmi2Functions.h"
@@ -79,7 +79,7 @@ PLAIN(fmi2EnterContinuousTimeMode, (fmi2Component c), (S, C))
 PLAIN(fmi2SetTime, (fmi2Component c, fmi2Real time), (S, C, time))
 PLAIN(fmi2DoStep, (fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean is_final), (S, C, time, step, (u32)is_final))
 PLAIN(fmi2CancelStep, (fmi2Component c), (S, C))
-PLAIN(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), (S, C, PLANT_HANDLE(state)))
+PLAIN(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), (S, C, plant_state(p, state)))
 
 /* Variables. There are none of type String, so that texts are neither read nor written. */
 #define VALUES(name, of, type, size)                                                               \
@@ -156,12 +156,12 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
     ENTER("fmi2SerializedFMUstateSize")
-    LEAVE(plant_size(p, PLANT_HANDLE(state), size, wasm_fmi2SerializedFMUstateSize));
+    LEAVE(plant_size(p, plant_state(p, state), size, wasm_fmi2SerializedFMUstateSize));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
     ENTER("fmi2SerializeFMUstate")
-    LEAVE(plant_serialize(p, PLANT_HANDLE(state), bytes, size, wasm_fmi2SerializeFMUstate));
+    LEAVE(plant_serialize(p, plant_state(p, state), bytes, size, wasm_fmi2SerializeFMUstate));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {

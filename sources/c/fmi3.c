@@ -2,7 +2,7 @@
    where all else is done. The header is the host's. */
 #include "plant.h"
 
-#if !defined(FMI3_OVERRIDE_FUNCTION_PREFIX) && !defined(FMI3_FUNCTION_PREFIX)
+#if !defined(FMI3_OVERRIDE_FUNCTION_PREFIX) && !defined(FMI3_FUNCTION_PREFIX) && !defined(MODEL_IS_SHARED)
 #define FMI3_FUNCTION_PREFIX MODEL_PREFIX
 #endif
 #include "fmi3Functions.h"
@@ -115,7 +115,7 @@ PLAIN(fmi3EvaluateDiscreteStates, (fmi3Instance c), (S, C))
 PLAIN(fmi3EnterContinuousTimeMode, (fmi3Instance c), (S, C))
 PLAIN(fmi3EnterStepMode, (fmi3Instance c), (S, C))
 PLAIN(fmi3SetTime, (fmi3Instance c, fmi3Float64 time), (S, C, time))
-PLAIN(fmi3SetFMUState, (fmi3Instance c, fmi3FMUState state), (S, C, PLANT_HANDLE(state)))
+PLAIN(fmi3SetFMUState, (fmi3Instance c, fmi3FMUState state), (S, C, plant_state(p, state)))
 PLAIN(fmi3ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), (S, C, clock, time))
 
 /* Variables. */
@@ -245,12 +245,12 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
     ENTER("fmi3SerializedFMUStateSize")
-    LEAVE(plant_size(p, PLANT_HANDLE(state), size, wasm_fmi3SerializedFMUStateSize));
+    LEAVE(plant_size(p, plant_state(p, state), size, wasm_fmi3SerializedFMUStateSize));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
     ENTER("fmi3SerializeFMUState")
-    LEAVE(plant_serialize(p, PLANT_HANDLE(state), bytes, size, wasm_fmi3SerializeFMUState));
+    LEAVE(plant_serialize(p, plant_state(p, state), bytes, size, wasm_fmi3SerializeFMUState));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {

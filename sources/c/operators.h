@@ -23,6 +23,8 @@
 #elif defined(__clang__)
 #pragma clang diagnostic ignored "-Wunused-parameter"
 #pragma clang diagnostic ignored "-Wunused-but-set-variable"
+/* Parentheses around whole conditions. */
+#pragma clang diagnostic ignored "-Wparentheses-equality"
 #endif
 
 /* Memory and global variables at the start. */

@@ -29,6 +29,9 @@ static char take_flag(char *flag) {
 #endif
 
 #ifdef PLANT_INSTANCES
+#if PLANT_INSTANCES < 1
+#error "PLANT_INSTANCES is how many instances there is room for: 1 or more. Leave it out to have them allocated"
+#endif
 /* Memory of a size that is known when this is compiled. */
 static Plant pool[PLANT_INSTANCES];
 static char is_taken[PLANT_INSTANCES];
@@ -52,11 +55,16 @@ void plant_release(Plant *plant) { free(plant); }
 
 /* What the module asks of its host. */
 
-static const char *text_at(Plant *plant, u32 address) { return address ? (const char *)plant->module.memory + address : NULL; }
+/* A text of the module's; one that does not end within its memory is none. */
+static const char *text_at(Plant *plant, u32 address) {
+    const u8 *text = plant->module.memory + address;
+    return address && address < MEMORY && memchr(text, 0, MEMORY - address) ? (const char *)text : NULL;
+}
 
 void host_log(Module *s, u32 status, u32 category, u32 text) {
     Plant *plant = (Plant *)s;
-    if (plant->sink) plant->sink(plant, (int)status, text_at(plant, category), text_at(plant, text));
+    const char *of = text_at(plant, category), *message = text_at(plant, text);
+    if (plant->sink && of && message) plant->sink(plant, (int)status, of, message);
 }
 
 void host_panic(Module *s, u32 text) { ((Plant *)s)->cause = text_at((Plant *)s, text); }
@@ -68,7 +76,10 @@ u32 module_grow(Module *s, u32 pages) {
     return before;
 }
 
-void module_trap(Module *s, int why) { longjmp(s->jump, why); }
+void module_trap(Module *s, int why) {
+    ((Plant *)s)->trap = why;
+    longjmp(s->jump, why);
+}
 
 /* Life of a plant. */
 
@@ -144,10 +155,18 @@ int plant_leave(Plant *plant, u32 status) {
     return (int)status;
 }
 
+static const char *cause_of(const Plant *plant) {
+    if (plant->cause) return plant->cause;
+    switch (plant->trap) {
+        case UNREACHABLE: return "the instance has no memory left; compile the sources with a larger PLANT_HEAP";
+        case OUT_OF_BOUNDS: return "the memory of the instance was overwritten, or its stack has overflowed";
+        default: return "the memory of the instance was overwritten";
+    }
+}
+
 int plant_lost(Plant *plant) {
     plant->is_lost = 1;
-    tell(plant, PLANT_FATAL, "logStatusFatal", "internal error: ",
-         plant->cause ? plant->cause : "the memory of the instance was overwritten, or too small");
+    tell(plant, PLANT_FATAL, "logStatusFatal", "internal error: ", cause_of(plant));
     return plant_leave(plant, PLANT_FATAL);
 }
 
@@ -155,6 +174,8 @@ int plant_lost(Plant *plant) {
 
 void plant_reserve(Plant *plant, u64 bytes) {
     plant->room = bytes > MEMORY ? 0 : wasm_plant_room(&plant->module, (u32)bytes);
+    /* A module whose memory was overwritten may say anything. */
+    if (plant->room > MEMORY || (plant->room && bytes > MEMORY - plant->room)) module_trap(&plant->module, OUT_OF_BOUNDS);
 }
 
 static void copy_elements(u8 *to, const u8 *from, size_t number, unsigned size) {
@@ -203,13 +224,21 @@ u32 plant_texts(Plant *plant, const char *const texts[], size_t number) {
     return list;
 }
 
+/* A saved state is known to the host by where it is in the memory of its instance. */
+u32 plant_state(const Plant *plant, const void *state) {
+    uintptr_t place = (uintptr_t)state - (uintptr_t)plant->module.memory;
+    return !state ? 0 : place < MEMORY ? (u32)place : 0xffffffffu;
+}
+
+static void *state_of(Plant *plant, u32 handle) { return handle ? plant->module.memory + handle : NULL; }
+
 u32 plant_handle(Plant *plant, void **state, u32 call(Module *, u32, u32)) {
-    u32 handle = state ? PLANT_HANDLE(*state) : 0, told, status;
+    u32 handle = state ? plant_state(plant, *state) : 0, told, status;
     plant_reserve(plant, PLANT_BYTES(1u, 4));
     told = plant_take(plant, state ? &handle : NULL, 1, 4);
     status = call(&plant->module, plant->component, told);
     plant_give(plant, told, state ? &handle : NULL, 1, 4);
-    if (state && status == PLANT_OK) *state = (void *)(uintptr_t)handle;
+    if (state && status == PLANT_OK) *state = state_of(plant, handle);
     return status;
 }
 
@@ -239,6 +268,6 @@ u32 plant_deserialize(Plant *plant, const void *bytes, size_t size, void **state
     told = plant_take(plant, state ? &handle : NULL, 1, 4);
     status = call(&plant->module, plant->component, copies, PLANT_COUNT(plant, size), told);
     plant_give(plant, told, state ? &handle : NULL, 1, 4);
-    if (state && status == PLANT_OK) *state = (void *)(uintptr_t)handle;
+    if (state && status == PLANT_OK) *state = state_of(plant, handle);
     return status;
 }

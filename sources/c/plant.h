@@ -16,6 +16,7 @@
 #define plant_give PLANT_NAME(plant_give)
 #define plant_text PLANT_NAME(plant_text)
 #define plant_texts PLANT_NAME(plant_texts)
+#define plant_state PLANT_NAME(plant_state)
 #define plant_handle PLANT_NAME(plant_handle)
 #define plant_size PLANT_NAME(plant_size)
 #define plant_serialize PLANT_NAME(plant_serialize)
@@ -42,6 +43,8 @@ struct Plant {
     char is_started;
     /* Whether the host's logger takes a text as a format of printf. */
     char logs_formats;
+    /* Why the module could not go on. */
+    int trap;
     /* The call that is carried out, and the message of a panic. */
     const char *function;
     const char *cause;
@@ -79,6 +82,9 @@ u32 plant_text(Plant *plant, const char *text);
 /* Reserves room for strings, and tells the address of an array of their addresses. */
 u32 plant_texts(Plant *plant, const char *const texts[], size_t number);
 
+/* The handle in the module of a saved state; one of another instance is none there. */
+u32 plant_state(const Plant *plant, const void *state);
+
 /* Calls that the versions have in common: saving or forgetting a state, a size that is told, a state as bytes. */
 u32 plant_handle(Plant *plant, void **state, u32 call(Module *, u32, u32));
 u32 plant_size(Plant *plant, u32 argument, size_t *size, u32 call(Module *, u32, u32, u32));
@@ -99,7 +105,5 @@ u32 plant_deserialize(Plant *plant, const void *bytes, size_t size, void **state
 #define PLANT_TEXT(text) ((text) != NULL ? PLANT_BYTES(strlen(text) + 1, 1) : 0u)
 /* A number of elements as the module has it: more than there can be if they do not fit. */
 #define PLANT_COUNT(plant, number) ((number) == 0 ? 0u : (plant)->room == 0 || (number) > 0xffffffffu ? 0xffffffffu : (u32)(number))
-/* A handle of the host's; one that is none is none in the module either. */
-#define PLANT_HANDLE(pointer) ((uintptr_t)(pointer) > 0xffffffffu ? 0xffffffffu : (u32)(uintptr_t)(pointer))
 
 #endif

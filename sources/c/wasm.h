@@ -40,9 +40,17 @@ typedef double f64;
 typedef char f64_is_double_precision[sizeof(f64) == 8 ? 1 : -1];
 
 #define PAGE 65536u
-/* Bytes of memory beyond what the module starts with: variables, models, saved states. */
+/* Bytes of memory beyond what the module starts with: variables, models, saved states. Where memory is allocated, systems give
+   what is used of it. */
 #ifndef PLANT_HEAP
+#ifdef PLANT_INSTANCES
 #define PLANT_HEAP (16u * PAGE)
+#else
+#define PLANT_HEAP (256u * PAGE)
+#endif
+#endif
+#if PLANT_HEAP < 1 || PLANT_HEAP > 0x70000000
+#error "PLANT_HEAP is a number of bytes: some hundred thousand, and less than 2 GB"
 #endif
 #define MEMORY (MODULE_PAGES * PAGE + (PLANT_HEAP + PAGE - 1u) / PAGE * PAGE)
 

@@ -18,6 +18,8 @@ thread_local! {
     static CALLBACKS: RefCell<CallbackFunctions> = RefCell::new(callbacks());
 }
 
+// Named as a module's import: linkers refuse a function that is merely declared.
+#[link(wasm_import_module = "env")]
 unsafe extern "C" {
     /// Takes a message to the host, which knows the name of the instance.
     fn host_log(status: c_int, category: *const c_char, text: *const c_char);
@@ -36,12 +38,15 @@ pub extern "C" fn plant_begin() {
     }));
 }
 
+/// What there is room for always, in 64-bit words: the arguments of all calls whose arrays have a fixed size.
+const LEAST_ROOM: usize = 64;
+
 /// Room for arrays of the host's, as many bytes as it asks for at least; NULL if there is no memory for it. What was there
 /// before may be gone.
 #[unsafe(no_mangle)]
 pub extern "C" fn plant_room(bytes: usize) -> *mut u64 {
     ROOM.with_borrow_mut(|room| {
-        let words = bytes.div_ceil(size_of::<u64>());
+        let words = bytes.div_ceil(size_of::<u64>()).max(LEAST_ROOM);
         if words > room.len() {
             room.clear();
             if room.try_reserve_exact(words).is_err() {

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use self::differentiate::{differentiate, differentiate_varied};
 pub use self::plant::{Plant, Saved};
-pub(crate) use self::simulator::varied;
 #[doc(hidden)]
 pub use self::simulator::{Simulator, build, check, read};
+pub(crate) use self::simulator::{restored_states, saved_states, varied};
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::sensitivity::Equations;

@@ -6,7 +6,7 @@ use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::sensitivity::{Equations, Erased};
 use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError, Tuning};
-use crate::system::{MAX_KINKS, Shortcuts, System, table};
+use crate::system::{Shortcuts, System, table};
 use crate::variables::{Notices, ParameterError, ParameterSet, StateSet, Table, Values};
 
 /// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
@@ -44,28 +44,12 @@ pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Res
     Ok((equations, settings.keeping_balance(keeps_balance)))
 }
 
-/// Checks that a run can begin with equations: every state has a magnitude and a rate, every indicator is told of.
+/// Checks that a run can begin with equations: every state has a magnitude.
 ///
 /// # Errors
-/// [`ParameterError`] with the name of a state that has none, or that counts indicators.
+/// [`ParameterError`] with the name of a state that has none.
 pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), ParameterError> {
-    let (events, told) = (E::Indicators::default().as_ref().len(), E::indicator_list().len());
-    if events != told {
-        let reason = format!("the equations have so many, and tell of {told}");
-        return Err(ParameterError::new("indicators", events as f64, &reason));
-    }
-    if E::kink_list().len() > MAX_KINKS {
-        let reason = format!("there may be {MAX_KINKS}");
-        return Err(ParameterError::new("kinks", E::kink_list().len() as f64, &reason));
-    }
     for state in E::State::ALL {
-        // Some models count references from elsewhere, some do not integrate all of their states.
-        let (n, own) = (equations.states(), |reference| E::State::of(reference) == Some(*state));
-        let is_it = |reference| own(reference) || equations.state_at(reference, n) == Some(state.at(n));
-        if !table::<E, U>().states().any(is_it) {
-            let reason = "no variable is the derivative of this state";
-            return Err(ParameterError::new("the value reference", state.reference().into(), reason));
-        }
         let scale = state.scale(equations.parameters());
         if !(scale.is_finite() && scale > 0.0) {
             let table = table::<E, U>();
@@ -76,27 +60,6 @@ pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), Paramete
         }
     }
     Ok(())
-}
-
-/// Checks that the equations write as many values as the table has computed variables.
-fn check_outputs<E: System<U>, const N: usize, const U: usize>(
-    equations: &E,
-    x: &[f64; N],
-    u: &[f64; U],
-    memory: &E::Memory,
-) -> Result<(), ParameterError> {
-    // No arithmetic yields this number.
-    const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_dead_beef);
-    let listed = table::<E, U>().computed().count() - Counters::COUNT - E::RESIDUALS;
-    let mut computed = vec![UNWRITTEN; 2 * listed + 100];
-    equations.outputs(0.0, x, u, memory, &mut computed);
-    let is_written = |value: &f64| value.to_bits() != UNWRITTEN.to_bits();
-    let written = computed.iter().filter(|value| is_written(value)).count();
-    if written == listed && computed[..listed].iter().all(is_written) {
-        return Ok(());
-    }
-    let reason = format!("the table has so many, the equations write {written}");
-    Err(ParameterError::new("computed variables", listed as f64, &reason))
 }
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
@@ -120,7 +83,7 @@ macro_rules! run_sized {
         let states = $crate::system::System::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start)?;
+                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start);
                 break 'run Ok(Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
             }
         )+
@@ -143,16 +106,11 @@ pub struct Simulator<E: Shortcuts<U>, const N: usize, const U: usize> {
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// A run of equations from their start; `N` is the number of their states, or more.
-    ///
-    /// # Errors
-    /// [`ParameterError`] when the equations write other variables than the table lists.
-    pub fn new(equations: E, settings: Settings, start: &Start) -> Result<Self, ParameterError> {
+    pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
         let u = inputs(start.inputs);
         let (x, memory) = equations.start(&u);
-        check_outputs(&equations, &x, &u, &memory)?;
         let run = Run::new(equations, settings, 0.0, x, memory, u);
-        let (table, parameters) = (table::<E, U>(), start.parameters.to_vec());
-        Ok(Self { run, table, parameters, start: start.time, time: start.time })
+        Self { run, table: table::<E, U>(), parameters: start.parameters.to_vec(), start: start.time, time: start.time }
     }
 
     /// The equations for parameters that vary with slopes.
@@ -306,11 +264,11 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         let (x, memory) = self.run.state();
         let memory =
             postcard::to_allocvec(&(memory, self.run.progress(), self.start)).expect("a memory holds plain data");
-        Snapshot { time: self.time, states: x.to_vec(), memory }
+        Snapshot { time: self.time, states: saved_states(self.run.system(), x), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let states: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
+        let states = restored_states(self.run.system(), &snapshot.states, self.run.state().0)?;
         let (memory, progress, start): (E::Memory, Progress, f64) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
         let is_plain = states.iter().all(|value| value.is_finite()) && start.is_finite();
@@ -329,6 +287,33 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         (self.start, self.time) = (start, snapshot.time);
         Ok(())
     }
+}
+
+/// The states that are used.
+pub(crate) fn saved_states<E: System<U>, const N: usize, const U: usize>(equations: &E, x: &[f64; N]) -> Vec<f64> {
+    let unused = equations.unused(N);
+    [&x[..unused.start], &x[unused.end..]].concat()
+}
+
+/// The same in their places, among others that stay as they are. States of a run of this size that were saved with those are
+/// taken, too.
+pub(crate) fn restored_states<E: System<U>, const N: usize, const U: usize>(
+    equations: &E,
+    saved: &[f64],
+    x: &[f64; N],
+) -> Result<[f64; N], SnapshotError> {
+    if let Ok(all) = saved.try_into() {
+        return Ok(all);
+    }
+    let unused = equations.unused(N);
+    if saved.len() + unused.len() != N {
+        return Err(SnapshotError);
+    }
+    let (before, behind) = saved.split_at(unused.start);
+    let mut states = *x;
+    states[..unused.start].copy_from_slice(before);
+    states[unused.end..].copy_from_slice(behind);
+    Ok(states)
 }
 
 /// The slopes of parameters, if any varies.

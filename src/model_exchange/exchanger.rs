@@ -1,7 +1,10 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::co_simulation::{Direction, Snapshot, SnapshotError, build, differentiate, differentiate_varied, varied};
+use crate::co_simulation::{
+    Direction, Snapshot, SnapshotError, build, differentiate, differentiate_varied, restored_states, saved_states,
+    varied,
+};
 use crate::hybrid::{Indicator, Limits, UNUSED};
 use crate::model::Start;
 use crate::solver::Counters;
@@ -389,11 +392,11 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     fn save(&self) -> Snapshot {
         let memory = postcard::to_allocvec(&(&self.memory, self.counters, self.start, &self.sides))
             .expect("a memory holds plain data");
-        Snapshot { time: self.clock, states: self.x.to_vec(), memory }
+        Snapshot { time: self.clock, states: saved_states(&self.equations, &self.x), memory }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let x: [f64; N] = snapshot.states.as_slice().try_into().map_err(|_| SnapshotError)?;
+        let x = restored_states(&self.equations, &snapshot.states, &self.x)?;
         let (memory, counters, start, sides): (E::Memory, Counters, f64, Vec<bool>) =
             postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
         let is_plain = x.iter().chain([&snapshot.time, &start]).all(|value| value.is_finite());

@@ -19,7 +19,6 @@ mod scalar;
 mod tangent;
 
 pub use dual::Dual;
-#[doc(hidden)]
 pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;

@@ -13,6 +13,8 @@ mod shortcuts;
 mod sized;
 mod tables;
 
+use std::ops::Range;
+
 use serde::{Serialize, de::DeserializeOwned};
 
 pub(crate) use self::event::assert_sound;
@@ -90,6 +92,13 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// How many states there are under these parameters.
     fn states(&self) -> usize {
         Self::State::OTHERS
+    }
+
+    /// The places among `n` of states that are compiled along, but that nothing uses under these parameters. They are left out
+    /// of what is saved, so that a saved state is the same wherever it is taken.
+    #[doc(hidden)]
+    fn unused(&self, _n: usize) -> Range<usize> {
+        0..0
     }
 
     /// Magnitudes of the states: the solver keeps the error per step of state `i` below

@@ -18,7 +18,7 @@ MADE = {
     "SavedState", "Simulation", "Unit", "Variable", "Variables",
 }  # fmt: skip
 """Classes that the package makes and users only read: what they are made from is no argument of anybody's."""
-INNER = {"Comparison.of_begun", "Refused.with_unit", "Runs.of", "Task.in_si", "Variable.of"}
+INNER = {"Variable.of", "Refused.with_unit"}
 """Made public for the package itself."""
 
 

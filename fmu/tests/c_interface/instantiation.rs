@@ -23,7 +23,7 @@ fn guid() -> CString {
 
 #[test]
 pub fn every_model_is_served_under_its_own_guid() {
-    for model in models::ALL {
+    for model in served() {
         let instance = Instance::of(model);
         instance.initialize();
         assert_eq!(instance.step(0.0, 1e-3), OK, "{}", model.name);

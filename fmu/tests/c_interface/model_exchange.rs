@@ -3,7 +3,6 @@
 use std::ffi::{CString, c_int};
 use std::ptr;
 
-use pneumatic_servo::models;
 use pneumatic_servo_fmu::fmi2;
 use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
@@ -228,7 +227,7 @@ fn vectors_have_the_lengths_of_the_description_and_nothing_else_is_taken() {
 
 #[test]
 pub fn nominals_are_those_of_the_states_or_1() {
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in served().into_iter().filter(|model| (model.variables)().number_of_states() > 0) {
         let table = (model.variables)();
         let nominal = |state| table.by_reference(state).expect("a state").variable.nominal.unwrap_or(1.0);
         let expected: Vec<f64> = table.states().map(nominal).collect();
@@ -379,7 +378,7 @@ fn model_without_continuous_states_is_there_for_co_simulation_only() {
         unsafe { (LIBRARY.fmi2Instantiate)(c"a".as_ptr(), 0, guid.as_ptr(), ptr::null(), &callbacks(&messages), 0, 0) };
     assert!(component.is_null());
     assert!(messages.lock().expect("no panic")[0].text.contains("no continuous states"));
-    assert!(models::ALL.iter().filter(|it| it.name != controller.name).all(|it| {
+    assert!(served().into_iter().filter(|it| it.name != controller.name).all(|it| {
         let instance = Instance::for_exchange(it);
         instance.initialize();
         instance.update().0 == OK
@@ -404,7 +403,7 @@ pub fn sampled_law_announces_its_samples() {
 /// is told of any other that it comes from parameters.
 #[test]
 pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in served().into_iter().filter(|model| (model.variables)().number_of_states() > 0) {
         let starts = model.default_starts().expect("defaults that fit");
         assert_eq!(starts.len(), (model.variables)().number_of_states(), "{}", model.name);
         let instance = Instance::for_exchange(model);

@@ -64,6 +64,14 @@ pub fn library_path() -> PathBuf {
     found.unwrap_or_else(|| panic!("none of {candidates:?} exists")).clone()
 }
 
+/// The models that the library under test serves: all, or the one that the variable `FMU_MODEL` names.
+pub fn served() -> Vec<&'static Model> {
+    let only = env::var("FMU_MODEL").ok();
+    let served: Vec<_> = models::ALL.iter().filter(|model| only.as_deref().is_none_or(|it| it == model.name)).collect();
+    assert!(!served.is_empty(), "FMU_MODEL names no model: {only:?}");
+    served
+}
+
 /// The model most tests are about.
 pub fn cylinder() -> &'static Model {
     model("PneumaticServoCylinder")

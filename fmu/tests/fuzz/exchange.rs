@@ -6,11 +6,10 @@ use std::ffi::c_int;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::model_exchange::Exchange;
-use pneumatic_servo::models;
 use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
 use crate::common::fmi3::{Instance3, LIBRARY3, Way};
-use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input};
+use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, served};
 use crate::random::Random;
 use crate::{CALLS_PER_ROUND, DEFAULT_CALLS, MODEL, setting, variables};
 
@@ -43,7 +42,7 @@ const OUTCOMES: [(&str, &[c_int]); 8] = [
 #[test]
 fn random_calls_of_model_exchange_do_what_the_model_does() {
     let rounds = setting("SERVO_FUZZ_CALLS", DEFAULT_CALLS).div_ceil(CALLS_PER_ROUND);
-    let exchanged: Vec<_> = models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0).collect();
+    let exchanged: Vec<_> = served().into_iter().filter(|model| (model.variables)().number_of_states() > 0).collect();
     let mut outcomes = BTreeSet::new();
     for round in 0..rounds {
         let model = exchanged[round as usize % exchanged.len()];

@@ -96,9 +96,13 @@ impl Fuzzer {
             }
             let (seen, wanted) = ((status == OK).then(|| real[0].to_bits()), expected.map(f64::to_bits));
             assert_eq!(
-                seen, wanted,
-                "seed {}: {} = {real:?}, not {expected:?}, after {:#?}",
-                self.seed, variable.name, self.history
+                seen,
+                wanted,
+                "seed {}: {} = {real:?} with status {status}, not {expected:?}; {:?}; after {:#?}",
+                self.seed,
+                variable.name,
+                pair.instance.messages(),
+                self.history
             );
         }
     }

@@ -15,12 +15,16 @@ pub fn text(model: &'static Model) -> Result<String> {
     let name = model.name;
     let fingerprint = fingerprint(model).with_context(|| format!("the self-test of {name} fails here"))?;
     let mut text = format!(
-        "/* {name}: {}. */\n\
+        "/* {name}: {}. The licences are in the folder documentation/licenses of the FMU. */\n\
          #ifndef MODEL_H\n\
          #define MODEL_H\n\n\
          /* What all symbols begin with, so that models do not get into each other's way. */\n\
          #define MODEL_PREFIX {name}_\n\
          #define PLANT_NAME(symbol) {name}_##symbol\n\
+         /* CMake defines this where it makes a shared library, in which functions have the names of the standard. */\n\
+         #ifdef {name}_EXPORTS\n\
+         #define MODEL_IS_SHARED\n\
+         #endif\n\
          #define MODEL_GUID \"{}\"\n\
          /* What the self-test gives where numbers are computed exactly. */\n\
          #define MODEL_FINGERPRINT 0x{fingerprint:016x}ull\n\n\

@@ -26,6 +26,7 @@ mod sensors;
 mod variables;
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -82,7 +83,6 @@ pub const fn model<L: Laws, A: Actuators>() -> Model {
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
 #[derive(Clone, Debug)]
-#[doc(hidden)]
 pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
     p: Parameters,
     options: Options,
@@ -113,7 +113,6 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
 
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[doc(hidden)]
 pub struct Memory<F = friction::Memory, A = actuator::Memory> {
     actuator: A,
     friction: F,
@@ -127,10 +126,8 @@ type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
 const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
 const TEMPERATURE_B: usize = State::TemperatureB.at(State::OTHERS);
 /// Index of the pressure in chamber A among the states.
-#[doc(hidden)]
 pub const PRESSURE_A: usize = State::PressureA.at(State::OTHERS);
 /// Index of the pressure in chamber B among the states.
-#[doc(hidden)]
 pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.
@@ -290,8 +287,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     fn start<const N: usize>(&self, u: &[f64; 3]) -> ([f64; N], Self::Memory) {
         let u = Inputs::read(u);
         let mut x = [0.0; N];
-        State::Position.set(&mut x, self.p.position0);
-        State::Velocity.set(&mut x, self.p.velocity0);
+        x[State::Position.at(N)] = self.p.position0;
+        x[State::Velocity.at(N)] = self.p.velocity0;
         (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
         if EXTENDED && self.options.opens_b {
             x[PRESSURE_B] = self.p.ambient_pressure;
@@ -303,7 +300,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
-        let contact = self.contact(0.0, &x, &u, State::Velocity.get(&x));
+        let contact = self.contact(0.0, &x, &u, x[State::Velocity.at(N)]);
         let friction = self.friction.start(&contact);
         let force = self.friction.force(&contact, &x, &friction, &mut [0.0; N]);
         let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
@@ -316,6 +313,11 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
 
     fn states(&self) -> usize {
         State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
+    }
+
+    fn unused(&self, n: usize) -> Range<usize> {
+        let behind_friction = self.friction.states().end;
+        behind_friction..behind_friction + n - self.states()
     }
 
     fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
@@ -343,7 +345,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
-        let Pair(lengths) = self.lengths(State::Position.get(x));
+        let Pair(lengths) = self.lengths(x[State::Position.at(N)]);
         let (stops, cushions) = kinks.split_at_mut(lengths.len());
         stops.copy_from_slice(&lengths);
         for (side, kink) in cushions.iter_mut().enumerate() {
@@ -472,7 +474,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
             "chamberA.temperature falls to 0",
             "chamberB.temperature falls to 0",
         ];
-        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(State::Position.get(x)));
+        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(x[State::Position.at(N)]));
         let [pressure_a, pressure_b, temperature_a, temperature_b] =
             [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
         let is_above =
@@ -554,7 +556,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         const IN_A: usize = Outputs::PLACES.pressure_a;
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
-            POSITION => Some(State::Position.get(x)),
+            POSITION => Some(x[State::Position.at(N)]),
             VELOCITY => Some(self.rate(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
@@ -619,7 +621,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
     }
 
     fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
-        self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x))
+        self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
     }
 
     fn is_smooth<const N: usize>(

@@ -1,7 +1,6 @@
 //! Directional and adjoint derivatives, and those of outputs with respect to time.
 
 use pneumatic_servo::model::Model;
-use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Role, Table, Variable};
 
 use super::STRIBECK;
@@ -44,7 +43,7 @@ fn compare(instance: &Instance3, model: &Model, what: &str) {
 
 #[test]
 fn adjoint_derivatives_are_the_transpose_of_directional_ones_for_all_models_and_laws() {
-    for model in models::ALL {
+    for model in served() {
         let law = (model.variables)().find("friction.law").map(|entry| entry.variable);
         let laws: Vec<Option<(u32, i64)>> = match law.map(|law| (law.reference, law.kind)) {
             Some((reference, Kind::Enumeration(of))) => {

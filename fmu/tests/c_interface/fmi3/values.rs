@@ -3,7 +3,6 @@
 use std::ffi::c_int;
 use std::ptr;
 
-use pneumatic_servo::models;
 use pneumatic_servo::variables::Variable;
 use pneumatic_servo::variables::{Kind, Role};
 
@@ -61,7 +60,7 @@ fn get(instance: &Instance3, variable: &Variable, length: usize) -> Vec<f64> {
 
 #[test]
 pub fn every_parameter_and_input_of_every_model_keeps_what_is_set_until_a_reset() {
-    for model in models::ALL {
+    for model in served() {
         let instance = Instance3::of(model, Way::Steps);
         let settable: Vec<(usize, &Variable)> =
             (model.variables)().arrays().filter(|(_, it)| it.is_parameter() || is_input(it)).collect();
@@ -126,7 +125,7 @@ fn elements_of_arrays_and_wrong_numbers_of_values_are_refused() {
 
 #[test]
 fn every_variable_of_every_model_has_one_type() {
-    for model in models::ALL {
+    for model in served() {
         let instance = Instance3::of(model, Way::Steps);
         assert_eq!((instance.enter(), instance.exit()), (OK, OK), "{}: {:?}", model.name, instance.messages());
         let indicators = model.indicator_variables();

@@ -1,12 +1,14 @@
-//! Targets that the control loop of `examples/target` is compiled for and run on.
+//! Targets that the sources are compiled for and run on.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
+use pneumatic_servo::friction::LAWS;
 
+use super::compiled::{Compiler, Written};
 use crate::build::tools::Tool;
-use crate::platform_test::wine;
+use crate::platform_test::{Machine, wine};
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -15,124 +17,195 @@ use crate::workspace::Workspace;
 pub enum Target {
     /// This machine.
     Linux,
-    /// Linux on 64-bit Arm.
-    Arm64,
-    /// Linux on 32-bit Arm with hardware for floating-point numbers.
-    Arm32,
+    /// This machine, with another compiler.
+    Clang,
     /// A Cortex-M7 with double precision, without an operating system.
     CortexM7,
+    /// A Cortex-M4, which computes double precision by calls, without an operating system.
+    CortexM4,
+    /// Linux on 32-bit Arm with hardware for floating-point numbers.
+    Arm32,
     /// Linux on IBM Z, which keeps the big end of numbers first.
     BigEndian,
+    /// Linux on 64-bit Arm.
+    Arm64,
     /// Windows.
     Windows,
 }
 
-/// A compiler, an emulator, and the Debian packages that have them.
-struct Tools {
-    compiler: &'static str,
-    compiler_package: &'static str,
-    emulator: Option<(&'static str, &'static str)>,
-}
+/// An emulator, and the Debian package that has it.
+type Emulator = Option<(&'static str, &'static str)>;
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::Linux, Self::CortexM7, Self::Arm32, Self::BigEndian, Self::Arm64, Self::Windows];
+    pub const ALL: [Self; 8] = [
+        Self::Linux,
+        Self::CortexM7,
+        Self::CortexM4,
+        Self::Arm32,
+        Self::BigEndian,
+        Self::Arm64,
+        Self::Windows,
+        Self::Clang,
+    ];
 
     /// What it is called.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linux => "Linux on x86_64",
-            Self::Arm64 => "Linux on 64-bit Arm under QEMU",
-            Self::Arm32 => "Linux on 32-bit Arm under QEMU",
+            Self::Clang => "Linux on x86_64, compiled by Clang",
             Self::CortexM7 => "Cortex-M7 without operating system under QEMU",
+            Self::CortexM4 => "Cortex-M4 without operating system and hardware for double precision under QEMU",
+            Self::Arm32 => "Linux on 32-bit Arm under QEMU",
             Self::BigEndian => "Linux on IBM Z (big-endian) under QEMU",
+            Self::Arm64 => "Linux on 64-bit Arm under QEMU",
             Self::Windows => "Windows under Wine",
         }
     }
 
-    fn tools(self) -> Tools {
-        let of = |compiler, compiler_package, emulator| Tools { compiler, compiler_package, emulator };
+    /// The machine that runs a shared library for it.
+    pub fn machine(self) -> Option<Machine> {
         match self {
-            Self::Linux => of("gcc", "gcc libc6-dev", None),
-            Self::Arm64 => {
-                let package = "gcc-aarch64-linux-gnu libc6-dev-arm64-cross";
-                of("aarch64-linux-gnu-gcc", package, Some(("qemu-aarch64", "qemu-user")))
+            Self::Linux => Some(Machine::Linux),
+            Self::Arm64 => Some(Machine::Arm),
+            Self::Windows => Some(Machine::Windows),
+            _ => None,
+        }
+    }
+
+    /// Its compiler.
+    pub fn compiler(self) -> Compiler {
+        let of = |program, folder, always, compiling, linking| Compiler { program, folder, always, compiling, linking };
+        const NO_SYSTEM: &[&str] = &["--specs=rdimon.specs"];
+        match self {
+            // With operations that join a product and a sum.
+            Self::Linux => of("gcc", "linux", &[], &["-fPIC", "-march=x86-64-v3"], &[]),
+            Self::Clang => of("clang", "clang", &[], &["-march=x86-64-v3"], &[]),
+            Self::Arm64 => of("aarch64-linux-gnu-gcc", "arm64", &[], &["-fPIC"], &[]),
+            Self::Arm32 => of("arm-linux-gnueabihf-gcc", "arm32", &["-mfpu=vfpv4"], &[], &["-static"]),
+            Self::BigEndian => of("s390x-linux-gnu-gcc", "s390x", &[], &[], &["-static"]),
+            Self::Windows => {
+                of("x86_64-w64-mingw32-gcc", "windows", &["-D__USE_MINGW_ANSI_STDIO=1"], &[], &["-static-libgcc"])
             }
-            Self::Arm32 => {
-                let package = "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross";
-                of("arm-linux-gnueabihf-gcc", package, Some(("qemu-arm", "qemu-user")))
-            }
-            Self::CortexM7 => {
-                let package = "gcc-arm-none-eabi libnewlib-arm-none-eabi";
-                of("arm-none-eabi-gcc", package, Some(("qemu-system-arm", "qemu-system-arm")))
-            }
-            Self::BigEndian => {
-                let package = "gcc-s390x-linux-gnu libc6-dev-s390x-cross";
-                of("s390x-linux-gnu-gcc", package, Some(("qemu-s390x", "qemu-user")))
-            }
-            Self::Windows => of("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64-posix", None),
+            Self::CortexM7 => of(
+                "arm-none-eabi-gcc",
+                "cortex-m7",
+                &["-mcpu=cortex-m7", "-mfloat-abi=hard", "-mfpu=fpv5-d16", "-mthumb", "-DPLANT_INSTANCES=1"],
+                &[],
+                NO_SYSTEM,
+            ),
+            Self::CortexM4 => of(
+                "arm-none-eabi-gcc",
+                "cortex-m4",
+                &["-mcpu=cortex-m4", "-mfloat-abi=soft", "-mthumb", "-DPLANT_INSTANCES=1"],
+                &[],
+                NO_SYSTEM,
+            ),
+        }
+    }
+
+    fn has_no_system(self) -> bool {
+        matches!(self, Self::CortexM7 | Self::CortexM4)
+    }
+
+    /// The Debian packages of its compiler.
+    fn package(self) -> &'static str {
+        match self {
+            Self::Linux => "gcc libc6-dev",
+            Self::Clang => "clang",
+            Self::Arm64 => "gcc-aarch64-linux-gnu libc6-dev-arm64-cross",
+            Self::Arm32 => "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross",
+            Self::BigEndian => "gcc-s390x-linux-gnu libc6-dev-s390x-cross",
+            Self::Windows => "gcc-mingw-w64-x86-64-posix",
+            Self::CortexM7 | Self::CortexM4 => "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+        }
+    }
+
+    fn emulator(self) -> Emulator {
+        match self {
+            Self::Linux | Self::Clang | Self::Windows => None,
+            Self::Arm64 => Some(("qemu-aarch64", "qemu-user")),
+            Self::Arm32 => Some(("qemu-arm", "qemu-user")),
+            Self::BigEndian => Some(("qemu-s390x", "qemu-user")),
+            Self::CortexM7 | Self::CortexM4 => Some(("qemu-system-arm", "qemu-system-arm")),
         }
     }
 
     /// The tools it needs and this machine lacks.
     pub fn missing(self) -> Vec<Tool> {
-        let tools = self.tools();
-        let emulator = tools.emulator.and_then(|(program, package)| Tool::unless_found(program, package));
+        let emulator = self.emulator().and_then(|(program, package)| Tool::unless_found(program, package));
         let wine = (self == Self::Windows && wine().is_none()).then(|| Tool::new("wine64", "apt install wine64"));
-        let compiler = Tool::unless_found(tools.compiler, tools.compiler_package);
+        let compiler = Tool::unless_found(self.compiler().program, self.package());
         compiler.into_iter().chain(emulator).chain(wine).collect()
     }
 
-    /// Compiles the control loop with the sources in a folder, runs it, and returns what it prints.
+    /// Runs the control loop of `examples/target`, and all laws; returns the bits that come out, and prints what was measured.
     ///
     /// # Errors
-    /// When it cannot be compiled, or ends with an error.
-    pub fn run(self, workspace: &Workspace, folder: &Path, sources: &[PathBuf]) -> Result<String> {
-        let example = workspace.root.join("examples/target");
-        let program = folder.join(format!("{self:?}.exe"));
-        let mut compiler = Command::new(self.tools().compiler);
-        compiler.args(["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-I"]).arg(folder);
-        match self {
-            Self::Linux => {
-                // All but the loop itself is in the library of the faces.
-                compiler.arg("-Wl,-rpath,$ORIGIN").arg(example.join("main.c")).arg(super::library(folder)).arg("-o");
-                process::run(compiler.arg(&program))?;
-                return process::output(&mut self.start(folder, &program));
+    /// When a program cannot be compiled, or ends with an error.
+    pub fn run(self, workspace: &Workspace, written: &Written, plant: &[PathBuf]) -> Result<String> {
+        let mut bits = String::new();
+        for (name, file) in [("loop", "examples/target/main.c"), ("laws", "tests/sources/laws.c")] {
+            let program = self.program(workspace, written, name, &workspace.root.join(file), plant)?;
+            let printed = process::output(&mut self.start(&written.folder, &program))?.replace('\r', "");
+            for line in printed.lines() {
+                match line.strip_prefix("measured ") {
+                    Some(measured) => println!("{}: {measured}", self.name()),
+                    None => bits += &format!("{line}\n"),
+                }
             }
-            Self::Arm64 | Self::Arm32 | Self::BigEndian => compiler.args(["-std=gnu99", "-static"]),
-            Self::CortexM7 => {
-                let folder = example.join("cortex-m7");
-                compiler.args(["-mcpu=cortex-m7", "-mfloat-abi=hard", "-mfpu=fpv5-d16", "-mthumb"]);
-                compiler.args(["-DPLANT_INSTANCES=1", "--specs=rdimon.specs", "-T"]).arg(folder.join("memory.ld"));
-                compiler.arg(folder.join("start.c"))
-            }
-            Self::Windows => compiler.arg("-D__USE_MINGW_ANSI_STDIO=1"),
-        };
-        let is_face = |file: &Path| file.file_name().is_some_and(|name| name == "fmi2.c" || name == "fmi3.c");
-        compiler.arg(example.join("main.c")).arg(folder.join("loop.c"));
-        compiler.args(sources.iter().filter(|file| !is_face(file))).arg("-lm").arg("-o").arg(&program);
-        process::run(&mut compiler)?;
-        Ok(process::output(&mut self.start(folder, &program))?.replace('\r', ""))
+        }
+        let laws = bits.lines().filter(|line| line.starts_with("law ")).count();
+        ensure!(laws == LAWS.items.len(), "{} ran {laws} laws:\n{bits}", self.name());
+        Ok(bits)
+    }
+
+    fn program(
+        self,
+        workspace: &Workspace,
+        written: &Written,
+        name: &str,
+        file: &Path,
+        plant: &[PathBuf],
+    ) -> Result<PathBuf> {
+        let board = workspace.root.join("examples/target/cortex-m7");
+        let laws = format!("-DLAWS={}", LAWS.items.len());
+        let mut files: Vec<PathBuf> = vec![laws.into(), file.to_owned()];
+        if self.has_no_system() {
+            files.extend([format!("-DINSTRUCTIONS_PER_TICK={INSTRUCTIONS_PER_TICK}").into(), board.join("start.c")]);
+            files.extend(["-T".into(), board.join("memory.ld")]);
+        }
+        written.program(&self.compiler(), name, &files, plant)
     }
 
     fn start(self, folder: &Path, program: &Path) -> Command {
-        let mut command = match (self, self.tools().emulator) {
-            (Self::CortexM7, _) => {
+        let mut command = match (self, self.emulator()) {
+            (Self::CortexM7 | Self::CortexM4, _) => {
+                // The board of the Cortex-M7 runs code for the Cortex-M4, too.
                 let mut qemu = Command::new("qemu-system-arm");
                 qemu.args(["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", "none"]);
-                qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]);
+                qemu.args(["-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel"]);
                 qemu
             }
             (Self::Windows, _) => {
-                let mut wine = Command::new(wine().unwrap_or_else(|| "wine64".into()));
-                wine.env("WINEPREFIX", folder.join("wine")).env("WINEDEBUG", "-all").env_remove("DISPLAY");
-                wine.env("WINEDLLOVERRIDES", "mscoree,mshtml=");
-                wine
+                let mut command = Command::new(wine().unwrap_or_else(|| "wine64".into()));
+                command.env("WINEPREFIX", folder.join("wine")).env("WINEDEBUG", "-all").env_remove("DISPLAY");
+                command.env("WINEDLLOVERRIDES", "mscoree,mshtml=");
+                command
             }
-            (_, Some((emulator, _))) => Command::new(emulator),
+            (_, Some((emulator, _))) => {
+                let mut qemu = Command::new(emulator);
+                if self == Self::Arm64 {
+                    qemu.args(["-L", "/usr/aarch64-linux-gnu"]);
+                }
+                qemu
+            }
             (_, None) => return Command::new(program),
         };
         command.arg(program);
         command
     }
 }
+
+/// QEMU lets an instruction take 1 ns, and the timer of the board ticks with 25 MHz.
+const INSTRUCTIONS_PER_TICK: u32 = 40;
