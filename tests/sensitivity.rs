@@ -213,14 +213,23 @@ fn sensitivities_under_all_laws_are_those_of_differences() {
     }
 }
 
-/// Law DNLRX holds its force between samples, each of which lets deformations end at limits: where one of them is just there,
-/// the slopes to both sides differ.
+/// Law DNLRX holds its force between samples, each of which lets deformations end at limits. Where a mass rests with one of them just
+/// there, a higher load level from now on changes nothing, and a lower one does.
 #[test]
 fn sample_at_a_limit_is_told_by_time_and_reason() {
-    let mut plant = cylinder("DNLRX", 1e-9).start(0.0).expect("starts");
-    plant.carry_sensitivities(&["valve.C"]).expect("a parameter");
+    let changes = [("friction.law", "DNLRX".into()), ("bench.drive", "PrescribedPosition".into())];
+    let mut plant = setup(&friction_bench::MODEL, &changes).start(0.0).expect("starts");
     let mut told = None;
-    experiment(&mut plant, 0.25, |plant| told = told.take().or_else(|| plant.sensitivities(0).err()));
+    for k in 1..150 {
+        if k == 120 {
+            plant.carry_sensitivities(&["friction.level"]).expect("an input");
+        }
+        plant.set("prescribedPosition", 1e-4 * f64::from(k.min(100))).expect("legal");
+        plant.advance_to(f64::from(k) * 1e-3).expect("advances");
+        if k > 120 {
+            told = told.or_else(|| plant.sensitivities(0).err());
+        }
+    }
     let told = told.expect("no derivative").to_string();
     assert!(told.ends_with("they depend on a number of the memory that has no slope"), "{told}");
 }
@@ -264,7 +273,9 @@ fn names_of_no_direction_are_refused() {
 /// Changes that slopes cannot follow end them; without names there are none to follow.
 #[test]
 fn sensitivities_begin_where_they_are_asked_for() {
-    let mut plant = cylinder("Stribeck", 1e-8).start(0.0).expect("starts");
+    // With a play, a voltage that rests has no derivative: more of it moves the spool, less does not.
+    let setup = cylinder("Stribeck", 1e-8).set("valve.hysteresis", 0.0).expect("legal");
+    let mut plant = setup.start(0.0).expect("starts");
     plant.set("valveVoltage", 6.5).expect("legal");
     plant.advance_to(0.3).expect("advances");
     plant.carry_sensitivities(&["position", "valveVoltage", "chamberA.pressure0"]).expect("directions");
@@ -324,4 +335,46 @@ fn transitions_refuse_what_is_no_parameter_and_no_output() {
     assert!(refused(&[], &["valve.C"]).contains("valve.C: as an output: it is not computed"));
     assert!(refused(&[], &["posiion"]).starts_with("there is no variable posiion; did you mean position"));
     assert_eq!(plant.time(), 0.0, "nothing has been done");
+}
+
+/// The reading of a sensor with a resolution changes in jumps; all else is none the worse, and without a resolution it has a slope.
+#[test]
+fn reading_that_is_rounded_has_no_slope() {
+    for resolution in [1e-5, 0.0] {
+        let setup = cylinder("Stribeck", 1e-8).set("sensor.position.sampleTime", 1e-3).expect("legal");
+        let setup = setup.set("sensor.position.resolution", resolution).expect("legal");
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&["valve.C"]).expect("a parameter");
+        plant.set("valveVoltage", 6.5).expect("legal");
+        plant.advance_to(0.3).expect("slides");
+        let [reading, position] = ["sensor.position.reading", "position"].map(|name| of(&mut plant, name, 1)[0]);
+        assert!(position > 1e6, "{position}");
+        if resolution > 0.0 {
+            assert!(reading.is_nan(), "{reading}");
+        } else {
+            // The sample of this very moment, by differences of one evaluation.
+            assert_near(&[reading], &[position], 2e-8);
+        }
+    }
+}
+
+/// A force of just the static friction moves nothing, and any more does.
+#[test]
+fn input_that_brings_an_event_exactly_to_its_limit_is_told() {
+    for (force, is_at_limit) in [(1.5, true), (1.4, false), (1.6, false)] {
+        let setup = stick_slip().set("bench.drive", "Free").expect("a drive");
+        let mut plant = setup.start(0.0).expect("starts");
+        plant.carry_sensitivities(&["appliedForce", "friction.coulombStiction.Fs", "mass"]).expect("directions");
+        plant.advance_to(0.1).expect("rests");
+        plant.set("appliedForce", force).expect("legal");
+        plant.advance_to(0.2).expect("advances");
+        for direction in [0, 1] {
+            let told = plant.sensitivities(direction).map_err(|error| error.to_string());
+            assert_eq!(told.is_err(), is_at_limit, "{force} N: {told:?}");
+            if let Err(told) = told {
+                assert!(told.contains("t = 0.1 s on, at breakAway: an input brings it exactly to its limit"), "{told}");
+            }
+        }
+        assert!(plant.sensitivities(2).is_ok(), "the mass does not matter to that");
+    }
 }

@@ -3,6 +3,7 @@
 mod differentiate;
 mod plant;
 mod simulator;
+mod transition;
 
 use std::fmt;
 
@@ -13,6 +14,7 @@ pub use self::plant::{Plant, Saved};
 #[doc(hidden)]
 pub use self::simulator::{Simulator, build, check, read};
 pub(crate) use self::simulator::{restored_states, saved_states, varied};
+pub use self::transition::Steps;
 use crate::model::Model;
 use crate::model_exchange::Exchange;
 use crate::sensitivity::Equations;

@@ -4,10 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Simulation, Snapshot, SnapshotError};
 use crate::model::{Model, SettingError, Value, find};
-use crate::sensitivity::{
-    Along, Begin, Companion, Crossing, DirectionError, NoDerivative, States, Transition, TransitionError, begin,
-    columns, directions,
-};
+use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
 use crate::solver::StepError;
 use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
 
@@ -16,19 +13,21 @@ use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
 /// Inputs are held over a step, unless they are given slopes.
 pub struct Plant {
     model: &'static Model,
-    simulation: Box<dyn Simulation>,
+    pub(super) simulation: Box<dyn Simulation>,
     parameters: Vec<f64>,
-    inputs: Vec<f64>,
+    pub(super) inputs: Vec<f64>,
     slopes: Vec<f64>,
-    computed: Vec<f64>,
+    pub(super) computed: Vec<f64>,
     /// Whether `computed` belongs to the present states and inputs.
     is_computed: bool,
     /// Inputs at the start.
     first_inputs: Vec<f64>,
+    /// Inputs that the run has followed.
+    followed: Vec<f64>,
     /// What carries sensitivities along.
-    companion: Option<Companion>,
+    pub(super) companion: Option<Companion>,
     /// What carries those of a single step along.
-    aside: Option<Companion>,
+    pub(super) aside: Option<Companion>,
 }
 
 /// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
@@ -50,7 +49,7 @@ impl Plant {
     ) -> Self {
         let computed = vec![0.0; (model.variables)().computed().count()];
         let slopes = vec![0.0; inputs.len()];
-        let first_inputs = inputs.clone();
+        let (first_inputs, followed) = (inputs.clone(), inputs.clone());
         Self {
             model,
             simulation,
@@ -60,6 +59,7 @@ impl Plant {
             computed,
             is_computed: false,
             first_inputs,
+            followed,
             companion: None,
             aside: None,
         }
@@ -180,6 +180,7 @@ impl Plant {
         let start = self.time();
         self.is_computed = false;
         let outcome = self.simulation.advance(end);
+        self.followed.clone_from(&self.inputs);
         let marks = self.simulation.take_trail();
         for companion in [&mut self.companion, &mut self.aside].into_iter().flatten() {
             companion.follow(&marks);
@@ -232,6 +233,7 @@ impl Plant {
         self.parameters.clone_from(&saved.parameters);
         self.inputs.clone_from(&saved.inputs);
         self.slopes.clone_from(&saved.slopes);
+        self.followed.clone_from(&saved.inputs);
         self.drop_sensitivities();
         self.inputs_changed();
         Ok(())
@@ -279,7 +281,7 @@ impl Plant {
     /// Carries sensitivities along from here on: how everything changes with parameters, with what is added to inputs, and
     /// with the present values of continuous states, by their names. Without names it ends.
     ///
-    /// In a run that has not begun yet, parameters begin with what they do to the start. Changing a parameter, moving a state
+    /// In a run that has not begun yet, parameters and inputs begin with what they do to the start. Changing a parameter, moving a state
     /// or restoring a saved state ends it.
     ///
     /// ```
@@ -319,13 +321,14 @@ impl Plant {
     }
 
     /// A companion from here on, which may begin with the start.
-    fn companion_along(&self, along: &[Along], from_start: bool) -> Result<Companion, Along> {
+    pub(super) fn companion_along(&self, along: &[Along], from_start: bool) -> Result<Companion, Along> {
         let run = Begin {
             simulation: self.simulation.as_ref(),
             model: self.model,
             parameters: &self.parameters,
             inputs: [&self.inputs, &self.slopes],
             first_inputs: from_start.then_some(&self.first_inputs[..]),
+            followed: &self.followed,
         };
         begin(run, along)
     }
@@ -351,60 +354,8 @@ impl Plant {
         self.companion.as_ref().map_or(&[], Companion::crossings)
     }
 
-    /// Integrates to a time in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
-    /// last are given by their names, and what these do to outputs at its end.
-    ///
-    /// # Errors
-    /// [`TransitionError`]; for a name, nothing has been done then.
-    pub fn transition(
-        &mut self,
-        end: f64,
-        parameters: &[&str],
-        outputs: &[&str],
-    ) -> Result<Transition, TransitionError> {
-        let table = self.table();
-        let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
-        let along = directions(table, parameters).map_err(TransitionError::Direction)?;
-        if let Some(place) = along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
-            return Err(refused(
-                parameters[place],
-                "it is no parameter: states and inputs are among the columns anyway",
-            ));
-        }
-        let mut places = Vec::with_capacity(outputs.len());
-        for name in outputs {
-            let entry =
-                find(table, name).map_err(|error| TransitionError::Direction(DirectionError::Unknown(error)))?;
-            let Place::Computed(place) = entry.place else {
-                return Err(refused(name, "as an output: it is not computed"));
-            };
-            places.push(place);
-        }
-        let numbered = table.states().enumerate().filter_map(|(number, reference)| {
-            let place = self.simulation.state_index(number)?;
-            Some((number, place, table.by_reference(reference)?.variable.name.clone()))
-        });
-        let states: States = numbered.collect();
-        let memory = self.simulation.equations().map(|equations| equations.memory_names()).unwrap_or_default();
-        let inputs = self.inputs.len();
-        let (along, names) = columns(&states, &memory, inputs, &along);
-        let companion = self.companion_along(&along, false);
-        let unlike = "this run has no equations that can be differentiated by it";
-        self.aside = Some(companion.map_err(|_| refused(parameters.first().unwrap_or(&"states"), unlike))?);
-        self.simulation.leave_trail(true);
-        let outcome = self.advance_to(end);
-        if self.companion.is_none() {
-            self.simulation.leave_trail(false);
-        }
-        let companion = self.aside.take();
-        outcome.map_err(TransitionError::Step)?;
-        let mut companion = companion.expect("a companion of this step");
-        let transition = Transition::of(&mut companion, (&states, names, inputs), &places, self.computed.len());
-        transition.map_err(|error| TransitionError::NoDerivative(error.later(self.begin())))
-    }
-
     /// Time in s at which a run that leaves a trail has begun.
-    fn begin(&self) -> f64 {
+    pub(super) fn begin(&self) -> f64 {
         self.time() - self.simulation.place().map_or(0.0, |(time, ..)| time)
     }
 

@@ -3,6 +3,7 @@
 use super::{Along, Companion, Driven, Slopes, Way};
 use crate::co_simulation::Simulation;
 use crate::model::Model;
+use crate::variables::Role;
 
 /// A run that slopes are to be carried along.
 #[derive(Clone, Copy)]
@@ -15,8 +16,10 @@ pub struct Begin<'a> {
     pub parameters: &'a [f64],
     /// The inputs and their slopes.
     pub inputs: [&'a [f64]; 2],
-    /// The inputs with which the run started, if parameters are to begin with what they do to the start.
+    /// The inputs with which the run started, if parameters and inputs are to begin with what they do to the start.
     pub first_inputs: Option<&'a [f64]>,
+    /// The inputs that the run has followed so far.
+    pub followed: &'a [f64],
 }
 
 /// A companion of a run from here on, in directions.
@@ -36,7 +39,13 @@ pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
     for along in directions {
         let mut slopes = still.clone();
         let way = match *along {
-            Along::Input(place) if place < count => Way::of_input(place, count),
+            Along::Input(place) if place < count => {
+                let way = Way::of_input(place, count);
+                if let Some(first) = first_inputs {
+                    slopes = way.slopes_of_start(equations.as_ref(), first);
+                }
+                way
+            }
             Along::Input(_) => return Err(*along),
             Along::State(state) => {
                 slopes.states[run.simulation.state_index(state).ok_or(*along)?] = 1.0;
@@ -58,8 +67,10 @@ pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
         ways.push((way, slopes));
     }
     let nominals = (run.model.indicators)().into_iter().map(|indicator| indicator.nominal).collect();
-    let [values, slopes] = run.inputs.map(<[f64]>::to_vec);
-    Ok(Companion::new([equations, spare], (time, x, Driven { since: time, values, slopes }), tolerance, nominals, ways))
+    let inputs = Driven { since: time, values: run.followed.to_vec(), slopes: vec![0.0; count] };
+    let mut companion = Companion::new([equations, spare], (time, x, inputs), tolerance, nominals, ways);
+    companion.set_inputs(run.inputs[0], run.inputs[1]);
+    Ok(companion)
 }
 
 /// The direction of a parameter, if there are equations beside the present ones.
@@ -73,7 +84,14 @@ fn of_parameter(run: &Begin, place: usize) -> Option<Way> {
     let beside = move |offset: f64| {
         let mut parameters = parameters.clone();
         parameters[place] += offset;
-        equations.under(&parameters)
+        equations.under(&parameters, &[])
     };
-    Way::of_parameter(Box::new(beside), [value, magnitude], bounds, run.inputs[0].len())
+    let way = Way::of_parameter(Box::new(beside), [value, magnitude], bounds, run.inputs[0].len())?;
+    // Rates and computed variables know how they change with tunable parameters.
+    let varied = (variable.role == Role::Tunable).then(|| {
+        let mut slopes = vec![0.0; run.parameters.len()];
+        slopes[place] = 1.0;
+        run.simulation.equations()?.under(run.parameters, &slopes)
+    });
+    Some(way.with_varied(varied.flatten()))
 }

@@ -3,8 +3,10 @@
 use nalgebra::SMatrix;
 
 use super::leaves::Leaves;
-use crate::co_simulation::{build, differentiate};
+use super::variation::Piece;
+use crate::co_simulation::{build, differentiate_varied};
 use crate::model::Start;
+use crate::numbers::Tangent;
 use crate::solver::Counters;
 use crate::system::{Shortcuts, System};
 
@@ -41,18 +43,21 @@ pub struct At<'a> {
 
 /// The equations of a model under some parameters, with a memory.
 pub trait Equations: Send {
-    /// Those under other parameters, in the order of the table, with the same memory; nothing if they do not fit together.
-    fn under(&self, parameters: &[f64]) -> Option<Box<dyn Equations>>;
+    /// Those under other parameters, in the order of the table, which vary with slopes or (without any) not at all, with the same
+    /// memory; nothing if they do not fit together.
+    fn under(&self, parameters: &[f64], slopes: &[f64]) -> Option<Box<dyn Equations>>;
     /// Number of states.
     fn states(&self) -> usize;
-    /// How many of them, the first ones, follow the inputs alone.
-    fn led(&self) -> usize;
     /// Magnitudes of the states.
     fn scales(&self) -> Vec<f64>;
     /// States and memory at the start.
     fn start(&self, u: &[f64]) -> (Vec<f64>, Leaves);
     /// The memory.
     fn memory(&self) -> Leaves;
+    /// The same, faster where it is alike another one.
+    fn memory_like(&self, other: &Leaves) -> Leaves;
+    /// The places among the numbers of the memory of those that are rounded, and so change in jumps.
+    fn rounded(&self) -> Vec<usize>;
     /// Takes on another memory: that of other equations of the model, or one with other numbers.
     ///
     /// # Panics
@@ -64,19 +69,23 @@ pub trait Equations: Send {
     fn rates(&self, at: At) -> Vec<f64>;
     /// Jacobian of the rates, column by column.
     fn jacobian(&self, at: At) -> Vec<f64>;
+    /// The derivatives of the rates in a direction of states, inputs and the parameters that vary.
+    fn rate_slopes(&self, at: At, direction: (&[f64], &[f64])) -> Vec<f64>;
+    /// Where all directions are behind a piece of a step: see [`Piece::cross`].
+    fn cross(&self, piece: &Piece, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, u32)>;
     /// The states that follow the inputs alone, a time in s later under held inputs, where they have a closed form.
     fn later(&self, at: At, step: f64) -> Option<Vec<f64>>;
     /// The event indicators.
     fn indicators(&self, at: At) -> Vec<f64>;
-    /// Does something to the states and the memory.
-    fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]);
+    /// Does something to the states and the memory, and tells whether the memory has changed.
+    fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]) -> bool;
     /// The time in s of the next sample.
     fn next_sample(&self) -> f64;
     /// The name of the event in a place of the indicators.
     fn event_name(&self, event: usize) -> &'static str;
     /// The computed variables, but for residuals and counters.
     fn outputs(&self, at: At) -> Vec<f64>;
-    /// Their derivatives in a direction of states and inputs.
+    /// Their derivatives in a direction of states, inputs and the parameters that vary.
     fn output_slopes(&self, at: At, direction: (&[f64], &[f64])) -> Vec<f64>;
 }
 
@@ -105,18 +114,14 @@ fn array<const N: usize>(numbers: &[f64]) -> [f64; N] {
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N, U> {
-    fn under(&self, parameters: &[f64]) -> Option<Box<dyn Equations>> {
+    fn under(&self, parameters: &[f64], slopes: &[f64]) -> Option<Box<dyn Equations>> {
         let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None };
-        let (equations, _) = build::<E, U>(&start, &[]).ok()?;
+        let (equations, _) = build::<E, U>(&start, slopes).ok()?;
         Some(Box::new(Self { equations, memory: self.memory.clone(), computed: self.computed }))
     }
 
     fn states(&self) -> usize {
         N
-    }
-
-    fn led(&self) -> usize {
-        E::LED
     }
 
     fn scales(&self) -> Vec<f64> {
@@ -130,6 +135,19 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
 
     fn memory(&self) -> Leaves {
         Leaves::of(&self.memory)
+    }
+
+    fn memory_like(&self, other: &Leaves) -> Leaves {
+        Leaves::like(&self.memory, other)
+    }
+
+    fn rounded(&self) -> Vec<usize> {
+        let rounded = System::rounded(&self.equations);
+        if rounded.is_empty() {
+            return Vec::new();
+        }
+        let names = self.memory_names();
+        (0..names.len()).filter(|place| rounded.contains(&names[*place])).collect()
     }
 
     fn remember(&mut self, memory: &Leaves) {
@@ -150,6 +168,18 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         jacobian.as_slice().to_vec()
     }
 
+    fn rate_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64])) -> Vec<f64> {
+        let tangent = |value: f64, slope: f64| Tangent { value, slope };
+        let x: [Tangent; N] = std::array::from_fn(|i| tangent(x[i], dx[i]));
+        let u: [Tangent; U] = std::array::from_fn(|i| tangent(u[i], du[i]));
+        let rates = System::derivatives(&self.equations, tangent(time, 0.0), &x, &u, &self.memory);
+        rates.iter().map(|rate| rate.slope).collect()
+    }
+
+    fn cross(&self, piece: &Piece, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, u32)> {
+        piece.cross::<N>((E::GROUPS, Shortcuts::is_chain(&self.equations)), columns, weights)
+    }
+
     fn later(&self, At { x, u, .. }: At, step: f64) -> Option<Vec<f64>> {
         if E::LED == 0 || !Shortcuts::is_gentle(&self.equations) {
             return None;
@@ -164,8 +194,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         indicators.as_ref().to_vec()
     }
 
-    fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) {
-        let (mut x, u) = (array::<N>(states), array::<U>(u));
+    fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) -> bool {
+        let (mut x, u, before) = (array::<N>(states), array::<U>(u), self.memory.clone());
         let (equations, memory) = (&self.equations, &mut self.memory);
         match act {
             Act::Begin(duration) => {
@@ -183,6 +213,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
             Act::Arrive => System::arrive(equations, time, &x, &u, memory),
         }
         states.copy_from_slice(&x);
+        self.memory != before
     }
 
     fn next_sample(&self) -> f64 {
@@ -202,7 +233,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
     fn output_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64])) -> Vec<f64> {
         let mut slopes = vec![0.0; self.computed];
         let at = (time, &array::<N>(x), &array::<U>(u), &self.memory);
-        differentiate(&self.equations, at, (0.0, &array(dx), &array(du)), &mut slopes);
+        differentiate_varied(&self.equations, at, (0.0, &array(dx), &array(du)), &mut slopes);
         slopes.truncate(self.own());
         slopes
     }

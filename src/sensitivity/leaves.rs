@@ -6,6 +6,7 @@
 //! derivative is taken.
 
 use std::fmt;
+use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
 use serde::ser::{self, Serialize, Serializer};
@@ -14,7 +15,7 @@ use serde::ser::{self, Serialize, Serializer};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaves {
     bytes: Vec<u8>,
-    places: Vec<usize>,
+    places: Arc<[usize]>,
 }
 
 impl Leaves {
@@ -24,7 +25,13 @@ impl Leaves {
         let mut finder = Finder::default();
         memory.serialize(&mut finder).expect("a memory holds plain data");
         debug_assert_eq!(finder.length, bytes.len(), "the saved form is that of postcard");
-        Self { bytes, places: finder.places }
+        Self { bytes, places: finder.places.into() }
+    }
+
+    /// The same, faster if a memory is alike another one.
+    pub fn like<M: Serialize>(memory: &M, other: &Self) -> Self {
+        let bytes = postcard::to_allocvec(memory).expect("a memory holds plain data");
+        if other.fits(&bytes) { Self { bytes, places: other.places.clone() } } else { Self::of(memory) }
     }
 
     /// How many numbers there are.
@@ -60,12 +67,18 @@ impl Leaves {
 
     /// Whether another memory differs in nothing but its numbers.
     pub fn is_alike(&self, other: &Self) -> bool {
-        let without = |it: &Self| {
-            let mut bytes = it.bytes.clone();
-            it.places.iter().for_each(|place| bytes[*place..place + size_of::<f64>()].fill(0));
-            bytes
-        };
-        self.places == other.places && without(self) == without(other)
+        self.places == other.places && self.fits(&other.bytes)
+    }
+
+    /// Whether bytes differ in nothing but numbers: then they are those of a memory that has its numbers in the same places.
+    fn fits(&self, bytes: &[u8]) -> bool {
+        let mut start = 0;
+        self.bytes.len() == bytes.len()
+            && self.places.iter().chain([&bytes.len()]).all(|place| {
+                let between = start..*place;
+                start = place + size_of::<f64>();
+                self.bytes[between.clone()] == bytes[between]
+            })
     }
 }
 

@@ -19,7 +19,8 @@
 //! | what | how its derivative is taken |
 //! |---|---|
 //! | rates by states | exact to rounding, by dual numbers: the Jacobian of the solver |
-//! | rates by parameters, inputs and numbers of the memory | central differences of one evaluation, to 1e-9 of the largest |
+//! | rates by inputs and tunable parameters | the same, by tangents |
+//! | rates by fixed parameters and numbers of the memory | central differences of one evaluation, to 1e-9 of the largest |
 //! | indicators, what happens at events, samples | the same, along the direction; both sides are compared |
 //!
 //! Differences serve where the equations take plain numbers: a memory says how it is saved, not what it is made of
@@ -27,11 +28,18 @@
 //! all choices held, so they have nothing in common with differences of two runs. Where both sides disagree, there is no
 //! derivative, and [`NoDerivative`] says so.
 
+mod adjoint;
 mod begin;
+mod besides;
 mod companion;
+mod crossing;
+mod difference;
 mod direction;
 mod equations;
 mod leaves;
+mod memory;
+mod passage;
+mod slopes;
 mod transition;
 mod variation;
 mod way;
@@ -40,11 +48,13 @@ use std::fmt;
 
 use crate::solver::StepError;
 
+pub use self::adjoint::{Gradient, Tangents};
 pub use self::begin::{Begin, begin};
-pub use self::companion::{Companion, Driven, Slopes};
+pub use self::companion::Companion;
 pub use self::direction::{DirectionError, directions};
 pub use self::equations::{Act, At, Equations, Erased};
 pub use self::leaves::Leaves;
+pub use self::slopes::{Driven, Slopes};
 pub use self::transition::{States, Transition, columns};
 pub use self::way::{Beside, Way};
 

@@ -29,6 +29,8 @@ pub struct Transition {
     pub p: Vec<Vec<f64>>,
     /// `Q`.
     pub q: Vec<Vec<f64>>,
+    /// The columns without a derivative, counted over states, inputs and parameters, and why: their entries are not numbers.
+    pub lost: Vec<(usize, NoDerivative)>,
 }
 
 /// The continuous states that are integrated: their numbers, their places and their names.
@@ -54,32 +56,35 @@ fn is_continuous(name: &str) -> bool {
 impl Transition {
     /// That of a companion that has come across a step, with so many inputs, at whose end variables in places are the outputs;
     /// all computed variables are so many.
-    ///
-    /// # Errors
-    /// [`NoDerivative`] if there is none along any of its directions.
     pub fn of(
         companion: &mut Companion,
         (states, names, inputs): (&States, Vec<String>, usize),
         outputs: &[usize],
         computed: usize,
-    ) -> Result<Self, NoDerivative> {
+    ) -> Self {
         let after = companion.memory_names();
         let (count, mut values) = (companion.slopes().len(), vec![0.0; computed]);
-        let mut by_direction = Vec::with_capacity(count);
+        let (mut by_direction, mut lost) = (Vec::with_capacity(count), Vec::new());
         for direction in 0..count {
-            companion.outputs(direction, &mut values)?;
+            if let Err(error) = companion.outputs(direction, &mut values) {
+                lost.push((direction, error));
+                values.fill(f64::NAN);
+            }
             by_direction.push(outputs.iter().map(|place| values[*place]).collect::<Vec<_>>());
         }
         let slopes = companion.slopes();
         // What has no slope is left out: whoever asks for it finds it missing.
-        let has_slopes = |leaf: &usize| slopes.iter().all(|slopes| !slopes.memory[*leaf].is_nan());
+        let is_lost = |direction: usize| lost.iter().any(|(column, _)| *column == direction);
+        let has_slopes =
+            |leaf: &usize| slopes.iter().enumerate().all(|(column, it)| is_lost(column) || !it.memory[*leaf].is_nan());
         let kept: Vec<usize> =
             (0..after.len()).filter(|leaf| is_continuous(&after[*leaf]) && has_slopes(leaf)).collect();
-        let column = |slopes: &Slopes| -> Vec<f64> {
+        let column = |(column, slopes): (usize, &Slopes)| -> Vec<f64> {
             let of_states = states.iter().map(|(_, place, _)| slopes.states[*place]);
-            of_states.chain(kept.iter().map(|leaf| slopes.memory[*leaf])).collect()
+            let own = of_states.chain(kept.iter().map(|leaf| slopes.memory[*leaf]));
+            own.map(|slope| if is_lost(column) { f64::NAN } else { slope }).collect()
         };
-        let columns: Vec<Vec<f64>> = slopes.iter().map(column).collect();
+        let columns: Vec<Vec<f64>> = slopes.iter().enumerate().map(column).collect();
         let (n, m) = (names.len(), names.len() + inputs);
         let rows = |columns: &[Vec<f64>], count: usize| -> Vec<Vec<f64>> {
             (0..count).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
@@ -88,7 +93,7 @@ impl Transition {
         let next_states: Vec<String> =
             of_states.chain(kept.iter().map(|leaf| format!("memory.{}", after[*leaf]))).collect();
         let (next, out) = (next_states.len(), outputs.len());
-        Ok(Self {
+        Self {
             states: names,
             next_states,
             a: rows(&columns[..n], next),
@@ -97,6 +102,7 @@ impl Transition {
             d: rows(&by_direction[n..m], out),
             p: rows(&columns[m..], next),
             q: rows(&by_direction[m..], out),
-        })
+            lost,
+        }
     }
 }

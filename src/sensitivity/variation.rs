@@ -5,24 +5,25 @@
 //! ```
 //!
 //! `J` is the Jacobian of the rates along the run and `b` what a direction does to them besides. Over a piece of a step in
-//! which both are smooth they are the parabolas through their values at its start, its middle and its end: the error of that
-//! is, as that of Simpson's rule, of fifth order in the length of the piece. The method is that of the adaptive solver, Rodas4
+//! which both are smooth they are the parabolas through their values at its start, its middle and its end, or the quartics through
+//! these and the quarters: the error of that is, as that of the rules of Simpson and Boole, of fifth or seventh order in the
+//! length of the piece. The method is that of the adaptive solver, Rodas4
 //! (Hairer, Wanner (1996), Solving Ordinary Differential Equations II, 2nd edition, section IV.10), of order 4 and L-stable,
 //! for an equation that is linear: so it needs no derivative of the Jacobian along `S`.
 
-use crate::solver::RODAS;
+use nalgebra::SMatrix;
+
+use crate::hybrid::Groups;
+use crate::solver::{RODAS, Solver};
 
 /// The largest number of parts.
 const MOST_PARTS: u32 = 1 << 14;
 
-/// A square matrix, column by column.
-pub type Matrix = Vec<f64>;
-
 /// What the equations are at a point of a run.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// The Jacobian of the rates.
-    pub jacobian: Matrix,
+    /// The Jacobian of the rates, column by column.
+    pub jacobian: Vec<f64>,
     /// What each direction does to the rates besides.
     pub forcing: Vec<Vec<f64>>,
 }
@@ -31,71 +32,148 @@ pub struct Node {
 pub struct Piece<'a> {
     /// The equations at its start, its middle and its end.
     pub nodes: [&'a Node; 3],
+    /// The same a quarter and three quarters of the way, if they are known.
+    pub quarters: Option<&'a [Node; 2]>,
     /// Its length in s.
     pub length: f64,
-    /// In how many parts it is integrated.
+    /// In how many parts it is tried first.
     pub parts: u32,
 }
 
-/// Weights of the values at start, middle and end in that of a parabola at a fraction.
-fn shares(at: f64) -> [f64; 3] {
-    [(1.0 - at) * (1.0 - 2.0 * at), 4.0 * at * (1.0 - at), at * (2.0 * at - 1.0)]
+/// Which couplings between states a Jacobian has: groups, and whether they are those of a chain.
+pub type Structure = (Groups, bool);
+
+/// Weights of the values at start, middle and end, and at the quarters if they are known, in that of the polynomial through them at a
+/// fraction.
+fn shares(has_quarters: bool, at: f64) -> [f64; 5] {
+    let factor = |place: f64, other: f64| (at - other) / (place - other);
+    by_nodes(has_quarters, |place, others| others.iter().map(|other| factor(place, *other)).product())
 }
 
 /// The same of its slope per fraction.
-fn slopes(at: f64) -> [f64; 3] {
-    [4.0 * at - 3.0, 4.0 - 8.0 * at, 4.0 * at - 1.0]
+fn slopes(has_quarters: bool, at: f64) -> [f64; 5] {
+    by_nodes(has_quarters, |place, others| {
+        let without = |left_out: f64| {
+            let rest = others.iter().filter(|other| **other != left_out);
+            rest.map(|other| (at - other) / (place - other)).product::<f64>()
+        };
+        others.iter().map(|other| without(*other) / (place - other)).sum()
+    })
 }
 
-fn mean([start, middle, end]: [&[f64]; 3], [a, b, c]: [f64; 3]) -> Vec<f64> {
-    start.iter().zip(middle).zip(end).map(|((start, middle), end)| a * start + b * middle + c * end).collect()
+/// A weight for each node by its place and those of the others; 0 for those that are not known.
+fn by_nodes(has_quarters: bool, weight: impl Fn(f64, &[f64]) -> f64) -> [f64; 5] {
+    const PLACES: [f64; 5] = [0.0, 0.5, 1.0, 0.25, 0.75];
+    let known = &PLACES[..if has_quarters { 5 } else { 3 }];
+    let others = |place: usize| -> Vec<f64> { known.iter().copied().filter(|other| *other != known[place]).collect() };
+    std::array::from_fn(|place| if place < known.len() { weight(known[place], &others(place)) } else { 0.0 })
 }
 
 impl Piece<'_> {
-    fn jacobian(&self, weights: [f64; 3]) -> Matrix {
-        mean(self.nodes.map(|node| &node.jacobian[..]), weights)
+    /// The nodes that are known, with their weights.
+    fn weighted(&self, weights: [f64; 5]) -> impl Iterator<Item = (&Node, f64)> {
+        self.nodes.into_iter().chain(self.quarters.into_iter().flatten()).zip(weights)
     }
 
-    fn forcing(&self, direction: usize, weights: [f64; 3]) -> Vec<f64> {
-        mean(self.nodes.map(|node| &node.forcing[direction][..]), weights)
+    fn jacobian<const N: usize>(&self, weights: [f64; 5]) -> SMatrix<f64, N, N> {
+        let mut sum = SMatrix::<f64, N, N>::zeros();
+        for (node, weight) in self.weighted(weights).filter(|(_, weight)| *weight != 0.0) {
+            sum.iter_mut().zip(&node.jacobian).for_each(|(slot, entry)| *slot += weight * entry);
+        }
+        sum
     }
 
-    /// Where all directions are behind it, in so many parts at least as it has; the error of each part, relative to what each
-    /// state of each direction weighs, is at most 1. `None` if no number of parts is enough.
-    pub fn cross(&self, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let mut parts = self.parts;
+    fn forcing<const N: usize>(&self, direction: usize, weights: [f64; 5]) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for (node, weight) in self.weighted(weights).filter(|(_, weight)| *weight != 0.0) {
+            sum.iter_mut().zip(&node.forcing[direction]).for_each(|(slot, entry)| *slot += weight * entry);
+        }
+        sum
+    }
+
+    /// How much the linear equations bend between its three nodes, relative to weights: the rule of Simpson less that of the
+    /// trapezoids.
+    pub fn bend(&self, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
+        let off = |[start, middle, end]: [f64; 3]| (2.0 * middle - start - end) / 12.0;
+        let jacobian = self.of_nodes(|node| &node.jacobian, off);
+        let forcing = |direction: usize| self.of_nodes(|node| &node.forcing[direction], off);
+        self.length * largest(&jacobian, forcing, columns, weights)
+    }
+
+    /// How much faster slopes change than parabolas through the linear equations tell, relative to weights: the rule of Boole,
+    /// which looks at quarters, less that of Simpson.
+    pub fn roughness(&self, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
+        let Some(quarters) = self.quarters else { return 0.0 };
+        let off = |[start, middle, end]: [f64; 3]| -(0.25 * (start + end) + 1.5 * middle) * (32.0 / 90.0);
+        let with = |mut sum: Vec<f64>, of: &dyn Fn(&Node) -> &Vec<f64>| {
+            for (slot, (before, behind)) in sum.iter_mut().zip(of(&quarters[0]).iter().zip(of(&quarters[1]))) {
+                *slot += (before + behind) * (32.0 / 90.0);
+            }
+            sum
+        };
+        let jacobian = with(self.of_nodes(|node| &node.jacobian, off), &|node| &node.jacobian);
+        let forcing = |direction: usize| {
+            with(self.of_nodes(|node| &node.forcing[direction], off), &|node| &node.forcing[direction])
+        };
+        self.length * largest(&jacobian, forcing, columns, weights)
+    }
+
+    /// Numbers made of those of its nodes.
+    fn of_nodes<'a>(&'a self, of: impl Fn(&'a Node) -> &'a Vec<f64>, combine: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
+        let [start, middle, end] = self.nodes.map(of);
+        start.iter().zip(middle).zip(end).map(|((start, middle), end)| combine([*start, *middle, *end])).collect()
+    }
+
+    /// Where all directions are behind it, and in how many parts that is: the error of each part, relative to what each state of
+    /// each direction weighs, is at most 1. `None` if no number of parts is enough.
+    pub fn cross<const N: usize>(
+        &self,
+        structure: Structure,
+        columns: &[Vec<f64>],
+        weights: &[Vec<f64>],
+    ) -> Option<(Vec<Vec<f64>>, u32)> {
+        let start: Vec<[f64; N]> = columns.iter().map(|column| std::array::from_fn(|i| column[i])).collect();
+        let mut parts = self.parts.clamp(1, MOST_PARTS);
         while parts <= MOST_PARTS {
-            let (mut crossed, width) = (columns.to_vec(), 1.0 / f64::from(parts));
-            let mut errors =
-                (0..parts).map(|part| self.cross_part(f64::from(part) * width, width, &mut crossed, weights));
+            let (mut crossed, width) = (start.clone(), 1.0 / f64::from(parts));
+            let mut errors = (0..parts)
+                .map(|part| self.cross_part(structure, [f64::from(part) * width, width], &mut crossed, weights));
             if errors.all(|error| error.is_some_and(|error| error <= 1.0)) {
-                return Some(crossed);
+                return Some((crossed.into_iter().map(Vec::from).collect(), parts));
             }
             parts *= 2;
         }
         None
     }
 
-    /// Takes all directions across a part, and returns the largest error; `None` if the equations of a stage have no solution.
-    fn cross_part(&self, from: f64, width: f64, columns: &mut [Vec<f64>], weights: &[Vec<f64>]) -> Option<f64> {
+    /// Takes all directions across a part from a fraction on, and returns the largest error; `None` if the equations of a stage
+    /// have no solution.
+    fn cross_part<const N: usize>(
+        &self,
+        (groups, is_chain): Structure,
+        [from, width]: [f64; 2],
+        columns: &mut [[f64; N]],
+        weights: &[Vec<f64>],
+    ) -> Option<f64> {
         let h = self.length * width;
-        let at = |fraction: f64| shares(from + fraction * width);
+        let has_quarters = self.quarters.is_some();
+        let at = |fraction: f64| shares(has_quarters, from + fraction * width);
         let times = [RODAS.times[0], RODAS.times[1], RODAS.times[2], RODAS.times[3], 1.0, 1.0].map(at);
-        let of_stages: [Matrix; 5] = std::array::from_fn(|stage| self.jacobian(times[stage]));
-        let slope_weights = slopes(from).map(|weight| weight / self.length);
+        let of_stages: [SMatrix<f64, N, N>; 5] = std::array::from_fn(|stage| self.jacobian(times[stage]));
+        let slope_weights = slopes(has_quarters, from).map(|weight| weight / self.length);
         let slope = self.jacobian(slope_weights);
-        let n = columns.first().map_or(0, Vec::len);
-        let factors = Factors::new(&of_stages[0], 1.0 / (RODAS.gamma * h), n)?;
-        let mut stages: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; n]);
-        let (mut argument, mut largest) = (vec![0.0; n], 0.0f64);
+        let solver = Solver::new(&of_stages[0], 1.0 / (RODAS.gamma * h), groups, is_chain)?;
+        let mut largest = 0.0f64;
         for (direction, column) in columns.iter_mut().enumerate() {
+            let mut stages = [[0.0; N]; 6];
             let mut drift = self.forcing(direction, slope_weights);
             add_product(&mut drift, &slope, column);
+            let mut argument = *column;
             for stage in 0..6 {
                 if stage == 5 {
                     add(&mut argument, &stages[4], 1.0);
                 } else {
-                    argument.copy_from_slice(column);
+                    argument = *column;
                     for (weight, other) in RODAS.arguments[stage].iter().zip(&stages) {
                         add(&mut argument, other, *weight);
                     }
@@ -108,82 +186,41 @@ impl Piece<'_> {
                 if let Some(weight) = RODAS.drifts.get(stage) {
                     add(&mut right, &drift, *weight * h);
                 }
-                factors.solve(&mut right);
-                stages[stage] = right;
+                stages[stage] = solver.solve(&right, groups);
             }
             // The last stage is the difference between the solutions of order 4 and 3.
             for (error, weight) in stages[5].iter().zip(&weights[direction]) {
                 largest = largest.max(error.abs() / weight);
             }
-            column.copy_from_slice(&argument);
+            *column = argument;
             add(column, &stages[5], 1.0);
         }
         columns.iter().flatten().all(|value| value.is_finite()).then_some(largest)
     }
 }
 
-fn add(sum: &mut [f64], other: &[f64], weight: f64) {
+/// The largest rate at which a part of the linear equations changes states, relative to weights.
+fn largest(jacobian: &[f64], forcing: impl Fn(usize) -> Vec<f64>, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
+    let of = |(direction, (column, weights)): (usize, (&Vec<f64>, &Vec<f64>))| {
+        let mut rates = forcing(direction);
+        for (entries, state) in jacobian.chunks_exact(column.len()).zip(column).filter(|(_, state)| **state != 0.0) {
+            rates.iter_mut().zip(entries).for_each(|(rate, entry)| *rate += entry * state);
+        }
+        rates.iter().zip(weights).fold(0.0f64, |largest, (rate, weight)| largest.max(rate.abs() / weight))
+    };
+    columns.iter().zip(weights).enumerate().map(of).fold(0.0, f64::max)
+}
+
+fn add<const N: usize>(sum: &mut [f64; N], other: &[f64; N], weight: f64) {
     for (slot, value) in sum.iter_mut().zip(other) {
         *slot += weight * value;
     }
 }
 
-fn add_product(sum: &mut [f64], matrix: &[f64], vector: &[f64]) {
-    for (column, factor) in matrix.chunks_exact(vector.len()).zip(vector) {
+fn add_product<const N: usize>(sum: &mut [f64; N], matrix: &SMatrix<f64, N, N>, vector: &[f64; N]) {
+    for (column, factor) in matrix.data.0.iter().zip(vector) {
         if *factor != 0.0 {
             add(sum, column, *factor);
-        }
-    }
-}
-
-/// The factors of `shift*I - J`, by Gaussian elimination with partial pivoting.
-struct Factors {
-    n: usize,
-    matrix: Matrix,
-    /// The row that took the place of each.
-    swaps: Vec<usize>,
-}
-
-impl Factors {
-    fn new(jacobian: &[f64], shift: f64, n: usize) -> Option<Self> {
-        let mut matrix: Matrix = jacobian.iter().map(|entry| -entry).collect();
-        (0..n).for_each(|k| matrix[k * n + k] += shift);
-        let mut swaps = Vec::with_capacity(n);
-        for k in 0..n {
-            let best = (k..n).max_by(|a, b| matrix[k * n + a].abs().total_cmp(&matrix[k * n + b].abs()))?;
-            swaps.push(best);
-            for j in 0..n {
-                matrix.swap(j * n + k, j * n + best);
-            }
-            let inverse = 1.0 / matrix[k * n + k];
-            if !inverse.is_finite() {
-                return None;
-            }
-            for i in k + 1..n {
-                matrix[k * n + i] *= inverse;
-            }
-            for j in k + 1..n {
-                let (before, column) = matrix.split_at_mut(j * n);
-                let factor = column[k];
-                if factor != 0.0 {
-                    add(&mut column[k + 1..n], &before[k * n + k + 1..(k + 1) * n], -factor);
-                }
-            }
-        }
-        Some(Self { n, matrix, swaps })
-    }
-
-    fn solve(&self, right: &mut [f64]) {
-        let n = self.n;
-        self.swaps.iter().enumerate().for_each(|(k, best)| right.swap(k, *best));
-        for k in 0..n {
-            let factor = right[k];
-            add(&mut right[k + 1..], &self.matrix[k * n + k + 1..(k + 1) * n], -factor);
-        }
-        for k in (0..n).rev() {
-            right[k] /= self.matrix[k * n + k];
-            let factor = right[k];
-            add(&mut right[..k], &self.matrix[k * n..k * n + k], -factor);
         }
     }
 }
@@ -191,6 +228,9 @@ impl Factors {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Every state may change every other.
+    const DENSE: Structure = ([0, 0], false);
 
     fn node(jacobian: f64, forcing: f64) -> Node {
         Node { jacobian: vec![jacobian], forcing: vec![vec![forcing]] }
@@ -204,8 +244,8 @@ mod tests {
             for piece in 0..pieces {
                 let nodes = [0.0, 0.5, 1.0].map(|part| (f64::from(piece) + part) * h).map(|t| node(-t, t));
                 let [start, middle, end] = &nodes;
-                let piece = Piece { nodes: [start, middle, end], length: h, parts: 1 };
-                columns = piece.cross(&columns, &[vec![f64::INFINITY]]).expect("solvable");
+                let piece = Piece { nodes: [start, middle, end], quarters: None, length: h, parts: 1 };
+                columns = piece.cross::<1>(DENSE, &columns, &[vec![f64::INFINITY]]).expect("solvable").0;
             }
             (columns[0][0] - (1.0 - (-0.5f64).exp())).abs()
         };
@@ -218,8 +258,8 @@ mod tests {
     #[test]
     fn stiff_relaxation_ends_where_it_leads() {
         let stiff = node(-1e9, 3e9);
-        let piece = Piece { nodes: [&stiff; 3], length: 1e-3, parts: 1 };
-        let columns = piece.cross(&[vec![1.0]], &[vec![f64::INFINITY]]).expect("solvable");
+        let piece = Piece { nodes: [&stiff; 3], quarters: None, length: 1e-3, parts: 1 };
+        let (columns, _) = piece.cross::<1>(DENSE, &[vec![1.0]], &[vec![f64::INFINITY]]).expect("solvable");
         assert!((columns[0][0] - 3.0).abs() < 2e-5, "{}", columns[0][0]);
     }
 
@@ -227,28 +267,23 @@ mod tests {
     #[test]
     fn parts_are_as_many_as_the_error_asks_for() {
         let swing = Node { jacobian: vec![0.0, -1e4, 1.0, 0.0], forcing: vec![vec![0.0; 2]] };
-        let piece = Piece { nodes: [&swing; 3], length: 0.1, parts: 1 };
-        let columns = piece.cross(&[vec![1.0, 0.0]], &[vec![1e-9, 1e-7]]).expect("parts enough");
+        let piece = Piece { nodes: [&swing; 3], quarters: None, length: 0.1, parts: 1 };
+        let (columns, _) = piece.cross::<2>(DENSE, &[vec![1.0, 0.0]], &[vec![1e-9, 1e-7]]).expect("parts enough");
         assert!((columns[0][0] - 10.0f64.cos()).abs() < 1e-7, "{columns:?}");
     }
 
+    /// A polynomial through all nodes meets a power that it can, and its slope.
     #[test]
-    fn parabola_meets_its_values() {
-        for (place, at) in [0.0, 0.5, 1.0].into_iter().enumerate() {
-            let expected: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == place)));
-            assert_eq!(shares(at), expected);
-        }
-    }
-
-    /// A matrix whose first pivot is 0 without an exchange of rows.
-    #[test]
-    fn factors_solve_a_system_that_needs_pivots() {
-        // shift*I - J with shift 1 is [[0, 2, 0], [1, 1, 0], [0, 3, 4]].
-        let jacobian = [1.0, -1.0, 0.0, -2.0, 0.0, -3.0, 0.0, 0.0, -3.0];
-        let mut right = [4.0, 3.0, 14.0];
-        Factors::new(&jacobian, 1.0, 3).expect("regular").solve(&mut right);
-        for (found, expected) in right.into_iter().zip([1.0, 2.0, 2.0]) {
-            assert!((found - expected).abs() < 2e-15, "{found}, not {expected}, by more than some roundings");
+    fn polynomial_meets_powers_and_their_slopes() {
+        for (has_quarters, power) in [(false, 2), (true, 4)] {
+            let places: &[f64] = if has_quarters { &[0.0, 0.5, 1.0, 0.25, 0.75] } else { &[0.0, 0.5, 1.0] };
+            let sum =
+                |weights: [f64; 5]| places.iter().zip(weights).map(|(it, weight)| weight * it.powi(power)).sum::<f64>();
+            for at in [0.0f64, 0.3, 0.5, 0.9, 1.0] {
+                // Some roundings of weights up to 16.
+                assert!((sum(shares(has_quarters, at)) - at.powi(power)).abs() < 1e-14);
+                assert!((sum(slopes(has_quarters, at)) - f64::from(power) * at.powi(power - 1)).abs() < 1e-13);
+            }
         }
     }
 }

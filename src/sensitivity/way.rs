@@ -1,24 +1,32 @@
 //! Directions in which a run is differentiated.
 
 use super::NoDerivative;
-use super::companion::{SHARE, Slopes};
+use super::difference::SHARE;
 use super::equations::Equations;
 use super::leaves::Leaves;
+use super::slopes::{Slopes, along, any, slope_between};
 
 /// Equations whose parameter differs from the present one by an offset, if they exist.
 pub type Beside = Box<dyn Fn(f64) -> Option<Box<dyn Equations>> + Send>;
 
+/// Most equations beside the present ones that are kept.
+const MOST_KEPT: usize = 64;
+
 /// A direction in which a run is differentiated.
 pub struct Way {
     /// The equations beside the present ones.
-    pub(super) beside: Option<Beside>,
+    beside: Option<Beside>,
+    /// Those that have been built, with their offsets.
+    built: Vec<(f64, Box<dyn Equations>)>,
+    /// The present equations, with the parameter as it varies, where rates tell exactly how.
+    pub(super) varied: Option<Box<dyn Equations>>,
     /// Magnitude of the parameter.
     pub(super) magnitude: f64,
     /// The side on which there are equations, where there are none on the other.
     pub(super) one_sided: Option<f64>,
     /// Equations beside the present ones and their weights in the derivative; the present ones have the rest, so that all
     /// weights add up to 0.
-    pub(super) stencil: Vec<(Box<dyn Equations>, f64)>,
+    stencil: Vec<(Box<dyn Equations>, f64)>,
     /// What is added to the inputs.
     pub(super) inputs: Vec<f64>,
 }
@@ -26,7 +34,9 @@ pub struct Way {
 impl Way {
     /// One in which neither parameters nor inputs, of a number, change: that of a state.
     pub fn still(inputs: usize) -> Self {
-        Self { beside: None, magnitude: 1.0, one_sided: None, stencil: Vec::new(), inputs: vec![0.0; inputs] }
+        let (beside, varied, one_sided) = (None, None, None);
+        let (built, stencil, inputs) = (Vec::new(), Vec::new(), vec![0.0; inputs]);
+        Self { beside, built, varied, magnitude: 1.0, one_sided, stencil, inputs }
     }
 
     /// The direction of an input among a number of them.
@@ -47,13 +57,61 @@ impl Way {
             [true, false] => ([(-1.0, -2.0), (-2.0, 0.5)], Some(-1.0)),
             [false, false] => return None,
         };
-        let built = weights.into_iter().map(|(at, weight)| Some((beside(at * offset)?, weight / offset)));
-        let stencil = built.collect::<Option<_>>()?;
-        Some(Self { beside: Some(beside), magnitude, one_sided, stencil, inputs: vec![0.0; inputs] })
+        let stencil = weights.into_iter().map(|(at, weight)| Some((beside(at * offset)?, weight / offset)));
+        let stencil = stencil.collect::<Option<_>>()?;
+        Some(Self { beside: Some(beside), magnitude, one_sided, stencil, ..Self::still(inputs) })
     }
 
-    /// The derivative of numbers by the parameter, with states, inputs and memory held; nothing if none varies.
+    /// The same with equations whose parameter varies, so that rates and computed variables need no others beside them.
+    pub fn with_varied(self, varied: Option<Box<dyn Equations>>) -> Self {
+        Self { varied, ..self }
+    }
+
+    /// Whether neither parameters nor inputs change.
+    pub(super) fn is_still(&self) -> bool {
+        self.beside.is_none() && !any(&self.inputs)
+    }
+
+    /// Whether there are equations beside the present ones: whether the direction is that of a parameter.
+    pub(super) fn has_beside(&self) -> bool {
+        self.beside.is_some()
+    }
+
+    /// The equations at an offset of the parameter, if they exist.
+    pub(super) fn beside(&mut self, offset: f64) -> Option<&mut dyn Equations> {
+        let place = match self.built.iter().position(|(built, _)| *built == offset) {
+            Some(place) => place,
+            None => {
+                let equations = (self.beside.as_ref()?)(offset)?;
+                if self.built.len() == MOST_KEPT {
+                    self.built.clear();
+                }
+                self.built.push((offset, equations));
+                self.built.len() - 1
+            }
+        };
+        Some(self.built[place].1.as_mut())
+    }
+
+    /// Lets the equations that rates are evaluated with have a memory.
+    pub(super) fn remember(&mut self, memory: &Leaves) {
+        match &mut self.varied {
+            Some(varied) => varied.remember(memory),
+            None => self.stencil.iter_mut().for_each(|(equations, _)| equations.remember(memory)),
+        }
+    }
+
+    /// The derivative of numbers by the parameter, with states, inputs and memory held; nothing if there is none, or if the
+    /// equations [vary](Self::with_varied) themselves.
     pub(super) fn by_parameter(
+        &self,
+        present: &dyn Equations,
+        evaluate: impl Fn(&dyn Equations) -> Vec<f64>,
+    ) -> Option<Vec<f64>> {
+        if self.varied.is_some() { None } else { self.by_difference(present, evaluate) }
+    }
+
+    fn by_difference(
         &self,
         present: &dyn Equations,
         evaluate: impl Fn(&dyn Equations) -> Vec<f64>,
@@ -68,22 +126,36 @@ impl Way {
         Some(slopes)
     }
 
-    /// The slopes with which a run starts under inputs.
+    /// The slopes with which a run starts under inputs, to which the direction may add.
     pub fn slopes_of_start(&self, present: &dyn Equations, inputs: &[f64]) -> Slopes {
         let (x, base) = present.start(inputs);
-        let is_alike = |equations: &dyn Equations| equations.start(inputs).1.is_alike(&base);
+        let offsets = self.inputs.iter().zip(inputs).filter(|(slope, _)| **slope != 0.0);
+        let offset = offsets.fold(f64::INFINITY, |least, (_, input)| least.min(SHARE * input.abs().max(1.0)));
+        // Equations and inputs beside the present ones.
+        let mut beside: Vec<(&dyn Equations, Vec<f64>)> =
+            self.stencil.iter().map(|(equations, _)| (equations.as_ref(), inputs.to_vec())).collect();
+        if offset.is_finite() {
+            beside.extend([1.0, -1.0].map(|sign| (present, along(inputs, &self.inputs, sign * offset))));
+        }
         let still = Slopes::new(vec![0.0; x.len()], vec![0.0; base.count()]);
-        if !self.stencil.iter().all(|(beside, _)| is_alike(beside.as_ref())) {
+        if !beside.iter().all(|(equations, inputs)| equations.start(inputs).1.is_alike(&base)) {
             let reason = "the modes differ from one side of it to the other".to_owned();
             return Slopes { lost: Some(NoDerivative { time: 0.0, event: "the start".to_owned(), reason }), ..still };
         }
-        let numbers = |equations: &dyn Equations| {
+        let numbers = |equations: &dyn Equations, inputs: &[f64]| -> Vec<f64> {
             let (x, memory): (_, Leaves) = equations.start(inputs);
             // What never was, as the begin of a rest that always was, has no slope.
             let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
             x.into_iter().chain(memory.values().into_iter().map(finite)).collect()
         };
-        let Some(slopes) = self.by_parameter(present, numbers) else { return still };
+        let by_inputs = || match &beside[..] {
+            [(_, above), (_, below)] => {
+                Some(slope_between(&numbers(present, above), &numbers(present, below), 2.0 * offset))
+            }
+            _ => None,
+        };
+        let slopes = self.by_difference(present, |equations| numbers(equations, inputs)).or_else(by_inputs);
+        let Some(slopes) = slopes else { return still };
         Slopes::new(slopes[..x.len()].to_vec(), slopes[x.len()..].to_vec())
     }
 }

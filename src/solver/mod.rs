@@ -18,6 +18,7 @@ pub use balance::Balance;
 pub use counters::Counters;
 pub use error::{Course, Rejection, StepError};
 pub use linear::Inverse;
+pub(crate) use linear::Solver;
 pub use rosenbrock::RODAS;
 pub use run::{Mark, Progress, Run};
 pub use settings::{Scheme, Settings, Tuning};

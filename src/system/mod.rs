@@ -188,6 +188,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// Takes the samples that are due at a time in s.
     fn sample<const N: usize>(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
 
+    /// Names of the numbers of the memory that samples round, such as `sensors[1].reading`: they change in jumps, and have no
+    /// derivative.
+    fn rounded(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
     /// alone all that the equations depend on.
     fn arrive<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}

@@ -438,6 +438,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         self.friction.depends_on_time()
     }
 
+    fn rounded(&self) -> Vec<String> {
+        self.sensors.rounded()
+    }
+
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
         let u = &Inputs::read(u);
         if EXTENDED {

@@ -78,6 +78,13 @@ impl Sensors {
         Ok(())
     }
 
+    /// Names of the readings that are rounded, in the memory of all.
+    pub fn rounded(&self) -> Vec<String> {
+        let has_resolution = |(_, sensor): &(usize, &Sensor)| sensor.resolution > 0.0;
+        let rounded = self.all().into_iter().enumerate().filter(has_resolution);
+        rounded.map(|(place, _)| format!("sensors[{}].reading", place + 1)).collect()
+    }
+
     /// What they remember at the start, of quantities that have been there for long.
     pub fn start(&self, quantities: [f64; COUNT]) -> Memory {
         let (all, mut seeds) = (self.all(), self.seed);

@@ -1,0 +1,226 @@
+//! Steps of a plant as linear maps, and gradients of whole runs by the chain of them backwards.
+
+use super::{Plant, Saved};
+use crate::model::find;
+use crate::sensitivity::{
+    Along, DirectionError, Gradient, Slopes, States, Tangents, Transition, TransitionError, columns, directions,
+};
+use crate::variables::Place;
+
+/// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
+const SEGMENT: usize = 64;
+
+/// The columns and rows of a transition.
+struct Columns {
+    along: Vec<Along>,
+    states: States,
+    names: Vec<String>,
+    /// Places of the outputs among the computed variables.
+    outputs: Vec<usize>,
+}
+
+/// The steps of a run: the times in s at their ends and the inputs that are held over each.
+#[derive(Clone, Copy, Debug)]
+pub struct Steps<'a> {
+    /// The times in s.
+    pub ends: &'a [f64],
+    /// The inputs, in the order of the table.
+    pub inputs: &'a [Vec<f64>],
+}
+
+impl Plant {
+    /// Integrates to a time in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
+    /// last are given by their names, and what these do to outputs at its end.
+    ///
+    /// # Errors
+    /// [`TransitionError`] for a name, and nothing has been done then, or for a step that cannot be made. A direction without a
+    /// derivative has a column of what are no numbers, and [`Transition::lost`] tells why.
+    pub fn transition(
+        &mut self,
+        end: f64,
+        parameters: &[&str],
+        outputs: &[&str],
+    ) -> Result<Transition, TransitionError> {
+        self.linearised(Some(end), parameters, outputs)
+    }
+
+    /// How a scalar of a run from here on changes with what is added to the inputs over each step, with the present states and
+    /// numbers of the memory, and with parameters. In a run that has not begun yet, the first inputs and parameters act on its start,
+    /// too. The scalar is a weighted sum of outputs: `weight` has the weight of an output,
+    /// by its place, at the begin (0) and behind each step. Before every step of the way `go_on` is asked whether to go on; if not,
+    /// there is no gradient.
+    ///
+    /// It is the chain of [transitions](Self::transition) backwards. On the way there a state is saved every 64 steps; on the way
+    /// back the steps between two of these are repeated, bit for bit, and their transitions held. So it takes two runs and the
+    /// transitions, however many inputs there are, and the memory of 64 transitions besides the inputs.
+    ///
+    /// # Errors
+    /// [`TransitionError`]; the plant is somewhere in the run then, and at its begin otherwise. Where there is no derivative with
+    /// respect to an input over a step, the gradient has what is no number.
+    pub fn gradient(
+        &mut self,
+        steps: Steps,
+        parameters: &[&str],
+        outputs: &[&str],
+        weight: impl Fn(usize, usize) -> f64,
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<Option<Gradient>, TransitionError> {
+        let of_start = self.start_slopes(parameters)?;
+        let at_start = self.linearised(None, parameters, outputs)?;
+        let mut saved: Vec<Saved> = Vec::new();
+        for (index, (end, inputs)) in steps.ends.iter().zip(steps.inputs).enumerate() {
+            if !go_on() {
+                return Ok(None);
+            }
+            if index % SEGMENT == 0 {
+                saved.push(self.save());
+            }
+            self.set_inputs(inputs);
+            self.advance_to(*end).map_err(TransitionError::Step)?;
+        }
+        let mut gradient = Gradient::new(steps.ends.len(), self.inputs.len(), parameters.len());
+        for (segment, saved) in saved.iter().enumerate().rev() {
+            self.restore(saved).expect("a state of this plant");
+            let first = segment * SEGMENT;
+            let all = first..(first + SEGMENT).min(steps.ends.len());
+            let mut transitions = Vec::with_capacity(SEGMENT);
+            for index in all.clone() {
+                if !go_on() {
+                    return Ok(None);
+                }
+                self.set_inputs(&steps.inputs[index]);
+                transitions.push((self.time(), self.linearised(Some(steps.ends[index]), parameters, outputs)?));
+            }
+            for (index, (time, transition)) in all.zip(transitions).rev() {
+                let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(index + 1, output)).collect();
+                gradient.go_back(index, time, &transition, &weights)?;
+            }
+        }
+        let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(0, output)).collect();
+        gradient.begin(self.time(), &at_start, &of_start, &weights)?;
+        if let Some(saved) = saved.first() {
+            self.restore(saved).expect("a state of this plant");
+        }
+        Ok(Some(gradient))
+    }
+
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        inputs.iter().enumerate().for_each(|(place, value)| self.set_input(place, *value));
+    }
+
+    /// How states and numbers of the memory begin with inputs and parameters, if the run has not begun yet: a column for each.
+    fn start_slopes(&mut self, parameters: &[&str]) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
+        let Columns { along, states, names, .. } = self.columns(parameters, &[])?;
+        let companion = self.companion_along(&along[names.len()..], true).map_err(|_| self.unlike(parameters))?;
+        let memory = companion.memory_names();
+        let column = |slopes: &Slopes| match &slopes.lost {
+            Some(lost) => Err(TransitionError::NoDerivative(lost.clone().later(self.begin()))),
+            None => {
+                let of_states = states.iter().map(|(_, place, name)| (name.clone(), slopes.states[*place]));
+                let of_memory =
+                    memory.iter().zip(&slopes.memory).map(|(name, slope)| (format!("memory.{name}"), *slope));
+                Ok(of_states.chain(of_memory).collect())
+            }
+        };
+        companion.slopes().iter().map(column).collect()
+    }
+
+    /// How outputs of a run from here on change along a direction, at the begin and behind each step: with what is added to the
+    /// inputs over each step, and with parameters. By the chain of [transitions](Self::transition) forwards, of which one is held
+    /// at a time.
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient).
+    pub fn tangent(
+        &mut self,
+        steps: Steps,
+        (parameters, seeds): (&[&str], &[f64]),
+        outputs: &[&str],
+        seed: impl Fn(usize, usize) -> f64,
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<Option<Vec<Vec<f64>>>, TransitionError> {
+        let of_start = self.start_slopes(parameters)?;
+        let at_start = self.linearised(None, parameters, outputs)?;
+        let added = |step: usize| (0..self.inputs.len()).map(|input| seed(step, input)).collect::<Vec<_>>();
+        let courses: Vec<Vec<f64>> = (0..steps.ends.len()).map(added).collect();
+        let first = courses.first().cloned().unwrap_or_else(|| vec![0.0; self.inputs.len()]);
+        let mut tangent = Tangents::begin(&of_start, &[&first[..], seeds].concat());
+        let mut rows = vec![tangent.outputs(&at_start, &first, seeds)];
+        for ((end, inputs), added) in steps.ends.iter().zip(steps.inputs).zip(&courses) {
+            if !go_on() {
+                return Ok(None);
+            }
+            self.set_inputs(inputs);
+            let time = self.time();
+            let transition = self.linearised(Some(*end), parameters, outputs)?;
+            tangent.check(&transition, time)?;
+            rows.push(tangent.outputs(&transition, added, seeds));
+            tangent.go_on(&transition, added, seeds);
+        }
+        Ok(Some(rows))
+    }
+
+    fn unlike(&self, parameters: &[&str]) -> TransitionError {
+        let reason = "this run has no equations that can be differentiated by it";
+        TransitionError::Direction(DirectionError::refused(parameters.first().unwrap_or(&"states"), reason))
+    }
+
+    fn columns(&self, parameters: &[&str], outputs: &[&str]) -> Result<Columns, TransitionError> {
+        let table = self.table();
+        let refused = |name: &str, reason| TransitionError::Direction(DirectionError::refused(name, reason));
+        let along = directions(table, parameters).map_err(TransitionError::Direction)?;
+        if let Some(place) = along.iter().position(|along| !matches!(along, Along::Parameter(_))) {
+            return Err(refused(
+                parameters[place],
+                "it is no parameter: states and inputs are among the columns anyway",
+            ));
+        }
+        let mut places = Vec::with_capacity(outputs.len());
+        for name in outputs {
+            let entry =
+                find(table, name).map_err(|error| TransitionError::Direction(DirectionError::Unknown(error)))?;
+            let Place::Computed(place) = entry.place else {
+                return Err(refused(name, "as an output: it is not computed"));
+            };
+            places.push(place);
+        }
+        let numbered = table.states().enumerate().filter_map(|(number, reference)| {
+            let place = self.simulation.state_index(number)?;
+            Some((number, place, table.by_reference(reference)?.variable.name.clone()))
+        });
+        let states: States = numbered.collect();
+        let memory = self.simulation.equations().map(|equations| equations.memory_names()).unwrap_or_default();
+        let (along, names) = columns(&states, &memory, self.inputs.len(), &along);
+        Ok(Columns { along, states, names, outputs: places })
+    }
+
+    /// The linear map of a step to a time in s, or of none.
+    fn linearised(
+        &mut self,
+        end: Option<f64>,
+        parameters: &[&str],
+        outputs: &[&str],
+    ) -> Result<Transition, TransitionError> {
+        let Columns { along, states, names, outputs } = self.columns(parameters, outputs)?;
+        let companion = self.companion_along(&along, false).map_err(|_| self.unlike(parameters))?;
+        let mut companion = match end {
+            None => companion,
+            Some(end) => {
+                self.aside = Some(companion);
+                self.simulation.leave_trail(true);
+                let outcome = self.advance_to(end);
+                if self.companion.is_none() {
+                    self.simulation.leave_trail(false);
+                }
+                let companion = self.aside.take();
+                outcome.map_err(TransitionError::Step)?;
+                companion.expect("a companion of this step")
+            }
+        };
+        let (inputs, computed) = (self.inputs.len(), self.computed.len());
+        let mut transition = Transition::of(&mut companion, (&states, names, inputs), &outputs, computed);
+        let begin = self.begin();
+        transition.lost.iter_mut().for_each(|(_, lost)| *lost = lost.clone().later(begin));
+        Ok(transition)
+    }
+}

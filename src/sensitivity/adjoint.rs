@@ -1,0 +1,157 @@
+//! The chain of transitions, backwards and forwards.
+
+use super::{NoDerivative, Transition, TransitionError};
+
+/// How a scalar of a run changes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gradient {
+    /// With what is added to each input over each step: by step and input, in the unit of the scalar per unit.
+    pub inputs: Vec<Vec<f64>>,
+    /// With the states at the begin, by their names, and with the numbers of the memory (`memory.friction.since`). On the way
+    /// back these are the states at a point of the run.
+    pub states: Vec<(String, f64)>,
+    /// With each parameter.
+    pub parameters: Vec<f64>,
+}
+
+impl Gradient {
+    /// That of nothing yet, at the end of a run.
+    pub fn new(steps: usize, inputs: usize, parameters: usize) -> Self {
+        Self { inputs: vec![vec![0.0; inputs]; steps], states: Vec::new(), parameters: vec![0.0; parameters] }
+    }
+
+    /// Goes back over a step that begins at a time in s, of outputs with weights at its end.
+    ///
+    /// # Errors
+    /// [`TransitionError::NoDerivative`] where what follows depends on a number of the memory that has no slope.
+    pub fn go_back(
+        &mut self,
+        step: usize,
+        time: f64,
+        transition: &Transition,
+        weights: &[f64],
+    ) -> Result<(), TransitionError> {
+        let behind = self.weights_of(&transition.next_states, time)?;
+        let Transition { a, b, c, d, p, q, states, .. } = transition;
+        let states_before = states
+            .iter()
+            .enumerate()
+            .map(|(column, name)| (name.clone(), weighted(a, &behind, column) + weighted(c, weights, column)));
+        let before: Vec<(String, f64)> = states_before.collect();
+        for (column, slot) in self.inputs[step].iter_mut().enumerate() {
+            *slot += weighted(b, &behind, column) + weighted(d, weights, column);
+        }
+        for (column, slot) in self.parameters.iter_mut().enumerate() {
+            *slot += weighted(p, &behind, column) + weighted(q, weights, column);
+        }
+        self.states = before;
+        Ok(())
+    }
+
+    /// Arrives at the begin, where outputs have weights, and states depend on the first inputs and on parameters: a column for each.
+    ///
+    /// # Errors
+    /// As [`go_back`](Self::go_back).
+    pub fn begin(
+        &mut self,
+        time: f64,
+        here: &Transition,
+        of_start: &[Vec<(String, f64)>],
+        weights: &[f64],
+    ) -> Result<(), TransitionError> {
+        let behind = self.weights_of(&here.states, time)?;
+        let own = behind.iter().enumerate().map(|(column, weight)| weight + weighted(&here.c, weights, column));
+        self.states = here.states.iter().cloned().zip(own).collect();
+        for (column, slot) in self.parameters.iter_mut().enumerate() {
+            *slot += weighted(&here.q, weights, column);
+        }
+        let first = self.inputs.first_mut().into_iter().flatten();
+        for (slot, start) in first.chain(&mut self.parameters).zip(of_start) {
+            for (name, weight) in self.states.iter().filter(|(_, weight)| *weight != 0.0) {
+                let slope = value_of(start, name);
+                *slot += if slope == 0.0 { 0.0 } else { weight * slope };
+            }
+        }
+        Ok(())
+    }
+
+    /// The weights of states by their names; of others there are none but 0.
+    fn weights_of(&self, names: &[String], time: f64) -> Result<Vec<f64>, TransitionError> {
+        let is_lost = |(name, weight): &&(String, f64)| *weight != 0.0 && !weight.is_nan() && !names.contains(name);
+        if let Some((name, _)) = self.states.iter().find(is_lost) {
+            let reason = "what follows depends on it, and it has no slope".to_owned();
+            return Err(TransitionError::NoDerivative(NoDerivative { time, event: name.clone(), reason }));
+        }
+        Ok(names.iter().map(|name| value_of(&self.states, name)).collect())
+    }
+}
+
+/// The chain of transitions forwards: slopes of states along a direction, by their names.
+#[derive(Clone, Debug)]
+pub struct Tangents {
+    states: Vec<(String, f64)>,
+}
+
+impl Tangents {
+    /// Begins with those that come from columns times seeds.
+    pub fn begin(of_start: &[Vec<(String, f64)>], seeds: &[f64]) -> Self {
+        let names = of_start.first().into_iter().flatten().map(|(name, _)| name);
+        let slope = |name: &String| of_start.iter().zip(seeds).map(|(start, seed)| seed * value_of(start, name)).sum();
+        Self { states: names.map(|name| (name.clone(), slope(name))).collect() }
+    }
+
+    /// Checks that all states of a step that begins at a time in s have slopes.
+    ///
+    /// # Errors
+    /// [`TransitionError::NoDerivative`] where what follows depends on a number of the memory that has none.
+    pub fn check(&self, transition: &Transition, time: f64) -> Result<(), TransitionError> {
+        let Transition { states, a, c, .. } = transition;
+        let matters = |column: usize| a.iter().chain(c).any(|row| row[column] != 0.0);
+        let is_lost =
+            |(column, name): &(usize, &String)| self.states.iter().all(|(other, _)| other != *name) && matters(*column);
+        let Some((_, name)) = states.iter().enumerate().find(is_lost) else { return Ok(()) };
+        let reason = "what follows depends on it, and it has no slope".to_owned();
+        Err(TransitionError::NoDerivative(NoDerivative { time, event: name.clone(), reason }))
+    }
+
+    /// The outputs at the end of a step.
+    pub fn outputs(&self, transition: &Transition, inputs: &[f64], parameters: &[f64]) -> Vec<f64> {
+        self.rows([&transition.c, &transition.d, &transition.q], transition, inputs, parameters)
+    }
+
+    /// Goes on over a step.
+    pub fn go_on(&mut self, transition: &Transition, inputs: &[f64], parameters: &[f64]) {
+        let next = self.rows([&transition.a, &transition.b, &transition.p], transition, inputs, parameters);
+        self.states = transition.next_states.iter().cloned().zip(next).collect();
+    }
+
+    fn rows(
+        &self,
+        [by_states, by_inputs, by_parameters]: [&[Vec<f64>]; 3],
+        transition: &Transition,
+        inputs: &[f64],
+        parameters: &[f64],
+    ) -> Vec<f64> {
+        let states: Vec<f64> = transition.states.iter().map(|name| value_of(&self.states, name)).collect();
+        let product = |row: &[f64], factors: &[f64]| {
+            let terms = row.iter().zip(factors).map(|(a, b)| if *a == 0.0 || *b == 0.0 { 0.0 } else { a * b });
+            terms.sum::<f64>()
+        };
+        let rows = by_states.iter().zip(by_inputs).zip(by_parameters);
+        rows.map(|((x, u), p)| product(x, &states) + product(u, inputs) + product(p, parameters)).collect()
+    }
+}
+
+/// The number of a name; 0 if there is none.
+fn value_of(numbers: &[(String, f64)], name: &str) -> f64 {
+    numbers.iter().find(|(other, _)| other == name).map_or(0.0, |(_, value)| *value)
+}
+
+/// The sum of the entries of a column, each with the weight of its row.
+fn weighted(rows: &[Vec<f64>], weights: &[f64], column: usize) -> f64 {
+    // What does not depend on anything lost is none the worse.
+    let term = |(row, weight): (&Vec<f64>, &f64)| {
+        if *weight == 0.0 || row[column] == 0.0 { 0.0 } else { weight * row[column] }
+    };
+    rows.iter().zip(weights).map(term).sum()
+}

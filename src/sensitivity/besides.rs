@@ -1,0 +1,82 @@
+//! What a direction does to rates and computed variables besides changing the states.
+
+use super::companion::Companion;
+use super::difference::{Around, Move};
+use super::equations::{At, Equations};
+use super::memory::{Dependence, shifted};
+use super::slopes::{add, any};
+
+/// What is differentiated.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Of {
+    /// The rates of the states.
+    Rates,
+    /// The computed variables.
+    Outputs,
+}
+
+impl Of {
+    pub fn values(self, equations: &dyn Equations, at: At) -> Vec<f64> {
+        match self {
+            Self::Rates => equations.rates(at),
+            Self::Outputs => equations.outputs(at),
+        }
+    }
+
+    fn slopes(self, equations: &dyn Equations, at: At, direction: (&[f64], &[f64])) -> Vec<f64> {
+        match self {
+            Self::Rates => equations.rate_slopes(at, direction),
+            Self::Outputs => equations.output_slopes(at, direction),
+        }
+    }
+}
+
+impl Companion {
+    /// Whether numbers of the memory have slopes, or none.
+    pub(super) fn moves_memory(&self) -> bool {
+        self.slopes.iter().any(|slopes| any(&slopes.memory))
+    }
+
+    /// What a direction does to rates or computed variables besides changing the states, with the numbers of the memory on which
+    /// they depend. Not a number where that is one that is rounded.
+    ///
+    /// Where the memory moves, everything moves together, by differences: at the edge of the play of a valve, which its input has
+    /// drawn along, neither has a derivative alone.
+    ///
+    /// # Errors
+    /// Why there is nothing to tell: they depend on another number that has no slope.
+    pub(super) fn besides(
+        &mut self,
+        direction: usize,
+        at: At,
+        of: Of,
+        dependence: &Dependence,
+    ) -> Result<Vec<f64>, String> {
+        let (way, slopes) = (&mut self.ways[direction], &self.slopes[direction].memory);
+        let (memory, unknown) = dependence.of(slopes);
+        let still = vec![0.0; at.x.len()];
+        let mut found = if any(&memory) {
+            let here = of.values(self.equations.as_ref(), at);
+            let movement = Move { time: 0.0, x: still, inputs: way.inputs.clone(), memory };
+            let (memory, scales, spare) = (&self.memory, &self.scales[..], self.spare.as_mut());
+            let mut around = Around { at, memory, scales, spare };
+            let evaluate = |equations: &dyn Equations, at: At| of.values(equations, at);
+            around.plain_slope(&movement, Some(way), &here, &evaluate)?
+        } else {
+            let equations = way.varied.as_ref().unwrap_or(&self.equations).as_ref();
+            let mut found = of.slopes(equations, at, (&still, &way.inputs));
+            add(&mut found, way.by_parameter(self.equations.as_ref(), |equations| of.values(equations, at)));
+            found
+        };
+        for leaf in unknown {
+            self.spare.remember(&shifted(&self.memory, |other| other == leaf));
+            let (moved, here) = (of.values(self.spare.as_ref(), at), of.values(self.equations.as_ref(), at));
+            let depends: Vec<bool> = moved.iter().zip(&here).map(|(moved, here)| moved != here).collect();
+            if depends.contains(&true) && !self.rounded.contains(&leaf) {
+                return Err("they depend on a number of the memory that has no slope".to_owned());
+            }
+            found.iter_mut().zip(depends).filter(|(_, depends)| *depends).for_each(|(slope, _)| *slope = f64::NAN);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,87 @@
+//! What depends on the numbers of a memory.
+
+use super::difference::SHARE;
+use super::equations::Equations;
+use super::leaves::Leaves;
+
+/// Magnitude of a number of a memory: between a typical deflection and the scale of positions in m.
+pub(super) fn magnitude(value: f64) -> f64 {
+    value.abs().clamp(1e-6, 1e-3)
+}
+
+/// Whether the slope of a number of a memory moves it; one that there is none of does not.
+pub(super) fn moves(slope: f64) -> bool {
+    slope != 0.0 && !slope.is_nan()
+}
+
+/// A memory whose numbers are moved by a share of slopes.
+pub(super) fn moved(memory: &Leaves, slopes: &[f64], share: f64) -> Leaves {
+    let moved = |leaf: usize| memory.value(leaf) + if moves(slopes[leaf]) { share * slopes[leaf] } else { 0.0 };
+    if slopes.iter().any(|slope| moves(*slope)) { memory.with(moved) } else { memory.clone() }
+}
+
+/// A memory of which all numbers are moved by steps of their own, by a share of about their magnitude.
+pub(super) fn moved_apart(memory: &Leaves, share: f64) -> Leaves {
+    memory.with(|leaf| {
+        let here = memory.value(leaf);
+        here + if here.is_finite() { share * magnitude(here) * own_size(leaf) } else { 0.0 }
+    })
+}
+
+/// How large the step of a number is, so that none makes up for another.
+fn own_size(leaf: usize) -> f64 {
+    1.0 + 0.1 * (leaf % 7) as f64
+}
+
+/// A memory of which some numbers are moved by steps of their own, so that none makes up for another.
+pub(super) fn shifted(memory: &Leaves, is_chosen: impl Fn(usize) -> bool) -> Leaves {
+    let step = |leaf: usize, here: f64| SHARE * magnitude(here) * own_size(leaf);
+    memory.with(|leaf| {
+        let here = memory.value(leaf);
+        here + if is_chosen(leaf) && here.is_finite() { step(leaf, here) } else { 0.0 }
+    })
+}
+
+/// The numbers of a memory on which an evaluation depends.
+#[derive(Debug, Default)]
+pub(super) struct Dependence {
+    leaves: Vec<usize>,
+}
+
+impl Dependence {
+    /// Finds those that are not known yet, where an evaluation gives `present`.
+    pub fn renew(
+        &mut self,
+        spare: &mut dyn Equations,
+        memory: &Leaves,
+        present: &[f64],
+        evaluate: impl Fn(&dyn Equations) -> Vec<f64>,
+    ) {
+        self.leaves.retain(|leaf| *leaf < memory.count());
+        let is_other = |leaf: &usize| !self.leaves.contains(leaf) && memory.value(*leaf).is_finite();
+        let others: Vec<usize> = (0..memory.count()).filter(is_other).collect();
+        // As a rule nothing depends on them, with all moved at once; otherwise halves of them, until they are single numbers.
+        let mut halves = vec![&others[..]];
+        while let Some(half) = halves.pop() {
+            if half.is_empty() {
+                continue;
+            }
+            spare.remember(&shifted(memory, |leaf| half.contains(&leaf)));
+            if evaluate(spare) == present {
+                continue;
+            }
+            match half {
+                [leaf] => self.leaves.push(*leaf),
+                _ => halves.extend([half.split_at(half.len() / 2).0, half.split_at(half.len() / 2).1]),
+            }
+        }
+    }
+
+    /// Slopes of a memory without those on which nothing depends, and the places of those that are not known.
+    pub fn of(&self, slopes: &[f64]) -> (Vec<f64>, Vec<usize>) {
+        let mut own = vec![0.0; slopes.len()];
+        let (unknown, known): (Vec<usize>, Vec<usize>) = self.leaves.iter().partition(|leaf| slopes[**leaf].is_nan());
+        known.into_iter().for_each(|leaf| own[leaf] = slopes[leaf]);
+        (own, unknown)
+    }
+}
