@@ -22,6 +22,7 @@ from pneumatic_servo.data_sheet import DataSheet
 from pneumatic_servo.errors import (
     Interrupted,
     MissingPackage,
+    NoDerivative,
     NotConverged,
     PlantWarning,
     Refused,
@@ -31,6 +32,7 @@ from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
+from pneumatic_servo.sensitivities import Crossing, Gradient, Sensitivities, Transition
 from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
@@ -41,12 +43,15 @@ if _TYPE_CHECKING:
 
 __all__ = [
     "Comparison",
+    "Crossing",
     "DataSheet",
     "Fit",
+    "Gradient",
     "Interrupted",
     "Linearisation",
     "MissingPackage",
     "Model",
+    "NoDerivative",
     "NotConverged",
     "Options",
     "Plan",
@@ -56,8 +61,10 @@ __all__ = [
     "Run",
     "Runs",
     "SavedState",
+    "Sensitivities",
     "Simulation",
     "SimulationError",
+    "Transition",
     "TrimError",
     "Unit",
     "Value",

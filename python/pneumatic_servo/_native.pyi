@@ -13,6 +13,7 @@ _Course = float | tuple[_Array, _Array] | Callable[[float], float]
 _Courses = float | _Array | tuple[_Array, _Array]
 _Progress = Callable[[int], None] | None
 _Noticed = tuple[str, float, str]
+_Sensitivities = tuple[_Array, list[tuple[float, str, str] | None], list[tuple[float, str, float, list[float]]]]
 
 class Model:
     def __init__(self, name: str) -> None: ...
@@ -37,6 +38,9 @@ class Simulation:
     def set_one(self, name: str, value: _Value) -> None: ...
     def get(self, name: str) -> float: ...
     def step(self, size: float) -> None: ...
+    def transition(
+        self, size: float, parameters: Sequence[str], outputs: Sequence[str]
+    ) -> tuple[list[str], list[str], list[_Array], list[tuple[int, float, str, str]]]: ...
     def notices(self) -> list[_Noticed]: ...
     def save(self) -> SavedState: ...
     def restore(self, saved: SavedState) -> None: ...
@@ -65,8 +69,17 @@ def simulate(
     inputs: Sequence[tuple[str, _Course]],
     grid: _Grid,
     outputs: Sequence[str],
+    sensitivities: Sequence[str],
     progress: _Progress,
-) -> tuple[_Array, int, str | None, BaseException | None, list[_Noticed], list[tuple[float, float]]]: ...
+) -> tuple[
+    _Array,
+    int,
+    str | None,
+    BaseException | None,
+    list[_Noticed],
+    list[tuple[float, float]],
+    _Sensitivities | None,
+]: ...
 def simulate_many(
     model: Model,
     settings: Sequence[_Setting],
@@ -78,3 +91,21 @@ def simulate_many(
     progress: _Progress,
     most: int | None = None,
 ) -> tuple[_Array, list[tuple[int, str | None]], BaseException | None, list[tuple[int, _Noticed]]]: ...
+def gradient(
+    model: Model,
+    settings: Sequence[_Setting],
+    inputs: Sequence[tuple[str, _Course]],
+    grid: _Grid,
+    outputs: Sequence[str],
+    cotangents: _Array,
+    parameters: Sequence[str],
+) -> tuple[_Array, list[tuple[str, float]], list[float]]: ...
+def tangent(
+    model: Model,
+    settings: Sequence[_Setting],
+    inputs: Sequence[tuple[str, _Course]],
+    grid: _Grid,
+    outputs: Sequence[str],
+    of_inputs: _Array,
+    of_parameters: Sequence[tuple[str, float]],
+) -> _Array: ...

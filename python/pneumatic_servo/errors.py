@@ -59,6 +59,27 @@ class Refused(ValueError):
         return Refused(self.variable, self.value, self.reason, self.time, unit)
 
 
+class NoDerivative(ArithmeticError):
+    """A point of a run beyond which it has no derivative.
+
+    Attributes
+    ----------
+    time : float
+        When, in s.
+    event : str
+        What happens there.
+    reason : str
+        Why there is none.
+    """
+
+    def __init__(self, time: float, event: str, reason: str) -> None:
+        self.time, self.event, self.reason = time, event, reason
+        super().__init__(f"the run has no derivative from t = {time:g} s on, at {event}: {reason}")
+
+    def __reduce__(self) -> tuple[type[NoDerivative], tuple[object, ...]]:
+        return NoDerivative, (self.time, self.event, self.reason)
+
+
 class SimulationError(RuntimeError):
     """A run that cannot go on: the message says when and why.
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import checks
+from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
 from pneumatic_servo.variables import Variables
 
 if TYPE_CHECKING:
@@ -35,13 +38,29 @@ class Run:
         Parameters and start values that were given.
     variables : Variables
         What is recorded.
+    sensitivities : Sensitivities or None
+        How that changes with other variables, if it was asked for.
     """
 
-    def __init__(self, time: Array, values: Array, variables: Variables, settings: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        time: Array,
+        values: Array,
+        variables: Variables,
+        settings: Mapping[str, object],
+        sensitivities: Sensitivities | None = None,
+        replay: Replay | None = None,
+    ) -> None:
         self.time = time
+        self._replay = replay
+        self.sensitivities = sensitivities
         self.settings = dict(settings)
         self.variables = variables
         self._values = values
+
+    def __getstate__(self) -> dict[str, object]:
+        # Inputs may be functions, which other processes do not know: what is sent there has no `vjp`.
+        return {**self.__dict__, "_replay": None}
 
     RECORDED = "pneumatic_servo: inputs are those in force up to each row"
     """Among the ``attrs`` of a DataFrame: its inputs lag the given ones by a row, as those of a run do."""
@@ -99,6 +118,47 @@ class Run:
         ]
         columns = [self.time, *given]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
+
+    def vjp(self, cotangents: Mapping[str, Any], *, parameters: Sequence[str] = ()) -> Gradient:
+        """Return how a scalar of the run changes with all its inputs at each step, its start and parameters.
+
+        The scalar is the sum over rows and variables of what was recorded times its cotangents. The run is made again,
+        and then backwards, step by step: that takes as long with thousands of inputs as with one. It needs memory for
+        the transitions of 64 steps, a saved state for each 64, and the inputs, of which functions are called again.
+
+        Parameters
+        ----------
+        cotangents : mapping
+            By the names of computed variables arrays of shape (rows,), or a number for all rows.
+        parameters : sequence of str
+            Real parameters by which it is differentiated, too.
+
+        Returns
+        -------
+        Gradient
+
+        Raises
+        ------
+        ValueError
+            For a variable that is not computed or no real number, or cotangents that do not fit; for a run that
+            `simulate` has not made, or that has not come to its end.
+        NoDerivative
+            When the run comes through a point at which there is none.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> run = ps.Model().simulate(inputs={"valveVoltage": 6.5}, stop=0.2, step=1e-3, outputs=["position"])
+        >>> end = [0.0] * 200 + [1.0]
+        >>> run.vjp({"position": end}).inputs["valveVoltage"].shape
+        (200,)
+        """
+        if self._replay is None:
+            raise ValueError("only runs that `simulate` has made, one by one, have gradients")
+        for name in mapping("cotangents", cotangents):
+            if _kind(self.variables, name) != "real":
+                raise ValueError(f"{name} is no real number, and has no derivative")
+        return self._replay.gradient(cotangents, checks.names("parameters", parameters), len(self))
 
     def plot(self, *names: str) -> Figure:
         """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.
@@ -236,6 +296,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     others = ("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{first}</tr>{''.join(others)}</table>"
+
+
+def _kind(variables: Variables, name: str) -> str:
+    _place(variables, name)
+    return variables[name].kind
 
 
 def _place(variables: Variables, name: str) -> int:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native, checks, noticed, values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.errors import NoDerivative
+from pneumatic_servo.sensitivities import Transition
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
@@ -180,6 +182,45 @@ class Simulation:
         ndarray of shape (of, to)
         """
         return self._native.jacobian(checks.names("of", of), checks.names("to", to))
+
+    def transition(self, size: float, *, parameters: Sequence[str] = (), outputs: Sequence[str] = ()) -> Transition:
+        """Integrate over a step of a size in s, and return what it does to small changes, exact through events.
+
+        Parameters
+        ----------
+        size : float
+            Size of the step in s.
+        parameters : sequence of str
+            Real parameters with columns of their own.
+        outputs : sequence of str
+            Computed variables whose change at the end is asked for.
+
+        Returns
+        -------
+        Transition
+            ``A, B, C, D = simulation.transition(...)``, with names.
+
+        Raises
+        ------
+        ValueError
+            For a name that is none of these, or a step that leads nowhere; nothing has been done then.
+        SimulationError
+            When the solver cannot go on.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> simulation = ps.Model().start({"valveVoltage": 6.5})
+        >>> A, B, C, D = simulation.transition(1e-3, outputs=["position"])
+        >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape
+        (True, True, (1, 3))
+        """
+        by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
+        states, next_states, (a, b, c, d, p, q), lost = self._native.transition(size, by, of)
+        inputs = tuple(self._model.inputs)
+        columns = [*states, *inputs, *by]
+        reasons = {columns[column]: NoDerivative(time, event, reason) for column, time, event, reason in lost}
+        return Transition(a, b, c, d, p, q, tuple(states), tuple(next_states), inputs, tuple(by), tuple(of), reasons)
 
 
 def _resumed(model: Model, settings: Mapping[str, Value], saved: SavedState) -> Simulation:

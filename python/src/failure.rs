@@ -3,10 +3,14 @@
 use std::fmt::Display;
 
 use pneumatic_servo::model::SettingError;
+use pneumatic_servo::sensitivity::{NoDerivative, TransitionError};
 use pneumatic_servo::variables::ParameterError;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
+mod exceptions {
+    pyo3::import_exception!(pneumatic_servo.errors, NoDerivative);
+}
 pyo3::import_exception!(pneumatic_servo.errors, Refused);
 pyo3::import_exception!(pneumatic_servo.errors, SimulationError);
 
@@ -36,6 +40,20 @@ pub fn refused_setting(error: SettingError) -> PyErr {
 /// A run that cannot go on: `pneumatic_servo.SimulationError`.
 pub fn stopped(error: impl Display) -> PyErr {
     SimulationError::new_err(error.to_string())
+}
+
+/// A point beyond which there is no derivative: `pneumatic_servo.NoDerivative`.
+pub fn underivable(error: NoDerivative) -> PyErr {
+    exceptions::NoDerivative::new_err((error.time, error.event, error.reason))
+}
+
+/// A step that cannot be told as a linear map.
+pub fn untold(error: TransitionError) -> PyErr {
+    match error {
+        TransitionError::Direction(error) => refused(error),
+        TransitionError::Step(error) => stopped(error),
+        TransitionError::NoDerivative(error) => underivable(error),
+    }
 }
 
 /// Room for values that are not known yet, or `MemoryError`.

@@ -5,12 +5,15 @@
 
 mod failure;
 mod fleet;
+mod gradient;
 mod many;
 mod model;
 mod recording;
 mod signal;
 mod simulation;
 mod single;
+mod slopes;
+mod transition;
 mod value;
 mod watch;
 
@@ -20,6 +23,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::fleet::Fleet;
+    #[pymodule_export]
+    use crate::gradient::{gradient, tangent};
     #[pymodule_export]
     use crate::many::simulate_many;
     #[pymodule_export]

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::failure::{refused_setting, room, stopped};
 use crate::model::Model;
-use crate::recording::{Driven, Grid, Noticed, Reached, places, record};
+use crate::recording::{Driven, Grid, Noticed, Reached, Rows, places, record};
 use crate::signal::Signal;
 use crate::value::{Setting, apply, setup};
 use crate::watch::{INTERVAL, STEPS_PER_LOOK, Watch};
@@ -88,7 +88,8 @@ impl Plan<'_> {
         let outcome = apply(&mut setup, &self.runs[index]).map_err(refused_setting).and_then(|()| {
             let driven = self.inputs.iter().map(|(name, signals)| Driven::find(setup.table(), name, signals.of(index)));
             let mut driven = driven.collect::<PyResult<Vec<_>>>()?;
-            record(setup.clone(), &mut driven, self.grid, &self.outputs, slots, &mut reached, |step, plant| {
+            let rows = Rows { outputs: &self.outputs, slots, slopes: None };
+            record(setup.clone(), &mut driven, self.grid, rows, &mut reached, |step, plant| {
                 if step % STEPS_PER_LOOK != 0 {
                     return Ok(true);
                 }

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::failure::{refused, refused_at, refused_setting, refused_value};
 use crate::signal::{Reader, Signal};
+use crate::slopes::Slopes;
 
 /// The communication points of a run: `start + index * step`, each step ending exactly at its point plus its size.
 #[derive(Clone, Copy)]
@@ -35,7 +36,8 @@ impl Grid {
 
 /// An input with its place and its signal.
 pub struct Driven<'a> {
-    place: usize,
+    /// Its place among the inputs.
+    pub place: usize,
     variable: &'static Variable,
     reader: Reader<'a>,
     /// The smallest and the largest value until now.
@@ -53,7 +55,7 @@ impl<'a> Driven<'a> {
     }
 
     /// The value at a time in s, which the variable may have.
-    fn at(&mut self, time: f64) -> PyResult<f64> {
+    pub fn at(&mut self, time: f64) -> PyResult<f64> {
         let value = self.reader.at(time)?;
         self.variable.check(value).map_err(|error| refused_at(error, time))?;
         Ok(value)
@@ -115,34 +117,78 @@ impl Reached {
     }
 }
 
-/// Starts a plant with the inputs' first values and runs it over a grid.
-///
-/// The slot of output `o` in row `r` is `record[o * rows + r]`. Before every step `look` is asked, with the index of
+/// What a run records.
+pub struct Rows<'a> {
+    /// Variables.
+    pub outputs: &'a [Place],
+    /// The slot of output `o` in row `r` is `slots[o * rows + r]`.
+    pub slots: &'a mut [f64],
+    /// How they change with others, if that is asked for.
+    pub slopes: Option<&'a mut Slopes>,
+}
+
+impl Rows<'_> {
+    fn read(&mut self, plant: &mut Plant, rows: usize, row: usize) {
+        for (output, place) in self.outputs.iter().enumerate() {
+            self.slots[output * rows + row] = plant.value(*place);
+        }
+        if let Some(slopes) = &mut self.slopes {
+            slopes.read(plant, self.outputs, row);
+        }
+    }
+}
+
+/// Starts a plant with the inputs' first values and runs it over a grid. Before every step `look` is asked, with the index of
 /// the step and the plant, whether to go on.
 ///
 /// # Errors
 /// A parameter or an input that is refused, or what a function of Python raises; the rows until then are recorded.
 pub fn record(
-    mut setup: Setup,
+    setup: Setup,
     driven: &mut [Driven<'_>],
     grid: Grid,
-    outputs: &[Place],
-    slots: &mut [f64],
+    mut rows: Rows<'_>,
     reached: &mut Reached,
-    mut look: impl FnMut(usize, &mut Plant) -> PyResult<bool>,
+    look: impl FnMut(usize, &mut Plant) -> PyResult<bool>,
 ) -> PyResult<()> {
+    let mut plant = started(setup, driven, grid)?;
+    if let Some(slopes) = &rows.slopes {
+        slopes.begin(&mut plant)?;
+    }
+    reached.notice(&plant);
+    let outcome = go(&mut plant, driven, grid, &mut rows, reached, look);
+    if let Some(slopes) = rows.slopes {
+        slopes.end(&plant, grid.start);
+    }
+    outcome
+}
+
+/// A plant that starts with the inputs' first values.
+///
+/// # Errors
+/// A parameter or an input that is refused, or what a function of Python raises.
+pub fn started(mut setup: Setup, driven: &mut [Driven<'_>], grid: Grid) -> PyResult<Plant> {
     for input in &mut *driven {
         let value = input.at(grid.start)?;
         input.is_extreme(value);
         setup.change(&input.variable.name, value).map_err(refused_setting)?;
     }
-    let mut plant = setup.start(grid.start).map_err(refused_value)?;
-    reached.notice(&plant);
-    let rows = grid.rows();
-    read(&mut plant, outputs, slots, rows, 0);
+    setup.start(grid.start).map_err(refused_value)
+}
+
+/// Runs a plant that has started over a grid.
+fn go(
+    plant: &mut Plant,
+    driven: &mut [Driven<'_>],
+    grid: Grid,
+    rows: &mut Rows<'_>,
+    reached: &mut Reached,
+    mut look: impl FnMut(usize, &mut Plant) -> PyResult<bool>,
+) -> PyResult<()> {
+    rows.read(plant, grid.rows(), 0);
     reached.rows = 1;
     for index in 0..grid.count {
-        if !look(index, &mut plant)? {
+        if !look(index, plant)? {
             return Ok(());
         }
         let point = grid.point(index);
@@ -155,7 +201,7 @@ pub fn record(
             }
             // What is noticed of an input depends on how small or large it is.
             if is_news {
-                reached.notice(&plant);
+                reached.notice(plant);
             }
         }
         if let Err(error) = plant.advance_to(point + grid.step) {
@@ -163,15 +209,9 @@ pub fn record(
             return Ok(());
         }
         if (index + 1) % grid.every == 0 {
-            read(&mut plant, outputs, slots, rows, reached.rows);
+            rows.read(plant, grid.rows(), reached.rows);
             reached.rows += 1;
         }
     }
     Ok(())
-}
-
-fn read(plant: &mut Plant, outputs: &[Place], slots: &mut [f64], rows: usize, row: usize) {
-    for (output, place) in outputs.iter().enumerate() {
-        slots[output * rows + row] = plant.value(*place);
-    }
 }

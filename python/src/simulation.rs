@@ -10,9 +10,10 @@ use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard};
 
-use crate::failure::{refused, refused_setting, stopped};
+use crate::failure::{refused, refused_setting, stopped, untold};
 use crate::recording::Noticed;
 use crate::recording::places;
+use crate::transition::{Told, tell};
 use crate::value::{Given, Setting};
 
 /// A running plant.
@@ -85,12 +86,26 @@ impl Simulation {
     /// Integrates over a step of a size in s.
     fn step(&self, py: Python<'_>, size: f64) -> PyResult<()> {
         let mut plant = self.plant(py);
-        let end = plant.time() + size;
-        if !(size.is_finite() && end > plant.time()) {
-            return Err(refused(format!("a step of {size} s leads nowhere from {} s", plant.time())));
-        }
+        let end = end_of(&plant, size)?;
         let plant = &mut *plant;
         py.detach(|| plant.advance_to(end)).map_err(stopped)
+    }
+
+    /// The same, and what the step does to small changes.
+    fn transition<'py>(
+        &self,
+        py: Python<'py>,
+        size: f64,
+        parameters: Vec<String>,
+        outputs: Vec<String>,
+    ) -> PyResult<Told<'py>> {
+        let mut plant = self.plant(py);
+        let end = end_of(&plant, size)?;
+        let plant = &mut *plant;
+        let [by, of] = [&parameters, &outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+        let transition = py.detach(|| plant.transition(end, &by, &of));
+        let sizes = [plant.table().inputs().count(), outputs.len(), parameters.len()];
+        Ok(tell(py, transition.map_err(untold)?, sizes))
     }
 
     /// What is unusual about the parameters and the present inputs: variable, value and remark.
@@ -149,6 +164,15 @@ impl Simulation {
         }
         Ok(matrix.into_pyarray(py))
     }
+}
+
+/// Where a step of a size in s ends.
+fn end_of(plant: &Plant, size: f64) -> PyResult<f64> {
+    let end = plant.time() + size;
+    if size.is_finite() && end > plant.time() {
+        return Ok(end);
+    }
+    Err(refused(format!("a step of {size} s leads nowhere from {} s", plant.time())))
 }
 
 /// Applies settings one after the other; on an error the plant is as it was.

@@ -6,8 +6,9 @@ use pyo3::prelude::*;
 
 use crate::failure::room;
 use crate::model::Model;
-use crate::recording::{Driven, Grid, Noticed, Reached, places, record};
+use crate::recording::{Driven, Grid, Noticed, Reached, Rows, places, record};
 use crate::signal::Signal;
+use crate::slopes::{Slopes, Told};
 use crate::value::{Setting, setup};
 use crate::watch::{STEPS_PER_LOOK, Watch};
 
@@ -23,7 +24,8 @@ pub enum Course<'py> {
 }
 
 impl Course<'_> {
-    fn signal(&self) -> PyResult<Signal<'_>> {
+    /// As it is read.
+    pub fn signal(&self) -> PyResult<Signal<'_>> {
         Ok(match self {
             Self::Constant(value) => Signal::Constant(*value),
             Self::Table(times, values) => Signal::Table { times: times.as_slice()?, values: values.as_slice()? },
@@ -33,10 +35,13 @@ impl Course<'_> {
 }
 
 /// What `simulate` returns: values `[output, row]`, rows recorded, why it stopped early, an exception that ended it, what was
-/// noticed, and the smallest and largest value of each input.
-type Outcome<'py> = (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>, Vec<Noticed>, Vec<(f64, f64)>);
+/// noticed, the smallest and largest value of each input, and sensitivities, if any are asked for.
+type Outcome<'py> =
+    (Bound<'py, PyArray2<f64>>, usize, Option<String>, Option<PyErr>, Vec<Noticed>, Vec<(f64, f64)>, Option<Told<'py>>);
 
-/// Runs a model once. `grid` is start and step in s, number of steps, and steps per row.
+/// Runs a model once. `grid` is start and step in s, number of steps, and steps per row; `sensitivities` names what the outputs
+/// are differentiated by.
+#[expect(clippy::too_many_arguments, reason = "Python's keywords name them")]
 #[pyfunction]
 pub fn simulate<'py>(
     py: Python<'py>,
@@ -45,6 +50,7 @@ pub fn simulate<'py>(
     inputs: Vec<(String, Course<'py>)>,
     grid: (f64, f64, usize, usize),
     outputs: Vec<String>,
+    sensitivities: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Outcome<'py>> {
     let (start, step, count, every) = grid;
@@ -54,10 +60,13 @@ pub fn simulate<'py>(
         inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
     let (mut driven, places) = (driven?, places(setup.table(), &outputs)?);
     let mut slots = room(places.len(), grid.rows(), 1)?;
+    let slopes = (!sensitivities.is_empty()).then(|| Slopes::new(sensitivities, places.len(), grid.rows()));
+    let mut slopes = slopes.transpose()?;
     let mut reached = Reached::default();
     let mut watch = Watch::new(progress);
     let ended = py.detach(|| {
-        record(setup, &mut driven, grid, &places, &mut slots, &mut reached, |index, _| {
+        let rows = Rows { outputs: &places, slots: &mut slots, slopes: slopes.as_mut() };
+        record(setup, &mut driven, grid, rows, &mut reached, |index, _| {
             if index % STEPS_PER_LOOK == 0 {
                 watch.look(index)?;
             }
@@ -68,5 +77,6 @@ pub fn simulate<'py>(
     let values = Array2::from_shape_vec((places.len(), grid.rows()), slots).expect("one slot per output and row");
     let noticed = reached.noticed.into_iter().map(Noticed::from).collect();
     let extremes = driven.iter().map(|input| input.extremes).collect();
-    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err(), noticed, extremes))
+    let told = slopes.map(|slopes| slopes.tell(py, places.len()));
+    Ok((values.into_pyarray(py), reached.rows, reached.failure, ended.err(), noticed, extremes, told))
 }

@@ -14,8 +14,9 @@ from pneumatic_servo.cli import parser
 
 MODULES: tuple[ModuleType, ...] = (ps, identification, envs)
 MADE = {
-    "Comparison", "Estimate", "Fit", "Linearisation", "MissingPackage", "Plan", "Ranking", "Refused", "Run", "Runs",
-    "SavedState", "Simulation", "Unit", "Variable", "Variables",
+    "Comparison", "Crossing", "Estimate", "Fit", "Gradient", "Linearisation", "MissingPackage", "NoDerivative", "Plan",
+    "Ranking", "Refused", "Run", "Runs", "SavedState", "Sensitivities", "Simulation", "Transition", "Unit", "Variable",
+    "Variables",
 }  # fmt: skip
 """Classes that the package makes and users only read: what they are made from is no argument of anybody's."""
 INNER = {"Variable.of", "Refused.with_unit"}

@@ -1,0 +1,120 @@
+"""Runs as functions of arrays, with their derivatives: what `jax` and `torch` hand on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo import _native
+from pneumatic_servo.checks import names
+from pneumatic_servo.errors import NoDerivative
+from pneumatic_servo.grid import Grid
+from pneumatic_servo.names import did_you_mean
+
+if TYPE_CHECKING:
+    from pneumatic_servo.model import Model, Parameters
+
+Array = NDArray[np.float64]
+_RESTS = "to either side it is another; with a voltage that rests it is so, unless valve.hysteresis is 0"
+
+
+class Trajectory:
+    """Recorded variables of a run as a function of parameters, of shape (parameters,), and inputs (inputs, steps).
+
+    Each column of the inputs is held over a step. What is recorded has the shape (outputs, rows), with a row at the
+    start and after every step.
+
+    Attributes
+    ----------
+    parameters, inputs, outputs : list of str
+        Their names.
+    times : ndarray of shape (rows,)
+        Times of the rows in s.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        parameters: Sequence[str],
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        given: Parameters | None,
+        stop: float | None,
+        step: float | None,
+    ) -> None:
+        self.parameters, self.inputs = names("parameters", parameters), names("inputs", inputs)
+        for name in self.parameters:
+            if name not in model.parameters:
+                raise ValueError(f"parameters: {name} is no parameter{did_you_mean(name, model.parameters)}")
+        for name in self.inputs:
+            if name not in model.inputs:
+                raise ValueError(f"inputs: {name} is not an input{did_you_mean(name, model.inputs)}")
+        self.outputs = list(model._recorded(outputs, {}))
+        wrong = next((name for name in self.outputs if model.variables[name].kind != "real"), None)
+        if wrong is not None:
+            raise ValueError(f"outputs: {wrong} is no real number, and has no derivative")
+        self._model = model
+        self._given = model._settings(given, "given")
+        twice = next((name for name in self._given if name in {*self.parameters, *self.inputs}), None)
+        if twice is not None:
+            raise ValueError(f"{twice} is given twice, as what varies and among what is given")
+        self._grid = Grid.of(0.0, model.stop if stop is None else stop, model.step if step is None else step, 1)
+        self._places = [list(model.inputs).index(name) for name in self.inputs]
+        self.times = self._grid.times()
+
+    @property
+    def steps(self) -> int:
+        """Number of steps: a value of each input for each."""
+        return self._grid.count
+
+    def values(self, parameters: Array, inputs: Array) -> Array:
+        """Return what is recorded, of shape (outputs, rows)."""
+        run = self._model.simulate(
+            self._settings(parameters),
+            inputs=dict(self._driven(inputs)),
+            stop=float(self.times[-1]),
+            step=self._grid.step,
+            outputs=self.outputs,
+        )
+        return np.stack([run[name] for name in self.outputs])
+
+    def push(self, parameters: Array, inputs: Array, of_parameters: Array, of_inputs: Array) -> Array:
+        """Return how what is recorded changes along a direction, of shape (outputs, rows)."""
+        added = np.zeros((len(self._model.inputs), self.steps))
+        added[self._places] = of_inputs
+        seeds = list(zip(self.parameters, map(float, of_parameters), strict=True))
+        model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
+        found = _native.tangent(model, settings, driven, grid, outputs, added, seeds)
+        lacking = np.isnan(found).any(axis=0)
+        if lacking.any():
+            raise NoDerivative(float(self.times[np.argmax(lacking)]), "what is recorded", _RESTS)
+        return found
+
+    def pull(self, parameters: Array, inputs: Array, cotangents: Array) -> tuple[Array, Array]:
+        """Return how the sum of what is recorded times cotangents changes with parameters and inputs."""
+        weights = np.ascontiguousarray(cotangents, dtype=np.float64)
+        model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
+        found, _, of_parameters = _native.gradient(model, settings, driven, grid, outputs, weights, self.parameters)
+        of_inputs = found[self._places]
+        for name, row in zip(self.inputs, np.isnan(of_inputs), strict=True):
+            if row.any():
+                raise NoDerivative(float(self.times[np.argmax(row)]), name, _RESTS)
+        for name, slope in zip(self.parameters, of_parameters, strict=True):
+            if np.isnan(slope):
+                raise NoDerivative(0.0, name, "what follows depends on it in another way to either side")
+        return np.array(of_parameters), of_inputs
+
+    def _settings(self, parameters: Array) -> dict[str, float]:
+        return {**self._given, **dict(zip(self.parameters, map(float, parameters), strict=True))}  # type: ignore[dict-item]
+
+    def _driven(self, inputs: Array) -> list[tuple[str, tuple[Array, Array]]]:
+        held = np.ascontiguousarray(inputs, dtype=np.float64)
+        return [(name, (self._grid.points()[:-1], row)) for name, row in zip(self.inputs, held, strict=True)]
+
+    def _arguments(self, parameters: Array, inputs: Array) -> tuple[Any, ...]:
+        settings = self._model._fitted(self._settings(parameters))
+        return self._model._native, list(settings.items()), self._driven(inputs), self._grid.numbers, self.outputs

@@ -1,0 +1,224 @@
+"""How what a run records changes with parameters, inputs and states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo import _native
+from pneumatic_servo.errors import NoDerivative
+from pneumatic_servo.grid import Grid
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.variables import Value, Variables
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """An event that a run has come through.
+
+    Attributes
+    ----------
+    time : float
+        When, in s.
+    name : str
+        Which.
+    rate : float
+        How fast its indicator fell, in its own unit per s: the smaller, the nearer the motion came to missing it. NaN
+        where the indicator has no slope.
+    delays : dict
+        How much later it happens, in s per SI unit of each variable; NaN where there is no derivative.
+    """
+
+    time: float
+    name: str
+    rate: float
+    delays: Mapping[str, float]
+
+
+class Sensitivities:
+    """Derivatives of recorded variables: ``run.sensitivities["position", "valve.C"]``, in SI per SI.
+
+    Attributes
+    ----------
+    names : tuple of str
+        What the run is differentiated by.
+    events : list of Crossing
+        The events of the run.
+    lost : dict
+        Where there is no derivative any more: a `NoDerivative` by the name of the variable.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        variables: Variables,
+        time: Array,
+        values: Array,
+        lost: Sequence[tuple[float, str, str] | None],
+        events: Sequence[tuple[float, str, float, Sequence[float]]],
+    ) -> None:
+        self.names = tuple(names)
+        self.variables = variables
+        self.lost = {name: NoDerivative(*where) for name, where in zip(names, lost, strict=True) if where is not None}
+        self.events = [
+            Crossing(time, name, rate, dict(zip(names, delays, strict=True))) for time, name, rate, delays in events
+        ]
+        self._time, self._values = time, values
+
+    def __getitem__(self, key: tuple[str, str]) -> Array:
+        """Return how a recorded variable changes with another, of shape (rows,).
+
+        Raises
+        ------
+        KeyError
+            When the one was not recorded, or the run not differentiated by the other.
+        NoDerivative
+            When the run has come through a point at which there is none; `until_lost` has the rows before.
+        """
+        found = self.until_lost(*key)
+        if key[1] in self.lost:
+            raise self.lost[key[1]]
+        lacking = np.isnan(found)
+        if lacking.any():
+            reason = "it depends on a number of the memory that has no slope"
+            raise NoDerivative(float(self._time[np.argmax(lacking)]), key[0], reason)
+        return found
+
+    def until_lost(self, of: str, by: str) -> Array:
+        """Return the same, of shape (rows,), with NaN in the rows for which there is no derivative."""
+        output, direction = _place(of, list(self.variables), "recorded"), _place(by, self.names, "differentiated by")
+        if self.variables[of].kind != "real":
+            raise KeyError(f"{of} is no real number, and has no derivative")
+        found: Array = self._values[direction, output]
+        return found
+
+    def jacobian(self, of: str) -> Array:
+        """Return how a recorded variable changes with all `names`, of shape (rows, names)."""
+        return np.stack([self[of, by] for by in self.names], axis=1)
+
+    @property
+    def smallest_rate(self) -> float:
+        """How fast the slowest indicator fell, in its own unit per s; infinite in a run without events."""
+        return min((abs(event.rate) for event in self.events), default=float("inf"))
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        return ((of, by) for by in self.names for of in self.variables)
+
+    def __len__(self) -> int:
+        return len(self.names) * len(self.variables)
+
+    def __repr__(self) -> str:
+        lost = f"; lost by {', '.join(self.lost)}" if self.lost else ""
+        of, by = ", ".join(self.variables), ", ".join(self.names)
+        return f"<Sensitivities of {of} by {by}; {len(self.events)} events{lost}>"
+
+
+def _place(name: str, known: Sequence[str], what: str) -> int:
+    if name not in known:
+        raise KeyError(f"{name} is not {what}{did_you_mean(str(name), known)}; there are {', '.join(known)}")
+    return list(known).index(name)
+
+
+@dataclass(frozen=True)
+class Transition:
+    """What a step does to small changes, exact through the events in it: ``A, B, C, D = transition``.
+
+    ``x+ = A x + B u + P p`` and ``y = C x + D u + Q p``, all in SI units.
+
+    Attributes
+    ----------
+    A, B, P : ndarray
+        Of shapes (next_states, states), (next_states, inputs) and (next_states, parameters).
+    C, D, Q : ndarray
+        Of shapes (outputs, states), (outputs, inputs) and (outputs, parameters); outputs are those at the end.
+    states, next_states : tuple of str
+        Names of x at the begin of the step and at its end: the continuous states that are integrated and, behind
+        them, the numbers that the memory keeps, such as ``memory.friction.since``. They differ where the mode does.
+    inputs, parameters, outputs : tuple of str
+        Names of u, which is added to the inputs over the whole step, of p and of y.
+    lost : dict
+        States, inputs and parameters without a derivative, and why; their columns are NaN. So it is with the voltage
+        while it rests, unless ``valve.hysteresis`` is 0: more of it moves the spool, and less does not.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    P: Array
+    Q: Array
+    states: tuple[str, ...]
+    next_states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    lost: Mapping[str, NoDerivative]
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.A, self.B, self.C, self.D))
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """How a scalar of a run changes, in its unit per SI unit.
+
+    Attributes
+    ----------
+    inputs : dict
+        With what is added to each input over each step: an array of shape (steps,) by its name, with NaN where there is
+        no derivative. So it is with the voltage while it rests, unless ``valve.hysteresis`` is 0: more of it moves the
+        spool, and less does not.
+    states : dict
+        With the states at the begin, and with the numbers that the memory keeps then.
+    parameters : dict
+        With the parameters that were asked for.
+    """
+
+    inputs: Mapping[str, Array]
+    states: Mapping[str, float]
+    parameters: Mapping[str, float]
+
+
+class Replay:
+    """What a run is made of, so that it can be made again."""
+
+    def __init__(
+        self,
+        native: _native.Model,
+        settings: Mapping[str, Value],
+        inputs: Sequence[tuple[str, Any]],
+        grid: Grid,
+        names: Sequence[str],
+    ) -> None:
+        self._native, self._settings, self._inputs, self._grid, self._names = native, settings, inputs, grid, names
+
+    def gradient(self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int) -> Gradient:
+        """Return the gradient of the sum of recorded variables times cotangents."""
+        if rows != self._grid.count // self._grid.every + 1:
+            raise ValueError("the run has not come to its end, and has no gradient")
+        weights = np.zeros((len(cotangents), rows))
+        for row, (name, given) in zip(weights, cotangents.items(), strict=True):
+            own = np.asarray(given, dtype=np.float64)
+            if own.shape not in ((), (rows,)):
+                raise ValueError(f"cotangents of {name} have the shape {own.shape}; the run has {rows} rows")
+            if not np.isfinite(own).all():
+                raise ValueError(f"cotangents of {name} must be finite numbers")
+            row[:] = own
+        inputs, states, of_parameters = _native.gradient(
+            self._native,
+            list(self._settings.items()),
+            self._inputs,
+            self._grid.numbers,
+            list(cotangents),
+            weights,
+            parameters,
+        )
+        return Gradient(
+            dict(zip(self._names, inputs, strict=True)), dict(states), dict(zip(parameters, of_parameters, strict=True))
+        )

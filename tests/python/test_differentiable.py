@@ -1,0 +1,153 @@
+"""Runs as functions that JAX and PyTorch differentiate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.differentiable import Trajectory
+
+STEPS = 30
+GIVEN: dict[str, Any] = {
+    "parameters": ["valve.C", "friction.coulombStiction.Fs"],
+    "inputs": ["valveVoltage"],
+    "outputs": ["position", "velocity"],
+    "given": {"friction.law": "CoulombStiction", "solver.relativeTolerance": 1e-9},
+    "stop": 0.3,
+    "step": 1e-2,
+}
+"""Rest, break-away and motion."""
+SCALES = np.array([1e-8, 1.0])
+"""Of the parameters: what is differenced must be of like size."""
+
+
+def voltage() -> np.ndarray:
+    """Rising, so that the play of the valve is not at its edge."""
+    return np.linspace(6.0, 7.0, STEPS)[None]
+
+
+def start(plant: ps.Model) -> np.ndarray:
+    return np.array([float(plant.parameters[name].default) for name in GIVEN["parameters"]])  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def plant() -> ps.Model:
+    return ps.Model()
+
+
+def test_carriage_breaks_away(plant: ps.Model) -> None:
+    """What is differentiated goes through an event."""
+    run = plant.simulate(
+        GIVEN["given"], inputs={"valveVoltage": (np.arange(STEPS) * 1e-2, voltage()[0])}, stop=0.3, step=1e-2,
+        outputs=["sticking"],
+    )  # fmt: skip
+    assert run["sticking"][0] == 1.0 and run["sticking"][-1] == 0.0
+
+
+def test_push_and_pull_agree(plant: ps.Model) -> None:
+    made = Trajectory(plant, **GIVEN)
+    rng = np.random.default_rng(3)
+    seeds = rng.standard_normal(2) * SCALES, rng.standard_normal((1, STEPS))
+    weights = rng.standard_normal((2, STEPS + 1))
+    pushed = made.push(start(plant), voltage(), *seeds)
+    pulled = made.pull(start(plant), voltage(), weights)
+    found, expected = (weights * pushed).sum(), sum((seed * one).sum() for seed, one in zip(seeds, pulled, strict=True))
+    assert abs(found - expected) < 1e-10 * abs(expected)
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ({"parameters": ["valve.D"]}, "parameters: valve.D is no parameter"),
+        ({"inputs": ["valveVoltag"]}, "inputs: valveVoltag is not an input; did you mean valveVoltage"),
+        ({"outputs": ["sticking"]}, "outputs: sticking is no real number"),
+        ({"given": {"valve.C": 1e-8}}, "valve.C is given twice"),
+    ],
+)
+def test_names_that_do_not_fit_are_refused(plant: ps.Model, change: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ValueError, match=problem.replace(".", r"\.")):
+        Trajectory(plant, **{**GIVEN, **change})
+
+
+@pytest.fixture
+def jax() -> Iterator[Any]:
+    """JAX with 64 bits, where it is installed."""
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    yield jax
+    jax.config.update("jax_enable_x64", False)
+
+
+def test_jax_gradients_are_those_of_differences(plant: ps.Model, jax: Any) -> None:
+    from jax.test_util import check_grads
+    from pneumatic_servo.jax import trajectory
+
+    run = trajectory(plant, **GIVEN)
+
+    def scaled(p: Any, u: Any) -> Any:
+        return run(start(plant) + SCALES * p, u)[:, ::10]
+
+    # Differences of runs with errors of 1e-9 over 1e-4 of a volt.
+    check_grads(scaled, (np.zeros(2), voltage()), order=1, modes=["fwd", "rev"], eps=1e-4, atol=2e-4, rtol=2e-3)
+
+
+def test_jax_transforms(plant: ps.Model, jax: Any) -> None:
+    from pneumatic_servo.jax import trajectory
+
+    run = trajectory(plant, **GIVEN)
+    p, u = start(plant), voltage()
+    assert (run.parameters, run.inputs, run.outputs, run.steps) == (
+        GIVEN["parameters"],
+        GIVEN["inputs"],
+        GIVEN["outputs"],
+        STEPS,
+    )
+    plain = run(p, u)
+    assert plain.shape == (2, STEPS + 1) == (2, len(run.times))
+    assert (jax.jit(run)(p, u) == plain).all(), "jit calls back"
+
+    def end(u: Any) -> Any:
+        return run(p, u)[0, -1]
+
+    gradient = jax.grad(end)(u)
+    assert (jax.jit(jax.grad(end))(u) == gradient).all()
+    seed = np.ones_like(u)
+    value, slope = jax.jvp(end, (u,), (seed,))
+    assert value == plain[0, -1] and abs(slope - gradient.sum()) < 1e-10 * abs(slope)
+    many = np.stack([u, u + 0.1])
+    assert (jax.vmap(end)(many) == np.array([end(u), end(u + 0.1)])).all()
+    assert np.allclose(jax.vmap(jax.grad(end))(many)[0], gradient, rtol=1e-12)
+    with pytest.raises(ValueError, match=r"inputs have the shape \(30,\); it must be \(1, 30\)"):
+        run(p, u[0])
+
+
+def test_jax_needs_64_bits(plant: ps.Model) -> None:
+    jax = pytest.importorskip("jax")
+    from pneumatic_servo.jax import trajectory
+
+    assert not jax.config.jax_enable_x64
+    with pytest.raises(TypeError, match="64 bits"):
+        trajectory(plant, **GIVEN)(start(plant), voltage())
+
+
+@pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::DeprecationWarning")
+def test_torch_gradients_are_those_of_differences(plant: ps.Model) -> None:
+    torch = pytest.importorskip("torch")
+    from pneumatic_servo.torch import trajectory
+
+    run = trajectory(plant, **GIVEN)
+    scales, first = torch.tensor(SCALES), torch.tensor(start(plant))
+    p = torch.zeros(2, dtype=torch.float64, requires_grad=True)
+    u = torch.tensor(voltage(), requires_grad=True)
+
+    def scaled(p: Any, u: Any) -> Any:
+        return run(first + scales * p, u)[:, ::10]
+
+    assert torch.autograd.gradcheck(
+        scaled, (p, u), eps=1e-4, atol=2e-4, rtol=2e-3, check_forward_ad=True, nondet_tol=0.0
+    )
+    with pytest.raises(ValueError, match=r"inputs have the shape \(30,\)"):
+        run(first, u[0])
