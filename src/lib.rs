@@ -23,7 +23,7 @@
 //! | [`numbers`], [`variables`] | numbers with exact derivatives; the variable table |
 //! | [`hybrid`] | what a hybrid system is |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
-//! | [`friction`], [`pneumatics`], [`mechanics`], [`sensor`] | the physics |
+//! | [`friction`], [`pneumatics`], [`mechanics`], `sensor` | the physics |
 //! | [`system`] | what a model is: equations with tables |
 //! | [`models`] | the models of this library |
 //! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
@@ -52,6 +52,7 @@ pub mod numbers;
 pub mod pneumatics;
 pub mod prelude;
 pub mod sensitivity;
+#[doc(hidden)]
 pub mod sensor;
 pub mod solver;
 pub mod system;

@@ -58,17 +58,19 @@ fn compiler_refuses_mistakes_and_says_what_is_wrong() {
 
 mod at_the_start {
     use pneumatic_servo::conformance::law::benched;
+    use pneumatic_servo::hybrid::Indicator;
     use pneumatic_servo::prelude::*;
-
-    const TWICE: usize = 0;
-    const LOST: usize = 1;
-    const NAMED_TWICE: usize = 2;
-    const WITHOUT_MAGNITUDE: usize = 3;
-    const SOUND: usize = 4;
 
     parameters! {
         /// None.
         Parameters {}
+    }
+
+    parameters! {
+        /// One.
+        Own {
+            stiffness: f64 = Variable::parameter(20, "k", units::NEWTON_PER_METRE, 1.0);
+        }
     }
 
     states! {
@@ -96,6 +98,97 @@ mod at_the_start {
     #[derive(Clone, Debug)]
     struct Faulty<const FAULT: usize>(Moving);
 
+    /// What a fault changes, and what is said of it.
+    type Fault = (fn(&mut Tables), &'static str);
+
+    const FAULTS: &[Fault] = &[
+        (
+            |tables| tables.computed.push(Variable::output(11, "speed", units::METRE_PER_SECOND)),
+            "speed = 11 is refused: the value reference 11 of speed is used twice",
+        ),
+        (
+            |tables| tables.computed[1].depends_on = vec![77],
+            "no variable has the value reference 77, on which velocity depends",
+        ),
+        (
+            |tables| tables.computed[0].starts_from = vec![78],
+            "no variable has the value reference 78, on which position depends",
+        ),
+        (
+            |tables| tables.computed.push(Variable::output(12, "velocity", units::METRE_PER_SECOND)),
+            "velocity = 12 is refused: two variables have the name velocity",
+        ),
+        (
+            |tables| tables.parameters.extend(elements().into_iter().rev()),
+            "k[2] = 21 is refused: it does not follow the other elements of its array",
+        ),
+        (
+            |tables| tables.parameters.extend(elements().map(|it| Variable { reference: 2 * it.reference, ..it })),
+            "k[2] = 42 is refused: it does not follow the other elements of its array",
+        ),
+        (
+            |tables| tables.parameters.extend(elements()),
+            "parameters = 2 is refused: so many values of the table are left by the equations",
+        ),
+        (
+            |tables| tables.computed[1].reference = u32::MAX,
+            "velocity = 4294967295 is refused: value references go up to 10000000",
+        ),
+        (
+            |tables| tables.computed[1].derivative_of = None,
+            "the value reference = 10 is refused: no variable is the derivative of this state",
+        ),
+        (
+            |tables| tables.computed.push(Variable::output(12, "rate", units::METRE_PER_SECOND).derivative_of(10)),
+            "rate = 12 is refused: another variable is the derivative of the same state",
+        ),
+        (
+            |tables| {
+                tables.inputs.push(Variable::input(1, "force", units::NEWTON, 0.0));
+                tables.computed[1].derivative_of = Some(1);
+            },
+            "velocity = 11 is refused: force is not computed, and has no derivative",
+        ),
+        (
+            |tables| tables.inputs.push(Variable::input(1, "force", units::NEWTON, 0.0)),
+            "inputs = 1 is refused: the table has so many, the equations have 0",
+        ),
+        (
+            |tables| tables.inputs.push(Variable::output(1, "force", units::NEWTON)),
+            "force = 1 is refused: it is among the inputs, but none of them",
+        ),
+        (
+            |tables| tables.computed.push(Variable::parameter(1, "mass", units::KILOGRAM, 1.0)),
+            "mass = 1 is refused: it is among the computed variables, but none of them",
+        ),
+        (
+            |tables| tables.computed.push(Variable::output(12, "speed", units::METRE_PER_SECOND)),
+            "computed variables = 3 is refused: the table has so many, the equations write 2",
+        ),
+        (
+            |tables| tables.computed.truncate(0),
+            "the value reference = 10 is refused: no variable is the derivative of this state",
+        ),
+        (|_| (), "the magnitude of position = 0 is refused: it must be a positive number"),
+        (|_| (), "parameters = 1 is refused: the equations ask for so many values more than the table has"),
+        (|_| (), "indicators = 0 is refused: the equations have so many, and tell of 1"),
+        (|_| (), "kinks = 5 is refused: there may be 4"),
+    ];
+
+    const SOUND: usize = FAULTS.len();
+    const KINKED: usize = SOUND - 1;
+    const TOLD: usize = SOUND - 2;
+    const GREEDY: usize = SOUND - 3;
+    const WITHOUT_MAGNITUDE: usize = SOUND - 4;
+
+    fn told(count: usize) -> Vec<Indicator> {
+        vec![Indicator { name: "end".to_owned(), nominal: 1.0, text: "It arrives" }; count]
+    }
+
+    fn elements() -> [Variable; 2] {
+        Variable::parameter(20, "k", units::NEWTON_PER_METRE, 1.0).array([1.0, 2.0])
+    }
+
     impl<const FAULT: usize> System<0> for Faulty<FAULT> {
         type Parameters = Moving;
         type State = State;
@@ -103,22 +196,31 @@ mod at_the_start {
         type Indicators = [f64; 0];
 
         fn tables() -> Tables {
-            let mut computed = Outputs::<f64>::table();
-            match FAULT {
-                TWICE => computed.push(Variable::output(11, "speed", units::METRE_PER_SECOND)),
-                LOST => computed[1] = computed[1].clone().depends_on(&[77]),
-                NAMED_TWICE => computed.push(Variable::output(12, "velocity", units::METRE_PER_SECOND)),
-                _ => (),
+            let (inputs, computed, parameters) = (Vec::new(), Outputs::<f64>::table(), Parameters::table());
+            let mut tables = Tables { inputs, computed, parameters };
+            if let Some((spoil, _)) = FAULTS.get(FAULT) {
+                spoil(&mut tables);
             }
-            Tables { inputs: Vec::new(), computed, parameters: Parameters::table() }
+            tables
         }
 
-        fn new(_values: &mut Values) -> Result<Self, ParameterError> {
+        fn new(values: &mut Values) -> Result<Self, ParameterError> {
+            if FAULT == GREEDY {
+                values.read::<Own>()?;
+            }
             Ok(Self(Moving { magnitude: if FAULT == WITHOUT_MAGNITUDE { 0.0 } else { 1.0 } }))
         }
 
         fn parameters(&self) -> &Moving {
             &self.0
+        }
+
+        fn indicator_list() -> Vec<Indicator> {
+            told(usize::from(FAULT == TOLD))
+        }
+
+        fn kink_list() -> Vec<Indicator> {
+            told(if FAULT == KINKED { 5 } else { 0 })
         }
 
         fn start<const N: usize>(&self, _u: &[f64; 0]) -> ([f64; N], ()) {
@@ -137,7 +239,7 @@ mod at_the_start {
             _memory: &(),
             computed: &mut [S],
         ) {
-            Outputs { position: x[State::Position.at(N)], velocity: S::constant(1.0) }.write(computed);
+            Outputs { position: State::Position.get(x), velocity: S::constant(1.0) }.write(computed);
         }
     }
 
@@ -151,15 +253,14 @@ mod at_the_start {
         )
     }
 
+    macro_rules! faulty {
+        ($($fault:literal)*) => { [$(faulty::<$fault>()),*] };
+    }
+
     #[test]
     fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() {
-        static MODELS: [(Model, &str); 4] = [
-            (faulty::<TWICE>(), "speed = 11 is refused: the value reference 11 of speed is used twice"),
-            (faulty::<LOST>(), "no variable has the value reference 77, on which velocity depends"),
-            (faulty::<NAMED_TWICE>(), "velocity = 12 is refused: two variables have the name velocity"),
-            (faulty::<WITHOUT_MAGNITUDE>(), "the magnitude of position = 0 is refused: it must be a positive number"),
-        ];
-        for (model, expected) in &MODELS {
+        static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19];
+        for (model, (_, expected)) in MODELS.iter().zip(FAULTS) {
             let refused = Setup::of(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(refused.contains(expected), "{refused}, not {expected}");
         }

@@ -11,7 +11,7 @@ import argparse
 import contextlib
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from ctypes import c_double, c_int, c_void_p
 from dataclasses import dataclass, field
 from itertools import product
@@ -31,18 +31,20 @@ VOLTAGES = (0.0, 3.0, 4.0, 6.0, 6.5, 8.0, 10.0)
 LAWS = {"Stribeck": 7, "LuGre": 14, "Coulomb": 2, "Dahl": 10}
 WITHIN = 10.0
 """Deviation from the solver inside, in metres, that a run may have at a tolerance of 1."""
-UNDAMPED = {LAWS["Dahl"]: 100.0}
+UNDAMPED = {"Dahl": 100.0}
 """The same under laws whose bristles keep swinging: errors in the phase of many periods add up."""
-EXPLODES = {LAWS["LuGre"], LAWS["Dahl"]}
-"""Laws whose bristles an explicit step of 1 ms makes explode. What it accepts then beyond the covers of the cylinder is
-refused."""
+EXPLODES = {
+    "None", "Dahl", "Bristle", "ResetIntegrator", "LuGre", "Leuven", "GMS", "BlimanSorine", "ElastoPlastic"
+}  # fmt: skip
+"""Laws with too little damping, or too stiff a bristle, for an explicit step of 1 ms. What it accepts when it explodes,
+beyond the covers of the cylinder, is refused."""
 INTERVAL = 1e-3
 """Time in s between values that are compared."""
 
 
-def of_laws(*starts: Start) -> list[Start]:
+def of_laws(*starts: Start, laws: Iterable[int] = LAWS.values()) -> list[Start]:
     """Start values under each of the laws."""
-    return [{**start, "friction.law": law} for start, law in product(starts, LAWS.values())]
+    return [{**start, "friction.law": law} for start, law in product(starts, laws)]
 
 
 RUNS = {
@@ -107,7 +109,28 @@ class Fmu:
         self.folder = extract(str(file))
         self.description: ModelDescription = read_model_description(self.folder)
         names = {variable.name for variable in self.description.modelVariables}
+        self.laws = {
+            int(item.value): item.name
+            for kind in self.description.typeDefinitions
+            if kind.name == "FrictionLaw"
+            for item in kind.items
+        }
         self.compared = next(name for name in ("position", "trolley[1].position") if name in names)
+
+    def runs(self, *, every_law: bool) -> list[Start]:
+        """Start values of the runs of this model: under four laws, or those of the cylinder under all.
+
+        Some laws make the other models undamped or chaotic, so that no two solvers agree.
+        """
+        starts = RUNS[self.description.modelName]
+        if not every_law or self.description.modelName != "PneumaticServoCylinder":
+            return starts
+        others = (start for start in starts if start["friction.law"] == LAWS["Stribeck"])
+        return of_laws(*others, laws=self.laws)
+
+    def law(self, start: Start) -> str:
+        """Name of the friction law of a run."""
+        return self.laws[int(start["friction.law"])]
 
     def __enter__(self) -> Fmu:
         return self
@@ -190,28 +213,33 @@ def watched(outcome: Outcome, solver: Solver) -> Iterator[None]:
         fmpy.sundials.CVodeSolver, sys.unraisablehook = original, hook
 
 
-def allowed(start: Start) -> float:
-    """Deviation in metres that a run may have at a tolerance of 1."""
-    return UNDAMPED.get(int(start["friction.law"]), WITHIN)
+def allowed(law: str, events: int) -> float:
+    """Deviation in metres that a run may have at a tolerance of 1.
+
+    CVODE restarts at order 1 behind each event, with an error of up to the tolerance. That adds up under laws that are
+    sampled or renew their bristles: to thousands of restarts a second. The four laws of the table do without.
+    """
+    return UNDAMPED.get(law, WITHIN) + (0 if law in LAWS else events)
 
 
-def unexpected(outcome: Outcome, start: Start, solver: Solver) -> list[str]:
+def unexpected(outcome: Outcome, law: str, solver: Solver) -> list[str]:
     """Problems other than that an explicit step has led to states without a meaning, as it must under some laws."""
-    may_explode = solver.name == "Euler" and start["friction.law"] in EXPLODES
+    may_explode = solver.name == "Euler" and law in EXPLODES
     return [it for it in outcome.problems if not (may_explode and "CompletedIntegratorStep failed" in it)]
 
 
-def table(file: Path, *, wrong: bool) -> int:
+def table(file: Path, *, wrong: bool, every_law: bool) -> int:
     """Prints all runs of an FMU, and returns how many failed."""
     failed = 0
     with Fmu(file) as fmu:
-        for start in RUNS[fmu.description.modelName]:
+        for start in fmu.runs(every_law=every_law):
             expected = fmu.inside(start)
             settings = WRONG if wrong else {f"{tolerance:g}": (Solver(), tolerance) for tolerance in TOLERANCES}
             for name, (solver, tolerance) in settings.items():
                 outcome = fmu.outside(start, tolerance, expected, solver)
-                is_far = not wrong and not outcome.deviation <= allowed(start) * tolerance
-                failed += bool(is_far or unexpected(outcome, start, solver))
+                bound = allowed(fmu.law(start), outcome.counts.events) * tolerance
+                is_far = not wrong and not outcome.deviation <= bound
+                failed += bool(is_far or unexpected(outcome, fmu.law(start), solver))
                 counts = outcome.counts
                 print(
                     file.stem,
@@ -229,8 +257,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmus", type=Path, nargs="+", metavar="FMU", help="of FMI 2.0 or 3.0")
     parser.add_argument("--wrong", action="store_true", help="with solvers that do not suit")
+    parser.add_argument(
+        "--every-law", action="store_true", help="the cylinder under every friction law, not under four"
+    )
     arguments = parser.parse_args()
-    failed = sum([table(file, wrong=arguments.wrong) for file in arguments.fmus])
+    chosen = {"wrong": arguments.wrong, "every_law": arguments.every_law}
+    failed = sum([table(file, **chosen) for file in arguments.fmus])
     print(f"{failed} runs failed")
     return 1 if failed else 0
 

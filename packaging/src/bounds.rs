@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 
+use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -91,7 +92,7 @@ pub fn report(workspace: &Workspace, shown: usize) -> Result<()> {
     if folder.exists() {
         for file in std::fs::read_dir(&folder).with_context(|| format!("cannot list {}", folder.display()))? {
             let file = file?.path();
-            let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+            let text = files::text(&file)?;
             read(&text, &mut uses).with_context(|| format!("in {}", file.display()))?;
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
@@ -29,7 +29,7 @@ impl Describe {
         write(&workspace.descriptions().join("experiments.json"), &experiments(models::ALL)?)?;
         for page in tables::pages() {
             let file = workspace.root.join(page);
-            let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+            let text = files::text(&file)?;
             write(&file, &tables::renewed(page, &text)?)?;
         }
         Ok(())
@@ -70,7 +70,7 @@ mod tests {
 
     fn assert_committed(name: &Path, expected: &str) -> Result<()> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription").join(name);
-        let found = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let found = files::text(&file)?;
         assert!(found == expected, "{} is out of date: run `cargo xtask describe`", file.display());
         Ok(())
     }

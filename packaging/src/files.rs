@@ -4,6 +4,24 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+/// The bytes of a file.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(file: impl AsRef<Path>) -> Result<Vec<u8>> {
+    let file = file.as_ref();
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
+/// The text of a file.
+///
+/// # Errors
+/// When it cannot be read, or is no text.
+pub fn text(file: impl AsRef<Path>) -> Result<String> {
+    let file = file.as_ref();
+    std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
 /// Writes a file under another name first, so that whoever interrupts this leaves the old file or the new one.
 ///
 /// # Errors

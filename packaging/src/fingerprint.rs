@@ -8,6 +8,8 @@ use anyhow::{Context, Result};
 use cargo_metadata::{Metadata, MetadataCommand, Package, TargetKind};
 use sha2::{Digest, Sha256};
 
+use crate::files;
+
 /// The fingerprint of a package with all that it depends on: of packages on this machine the manifest, the build script and
 /// what lies beside and below the root of the library, and of all others what `Cargo.lock` says. It does not depend on where
 /// the packages lie, nor on line ends.
@@ -102,7 +104,7 @@ fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, Vec<u8>>) -
 
 /// The bytes of a file, with line ends that do not depend on the platform.
 fn read(file: &Path) -> Result<Vec<u8>> {
-    let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let bytes = files::read(file)?;
     let mut kept = Vec::with_capacity(bytes.len());
     for (index, byte) in bytes.iter().enumerate() {
         if !(*byte == b'\r' && bytes.get(index + 1) == Some(&b'\n')) {

@@ -49,7 +49,7 @@ impl Library {
     /// When it cannot be read or does not pass the gates.
     pub fn read(workspace: &Workspace, binary: &Binary) -> Result<Self> {
         let file = &binary.file;
-        let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let bytes = files::read(file)?;
         Self::checked(workspace, binary.platform, Reach::Everybody, bytes)
             .with_context(|| format!("{} is refused", file.display()))
     }

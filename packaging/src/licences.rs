@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
+use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -158,8 +159,7 @@ fn file_name(path: &Path) -> String {
 
 /// With line ends that do not depend on the platform.
 fn read(file: &Path) -> Result<String> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
-    Ok(text.replace("\r\n", "\n"))
+    Ok(files::text(file)?.replace("\r\n", "\n"))
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ impl Outcomes {
     fn add(&mut self, folder: &Path) -> Result<()> {
         let read = |name: &str| {
             let file = folder.join(name);
-            let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+            let text = files::text(&file)?;
             Ok::<_, anyhow::Error>(text.lines().map(str::to_owned).collect::<Vec<_>>())
         };
         self.caught += read("caught.txt")?.len();

@@ -129,7 +129,7 @@ mod tests {
     fn a_crate_has_the_law_its_line_and_its_test() -> Result<()> {
         let folder = std::env::temp_dir().join(format!("new-law-{}", std::process::id()));
         let written = write("QuadraticDrag", &folder, Path::new("/plant"))?;
-        let read = |name: &str| files_text(&folder.join(name));
+        let read = |name: &str| files::text(folder.join(name));
         assert_eq!(written.len(), 4);
         assert!(
             read("src/lib.rs")?
@@ -138,7 +138,7 @@ mod tests {
         assert!(read("src/quadratic_drag.rs")?.contains("impl VelocityLaw for QuadraticDrag"));
         assert!(read("tests/quadratic_drag.rs")?.contains("use own_quadratic_drag::catalogue::Friction;"));
         assert!(read("Cargo.toml")?.contains("pneumatic-servo = { path = \"/plant\" }"));
-        let left = written.iter().map(|file| files_text(file)).collect::<Result<String>>()?;
+        let left = written.iter().map(files::text).collect::<Result<String>>()?;
         assert!(!left.contains('@'), "{left}");
         let again = write("QuadraticDrag", &folder, Path::new("/plant"))
             .map_or_else(|error| error.to_string(), |_| String::new());
@@ -153,9 +153,5 @@ mod tests {
             let refused = write(name, Path::new("nowhere"), Path::new("/plant"));
             assert!(refused.is_err_and(|error| error.to_string().contains("is no name of a law")), "{name}");
         }
-    }
-
-    fn files_text(file: &Path) -> Result<String> {
-        std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
     }
 }

@@ -166,7 +166,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     process::run(script("experiment.py").arg("--experiments").arg(&stated).args(fmus(workspace)))?;
     for model in workspace.product.models {
         let file = workspace.fmus().join(format!("{}.csv", model.name));
-        let run = Run::read(model, &text(&file)?).with_context(|| file.display().to_string())?;
+        let run = Run::read(model, &files::text(&file)?).with_context(|| file.display().to_string())?;
         // The tests of the project compare its own FMUs with more.
         if !workspace.product.is_of_the_project() {
             run.ensure_bits(model)?;
@@ -284,8 +284,4 @@ fn contents(
         }
     }
     Ok(archive)
-}
-
-fn text(file: &Path) -> Result<String> {
-    std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }

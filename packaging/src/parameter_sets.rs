@@ -10,6 +10,7 @@ use pneumatic_servo::variables::{Kind, Role, Variable};
 use quick_xml::events::{BytesDecl, Event};
 use serde_json::{Map, Value, json};
 
+use crate::files;
 use crate::moment::Moment;
 use crate::product::Parts;
 use crate::ssc;
@@ -53,7 +54,7 @@ pub fn of_owner(
     find: impl Fn(&str) -> Result<Variable> + Copy,
 ) -> Result<Vec<ParameterSet>> {
     let file = folder.join(FILE);
-    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = files::text(&file)?;
     let sets: Vec<Value> = serde_json::from_str(&text).with_context(|| file.display().to_string())?;
     let sets = sets.iter().filter(|set| set["of"] == owner);
     sets.map(|set| ParameterSet::read(set, find)).collect::<Result<_>>().with_context(|| file.display().to_string())

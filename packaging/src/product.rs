@@ -6,6 +6,8 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
+use crate::files;
+
 /// What is packed.
 #[derive(Clone, Debug)]
 pub struct Product {
@@ -65,7 +67,7 @@ impl Parts {
         let Some(file) = self.folders().map(|folder| folder.join(name)).find(|file| file.is_file()) else {
             return Ok(None);
         };
-        std::fs::read(&file).map(Some).with_context(|| format!("cannot read {}", file.display()))
+        files::read(file).map(Some)
     }
 
     /// A part that is text, if there is one of this name.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 
 use crate::files;
 use crate::workspace::Workspace;
@@ -20,7 +20,7 @@ const PARTS: [&str; 6] = ["method", "tymethod", "variant", "structfield", "assoc
 /// When it differs; the present one is in target/public.txt then.
 pub fn check(workspace: &Workspace) -> Result<()> {
     let found = interface(&workspace.target.join("doc/pneumatic_servo"))?;
-    let recorded = read(&workspace.home.join(RECORD))?;
+    let recorded = files::text(workspace.home.join(RECORD))?;
     let (now, before): (BTreeSet<_>, BTreeSet<_>) =
         (found.iter().map(String::as_str).collect(), recorded.lines().collect());
     if now == before {
@@ -44,8 +44,8 @@ fn lines<'a>(sign: &str, of: impl Iterator<Item = &'a &'a str>) -> String {
 /// All items that the documentation in a folder shows, with their parts.
 fn interface(folder: &Path) -> Result<BTreeSet<String>> {
     let mut found = BTreeSet::new();
-    for (page, name) in items(&read(&folder.join("all.html"))?) {
-        let text = read(&folder.join(&page))?;
+    for (page, name) in items(&files::text(folder.join("all.html"))?) {
+        let text = files::text(folder.join(&page))?;
         let kind = page.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default();
         found.insert(format!("{name} ({kind})"));
         found.extend(parts(&text).into_iter().map(|part| format!("{name}::{part}")));
@@ -83,10 +83,6 @@ fn parts(page: &str) -> BTreeSet<String> {
         (PARTS.contains(&kind) && !name.contains('.')).then(|| name.to_owned())
     };
     anchors.filter_map(part).collect()
-}
-
-fn read(file: &Path) -> Result<String> {
-    std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
 
+use crate::files;
 use crate::new;
 use crate::package;
 use crate::process::{self, heading};
@@ -76,16 +77,15 @@ fn versions(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let name = wheel.file_name().unwrap_or_default().to_string_lossy();
     stated.push(("the wheel".to_owned(), name.split('-').nth(1).unwrap_or_default().to_owned()));
     for fmu in package::fmus(workspace) {
-        let description = entry(&fmu, "modelDescription.xml")?;
-        stated.push((fmu.display().to_string(), between(&description, " version=\"", "\"").to_owned()));
+        stated.push((fmu.display().to_string(), of_description(&entry(&fmu, "modelDescription.xml")?).to_owned()));
     }
-    let citation = read(&workspace.root.join("CITATION.cff"))?;
+    let citation = files::text(workspace.root.join("CITATION.cff"))?;
     stated.push(("CITATION.cff".to_owned(), between(&citation, "\nversion: ", "\n").to_owned()));
-    let changes = read(&workspace.root.join("CHANGELOG.md"))?;
+    let changes = files::text(workspace.root.join("CHANGELOG.md"))?;
     stated.push(("CHANGELOG.md".to_owned(), between(&changes, "\n## [", "]").to_owned()));
     let site = workspace.target.join("site/index.html");
     if site.is_file() {
-        let title = between(&read(&site)?, "<title>", "</title>").to_owned();
+        let title = between(&files::text(&site)?, "<title>", "</title>").to_owned();
         stated.push(("the site".to_owned(), title.rsplit(' ').next().unwrap_or_default().to_owned()));
     } else {
         println!("left out: the site, which `cargo xtask site` builds");
@@ -104,14 +104,16 @@ fn agree(wanted: &str, stated: &[(String, String)]) -> Result<()> {
     Ok(())
 }
 
+/// The version of a model by its description; that of XML stands before it.
+fn of_description(description: &str) -> &str {
+    let model = description.split_once("<fmiModelDescription").map_or("", |(_, model)| model);
+    between(model.split_once('>').map_or("", |(attributes, _)| attributes), " version=\"", "\"")
+}
+
 /// What is between two texts, or nothing.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
     let rest = text.split_once(before).map_or("", |(_, rest)| rest);
     rest.split_once(after).map_or("", |(found, _)| found)
-}
-
-fn read(file: &Path) -> Result<String> {
-    fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 fn entry(archive: &Path, name: &str) -> Result<String> {
@@ -123,12 +125,15 @@ fn entry(archive: &Path, name: &str) -> Result<String> {
 
 /// A Python of a version, if it starts and can make environments.
 fn python(version: &str) -> Option<PathBuf> {
-    let python = which::which(format!("python{version}")).ok()?;
     let check =
         format!("import sys, ensurepip, venv; sys.exit(sys.version_info[:2] != ({}))", version.replace('.', ", "));
-    let mut command = Command::new(&python);
-    command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success()).then_some(python)
+    let works = |python: &PathBuf| {
+        let mut command = Command::new(python);
+        command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
+    // The first may be a stand-in of a version manager, for a version that is not switched on.
+    which::which_all(format!("python{version}")).ok()?.find(works)
 }
 
 /// Installs a package with what it asks for into an environment that holds nothing else, and runs the plant.
@@ -206,5 +211,8 @@ mod tests {
         assert_eq!(between("cff-version: 1.2.0\nversion: 0.1.0\nlicense:", "\nversion: ", "\n"), "0.1.0");
         assert_eq!(between("# Changes\n\n## [0.1.0]\n", "\n## [", "]"), "0.1.0");
         assert_eq!(between("# Changes\n", "\n## [", "]"), "");
+        let description = "<?xml version=\"1.0\"?>\n<fmiModelDescription fmiVersion=\"2.0\" version=\"0.1.0\">";
+        assert_eq!(of_description(description), "0.1.0");
+        assert_eq!(of_description("<?xml version=\"1.0\"?>\n<fmiModelDescription><Tool version=\"3\"/>"), "");
     }
 }

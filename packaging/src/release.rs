@@ -55,12 +55,12 @@ impl Release {
         heading("Collect the files");
         let mut contents = Vec::new();
         for file in package::fmus(workspace).chain([workspace.fmus().join(format!("{}.ssp", ssp::NAME))]) {
-            contents.push((name(&file)?, read(&file)?));
+            contents.push((name(&file)?, files::read(&file)?));
         }
         for file in package::fmus_of(workspace, Version::Fmi3) {
-            contents.push((format!("FMI3-{}", name(&file)?), read(&file)?));
+            contents.push((format!("FMI3-{}", name(&file)?), files::read(&file)?));
         }
-        contents.push(("playground.html".to_owned(), read(&page)?));
+        contents.push(("playground.html".to_owned(), files::read(&page)?));
         contents.push(("README.txt".to_owned(), readme(&revision(&workspace.root)).into_bytes()));
         publish(&workspace.target.join("release-files"), contents)
     }
@@ -68,10 +68,6 @@ impl Release {
 
 fn name(file: &Path) -> Result<String> {
     Ok(file.file_name().context("a file without a name")?.to_string_lossy().into_owned())
-}
-
-fn read(file: &Path) -> Result<Vec<u8>> {
-    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// Writes files and their checksums into a folder that holds nothing else, and that is there when all is written.

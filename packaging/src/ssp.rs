@@ -10,6 +10,7 @@ use pneumatic_servo::variables::{Kind, Unit, Variable};
 use quick_xml::events::{BytesDecl, Event};
 
 use crate::archive::Archive;
+use crate::files;
 use crate::moment::Moment;
 use crate::parameter_sets::{self, ParameterSet};
 use crate::ssc::{self, COMMON, TOOL};
@@ -86,19 +87,15 @@ pub fn write(fmus: &Path, sources: &Path, moment: Moment) -> Result<PathBuf> {
         archive.add(&format!("{}.ssd", variant.file()), description(variant, moment)?)?;
     }
     for (_, model) in COMPONENTS {
-        archive.add(&format!("resources/{model}.fmu"), read(&fmus.join(format!("{model}.fmu")))?)?;
+        archive.add(&format!("resources/{model}.fmu"), files::read(fmus.join(format!("{model}.fmu")))?)?;
     }
     for set in &sets {
         archive.add(&format!("resources/{}.ssv", set.name), set.ssv(moment)?)?;
     }
-    archive.add("resources/reference.csv", read(&sources.join("reference.csv"))?)?;
+    archive.add("resources/reference.csv", files::read(sources.join("reference.csv"))?)?;
     let file = fmus.join(format!("{NAME}.ssp"));
     archive.write(&file, moment)?;
     Ok(file)
-}
-
-fn read(file: &Path) -> Result<Vec<u8>> {
-    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// A connection with what it connects.

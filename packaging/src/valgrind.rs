@@ -83,7 +83,7 @@ const RECORD: &str = "benches/instructions.json";
 /// When a step needs clearly more instructions than recorded with the same compiler; under CI, with another compiler.
 fn check_instructions(workspace: &Workspace) -> Result<()> {
     let file = workspace.root.join(RECORD);
-    let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = files::text(&file)?;
     let recorded: Counts = serde_json::from_str(&text).with_context(|| format!("{} is no record", file.display()))?;
     let counted = count(workspace)?;
     let mut slower = Vec::new();

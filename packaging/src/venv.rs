@@ -56,7 +56,7 @@ impl Venv {
 
     /// Installs the packages of a list, unless that is what was installed last.
     fn install(&self, list: &Path) -> Result<()> {
-        let wanted = std::fs::read_to_string(list).with_context(|| format!("cannot read {}", list.display()))?;
+        let wanted = files::text(list)?;
         // What was installed last is kept beside the packages.
         let stamp = self.folder.join(list.file_name().context("requirements without a name")?);
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {

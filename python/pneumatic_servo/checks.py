@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Iterable, Mapping
 from reprlib import repr as shortened
@@ -42,14 +41,3 @@ def whole_number(argument: str, given: int, least: int) -> int:
     if number < least:
         raise ValueError(f"{argument} = {number} is refused: it must be at least {least}")
     return number
-
-
-def seconds(argument: str, given: float) -> float:
-    """Return a time in s."""
-    try:
-        value = float(given) if not isinstance(given, str) else math.nan
-    except (TypeError, ValueError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"{argument} = {shortened(given)} is refused: it must be a finite number of seconds")
-    return value

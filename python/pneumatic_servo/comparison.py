@@ -38,6 +38,12 @@ class Comparison:
     laws: tuple[str, ...]
     runs: Runs
 
+    @staticmethod
+    def of_begun(laws: Sequence[str], runs: Runs) -> Comparison | None:
+        """Return the comparison of those laws whose runs have begun, if there are any."""
+        begun = [place for place, rows in enumerate(runs.rows) if rows > 0]
+        return Comparison(tuple(laws[place] for place in begun), runs.of(begun)) if begun else None
+
     def __getitem__(self, law: str) -> Run:
         """Return the run under a law."""
         if law not in self.laws:

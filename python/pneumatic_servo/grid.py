@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.checks import seconds, whole_number
+from pneumatic_servo.checks import whole_number
+from pneumatic_servo.values import seconds
 
 MOST = 2.0**53
 """Steps up to which each has a number of its own."""

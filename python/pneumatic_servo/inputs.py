@@ -46,8 +46,7 @@ def inputs_of(argument: str, variables: Variables, given: object) -> dict[str, I
     if isinstance(given, str | Path):
         return of_table(variables, read_table(given))[0]
     if hasattr(given, "columns") and hasattr(given, "iloc"):
-        recorded = getattr(given, "attrs", {}).get(Run.RECORDED, False)
-        return of_table(variables, of_frame(given, Path("the DataFrame")), is_recorded=recorded)[0]
+        return of_table(variables, of_frame(given, Path("the DataFrame")))[0]
     return mapping(argument, given)  # type: ignore[arg-type]
 
 
@@ -64,14 +63,14 @@ def held_from(recorded: Array) -> Array:
     return np.append(recorded[1:], recorded[-1:])
 
 
-def of_table(variables: Variables, table: Table, *, is_recorded: bool = False) -> tuple[dict[str, Input], float]:
+def of_table(variables: Variables, table: Table) -> tuple[dict[str, Input], float]:
     """Return the inputs of a table, and its last time in s; errors name file, line, column, variable and value."""
     times, chosen = _columns(variables, table)
     inputs: dict[str, Input] = {}
     for name, place in chosen.items():
         variable = variables[name]
         column = table.in_si(place, table.units[place] or variable.unit, variable.unit)
-        if is_recorded:
+        if table.is_recorded:
             column = held_from(column)
         _check_column(variable, column, table, place)
         inputs[name] = (times, column)

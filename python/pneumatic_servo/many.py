@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
+from pneumatic_servo.tasks import cancel, is_finished
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -64,7 +65,7 @@ class Work:
             _native.Model(self.model),
             list(self.shared.items()),
             [list(settings.items()) for settings in self.runs],
-            list(self.inputs.items()),
+            [(name, _aligned(course)) for name, course in self.inputs.items()],
             self.grid,
             list(self.outputs),
             threads,
@@ -83,20 +84,19 @@ class Work:
         size = max(1, -(-len(self.runs) // PIECES))
         places = [(first, min(first + size, len(self.runs))) for first in range(0, len(self.runs), size)]
         tasks = [executor.submit(_make, self.part(first, last)) for first, last in places]
-        ended: BaseException | None = None
         try:
             _wait(tasks, [last - first for first, last in places], progress)
         except KeyboardInterrupt as interrupt:
-            ended = interrupt
-            for task in tasks:
-                task.cancel()
+            return self._joined(places, [task.result() if is_finished(task) else None for task in tasks], interrupt)
         finally:
-            if ended is None:
-                for task in tasks:
-                    task.cancel()
-        return self._joined(places, tasks, ended)
+            cancel(tasks)
+        pieces = [task.result() for task in tasks]
+        return self._joined(places, pieces, next((piece.ended for piece in pieces if piece.ended is not None), None))
 
-    def _joined(self, places: list[tuple[int, int]], tasks: list[Future[Done]], ended: BaseException | None) -> Done:
+    def _joined(
+        self, places: Sequence[tuple[int, int]], pieces: Sequence[Done | None], ended: BaseException | None
+    ) -> Done:
+        """Put the pieces together that there are."""
         rows = self.grid[2] // self.grid[3] + 1
         whole = Done(
             np.full((len(self.runs), len(self.outputs), rows), np.nan),
@@ -105,10 +105,9 @@ class Work:
             ended,
             [],
         )
-        for (first, last), task in zip(places, tasks, strict=True):
-            if task.cancelled() or (ended is not None and not task.done()):
+        for (first, last), done in zip(places, pieces, strict=True):
+            if done is None:
                 continue
-            done = task.result()
             whole.values[first:last] = done.values
             whole.rows[first:last] = done.rows
             whole.failures.update({first + run: failure for run, failure in done.failures.items()})
@@ -149,14 +148,33 @@ def _make(work: Work) -> Done:
 
 
 def _wait(tasks: Sequence[Future[Done]], sizes: Sequence[int], progress: Callable[[int], None] | None) -> None:
+    """Wait until all are done.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Here, or in a worker: a terminal interrupts both, and a worker may be the first to tell.
+    Exception
+        Whatever a task has raised.
+    """
     left = set(tasks)
     while left:
         _, left = wait(left, timeout=LOOK)
         if progress is not None:
             progress(sum(size for task, size in zip(tasks, sizes, strict=True) if task.done()))
-        failed = next((task for task in tasks if task.done() and task.exception() is not None), None)
-        if failed is not None:
-            return
+        failures = [failure for task in tasks if task.done() and (failure := task.exception()) is not None]
+        if any(isinstance(failure, KeyboardInterrupt) for failure in failures):
+            raise KeyboardInterrupt
+        if failures:
+            raise failures[0]
+
+
+def _aligned(course: Courses) -> Courses:
+    """Return a course as the extension module reads it: arrays that came over a wire may lie anywhere in memory."""
+    if isinstance(course, tuple):
+        times, rows = course
+        return np.require(times, requirements=("C", "A")), np.require(rows, requirements=("C", "A"))
+    return np.require(course, requirements=("C", "A")) if isinstance(course, np.ndarray) else course
 
 
 def _part(course: Courses, first: int, last: int, number: int) -> Courses:

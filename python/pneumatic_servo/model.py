@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pneumatic_servo import _native, defaults, noticed, progress, values
-from pneumatic_servo.checks import names, seconds, whole_number
+from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Interrupted, Refused, SimulationError, warn
 from pneumatic_servo.grid import Grid
@@ -120,7 +120,7 @@ class Model:
         >>> round(simulation.time, 6)
         0.1
         """
-        begin = seconds("time", time)
+        begin = values.seconds("time", time)
         settings = self._fitted(self._settings(parameters))
         with self._with_units():
             native = self._native.start(list(settings.items()), begin)
@@ -424,7 +424,7 @@ class Model:
             )
         except Interrupted as interrupted:
             if isinstance(interrupted.finished, Runs):
-                interrupted.finished = Comparison(laws, interrupted.finished)
+                interrupted.finished = Comparison.of_begun(laws, interrupted.finished)
             raise
         return Comparison(laws, runs)
 

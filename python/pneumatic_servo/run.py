@@ -250,6 +250,13 @@ class Runs(Sequence[Run]):
             raise IndexError(f"there are {len(self)} runs, and none of number {key}")
         return self._run(key % len(self))
 
+    def of(self, numbers: Sequence[int]) -> Runs:
+        """Return the runs of these numbers, numbered anew."""
+        failures = {new: self.failures[old] for new, old in enumerate(numbers) if old in self.failures}
+        settings = [self._settings[number] for number in numbers]
+        places = list(numbers)
+        return Runs(self.time, self._values[places], self.variables, settings, self.rows[places], failures)
+
     def _of_all(self, name: str) -> Array:
         values: Array = self._values[:, _place(self.variables, name)]
         return values

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.files import opened
 from pneumatic_servo.numerals import finite
+from pneumatic_servo.run import Run
 from pneumatic_servo.units import TO_SI, scale
 
 Array = NDArray[np.float64]
@@ -50,6 +51,8 @@ class Table:
         The line of each row.
     first : int
         The line of the header.
+    is_recorded : bool
+        Whether a run recorded it, whose inputs stand in each row as they were in force up to it.
     """
 
     file: Path
@@ -59,6 +62,7 @@ class Table:
     values: Array
     lines: NDArray[np.int64]
     first: int
+    is_recorded: bool = False
 
     def where(self, row: int, column: int) -> str:
         """Return where a value stands, for people."""
@@ -201,21 +205,28 @@ def _of_parquet(file: Path) -> Table:
     try:
         import pandas
     except ImportError as error:
-        raise MissingPackage("pandas (and pyarrow) for Parquet files", "pandas") from error
+        raise MissingPackage("pandas and pyarrow for Parquet files", "parquet") from error
     if not file.is_file():
         raise FileNotFoundError(f"{file}: there is no such file")
     try:
         frame = pandas.read_parquet(file)
     except ImportError as error:
-        raise MissingPackage("pyarrow, which pandas reads Parquet files with", "pandas") from error
+        raise MissingPackage("pyarrow, which pandas reads Parquet files with", "parquet") from error
+    except (ValueError, OSError) as error:
+        raise ValueError(f"{file}: it cannot be read: {error}") from None
     return of_frame(frame, file)
 
 
 def of_frame(frame: Any, file: Path) -> Table:
-    """Return the table of a pandas DataFrame; an index that is called ``time`` is a column."""
+    """Return the table of a pandas DataFrame; an index that is called ``time`` is a column.
+
+    What a run has recorded says so by itself, also after it was kept in a Parquet file.
+    """
+    is_recorded = bool(frame.attrs.get(Run.RECORDED, False))
     if frame.index.name is not None and frame.index.name not in frame.columns:
         frame = frame.reset_index()
-    return _of_columns(file, {str(name): np.asarray(frame[name]) for name in frame.columns})
+    columns = {str(name): np.asarray(frame[name]) for name in frame.columns}
+    return replace(_of_columns(file, columns), is_recorded=is_recorded)
 
 
 def numbers(column: Any) -> NDArray[np.float64]:

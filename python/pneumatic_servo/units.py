@@ -134,6 +134,14 @@ def written(text: str, si: str, where: str, *, is_bare_allowed: bool = False) ->
     return to_si(float(match[1]), match[2], si, where)
 
 
+def has_unit(given: object) -> bool:
+    """Tell whether something is a number with a unit: ``"6 bar"``, ``(6, "bar")``, or a quantity of pint."""
+    if isinstance(given, str):
+        match = NUMBER.fullmatch(given)
+        return match is not None and bool(match[2])
+    return (isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str)) or is_quantity(given)
+
+
 def is_quantity(given: object) -> bool:
     """Tell whether something is a quantity of pint."""
     return hasattr(given, "magnitude") and hasattr(given, "to") and hasattr(given, "units")

@@ -10,7 +10,7 @@ from typing import Any, SupportsFloat
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.names import did_you_mean, similar
-from pneumatic_servo.units import is_quantity, magnitude, to_si, units_of, written
+from pneumatic_servo.units import has_unit, is_quantity, magnitude, to_si, units_of, written
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 
@@ -62,6 +62,19 @@ def number_in(unit: str, name: str, given: object) -> float:
     bare = Variable(name, "fixed", "real", unit, None, None, None, None, Unit(unit), {}, {}, None, "")
     value = number(bare, given)
     check_range(bare, value)
+    return value
+
+
+def seconds(argument: str, given: object) -> float:
+    """Return a time in s, given as a number or with its unit."""
+    if has_unit(given):
+        return number_in("s", argument, given)
+    try:
+        value = float(given) if not isinstance(given, str) else math.nan  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{argument} = {shortened(given)} is refused: it must be a finite number of seconds")
     return value
 
 

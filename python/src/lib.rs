@@ -17,10 +17,11 @@ mod transition;
 mod value;
 mod watch;
 
-use pyo3::prelude::*;
-
-#[pymodule]
+#[pyo3::pymodule]
 mod _native {
+    use numpy::PyArray1;
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::fleet::Fleet;
     #[pymodule_export]
@@ -33,4 +34,12 @@ mod _native {
     use crate::simulation::{SavedState, Simulation};
     #[pymodule_export]
     use crate::single::simulate;
+
+    /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.py().import("numpy")?;
+        PyArray1::<f64>::zeros(module.py(), 0, false);
+        Ok(())
+    }
 }

@@ -6,7 +6,7 @@ use crate::model::{Model, Start};
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::sensitivity::{Equations, Erased};
 use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError, Tuning};
-use crate::system::{Shortcuts, System, table};
+use crate::system::{MAX_KINKS, Shortcuts, System, table};
 use crate::variables::{Notices, ParameterError, ParameterSet, StateSet, Table, Values};
 
 /// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
@@ -44,12 +44,28 @@ pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Res
     Ok((equations, settings.keeping_balance(keeps_balance)))
 }
 
-/// Checks that a run can begin with equations: every state has a magnitude.
+/// Checks that a run can begin with equations: every state has a magnitude and a rate, every indicator is told of.
 ///
 /// # Errors
-/// [`ParameterError`] with the name of a state that has none.
+/// [`ParameterError`] with the name of a state that has none, or that counts indicators.
 pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), ParameterError> {
+    let (events, told) = (E::Indicators::default().as_ref().len(), E::indicator_list().len());
+    if events != told {
+        let reason = format!("the equations have so many, and tell of {told}");
+        return Err(ParameterError::new("indicators", events as f64, &reason));
+    }
+    if E::kink_list().len() > MAX_KINKS {
+        let reason = format!("there may be {MAX_KINKS}");
+        return Err(ParameterError::new("kinks", E::kink_list().len() as f64, &reason));
+    }
     for state in E::State::ALL {
+        // Some models count references from elsewhere, some do not integrate all of their states.
+        let (n, own) = (equations.states(), |reference| E::State::of(reference) == Some(*state));
+        let is_it = |reference| own(reference) || equations.state_at(reference, n) == Some(state.at(n));
+        if !table::<E, U>().states().any(is_it) {
+            let reason = "no variable is the derivative of this state";
+            return Err(ParameterError::new("the value reference", state.reference().into(), reason));
+        }
         let scale = state.scale(equations.parameters());
         if !(scale.is_finite() && scale > 0.0) {
             let table = table::<E, U>();
@@ -60,6 +76,27 @@ pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), Paramete
         }
     }
     Ok(())
+}
+
+/// Checks that the equations write as many values as the table has computed variables.
+fn check_outputs<E: System<U>, const N: usize, const U: usize>(
+    equations: &E,
+    x: &[f64; N],
+    u: &[f64; U],
+    memory: &E::Memory,
+) -> Result<(), ParameterError> {
+    // No arithmetic yields this number.
+    const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_dead_beef);
+    let listed = table::<E, U>().computed().count() - Counters::COUNT - E::RESIDUALS;
+    let mut computed = vec![UNWRITTEN; 2 * listed + 100];
+    equations.outputs(0.0, x, u, memory, &mut computed);
+    let is_written = |value: &f64| value.to_bits() != UNWRITTEN.to_bits();
+    let written = computed.iter().filter(|value| is_written(value)).count();
+    if written == listed && computed[..listed].iter().all(is_written) {
+        return Ok(());
+    }
+    let reason = format!("the table has so many, the equations write {written}");
+    Err(ParameterError::new("computed variables", listed as f64, &reason))
 }
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
@@ -83,7 +120,7 @@ macro_rules! run_sized {
         let states = $crate::system::System::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start);
+                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start)?;
                 break 'run Ok(Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
             }
         )+
@@ -106,11 +143,16 @@ pub struct Simulator<E: Shortcuts<U>, const N: usize, const U: usize> {
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// A run of equations from their start; `N` is the number of their states, or more.
-    pub fn new(equations: E, settings: Settings, start: &Start) -> Self {
+    ///
+    /// # Errors
+    /// [`ParameterError`] when the equations write other variables than the table lists.
+    pub fn new(equations: E, settings: Settings, start: &Start) -> Result<Self, ParameterError> {
         let u = inputs(start.inputs);
         let (x, memory) = equations.start(&u);
+        check_outputs(&equations, &x, &u, &memory)?;
         let run = Run::new(equations, settings, 0.0, x, memory, u);
-        Self { run, table: table::<E, U>(), parameters: start.parameters.to_vec(), start: start.time, time: start.time }
+        let (table, parameters) = (table::<E, U>(), start.parameters.to_vec());
+        Ok(Self { run, table, parameters, start: start.time, time: start.time })
     }
 
     /// The equations for parameters that vary with slopes.

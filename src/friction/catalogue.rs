@@ -38,7 +38,7 @@ pub trait Laws: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// # Errors
     /// As [`new`](Self::new).
     fn read(values: &mut Values, group: &str) -> Result<Self, ParameterError> {
-        Self::new(values.take(Self::LEN), group)
+        Self::new(values.take(Self::LEN)?, group)
     }
 
     /// The law in words, for messages.
@@ -47,25 +47,45 @@ pub trait Laws: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// Whether a memory belongs to this law.
     fn owns(&self, memory: &Self::Memory) -> bool;
 
+    #[doc(hidden)]
     fn states(&self) -> usize;
+    #[doc(hidden)]
     fn events(&self) -> &'static [Event];
+    #[doc(hidden)]
     fn stiction(&self) -> Stiction;
+    #[doc(hidden)]
     fn asks_for_applied_force(&self) -> bool;
+    #[doc(hidden)]
     fn is_gentle(&self) -> bool;
+    #[doc(hidden)]
     fn follows(&self, drive: Drive) -> bool;
+    #[doc(hidden)]
     fn state_kind(&self) -> StateKind;
+    #[doc(hidden)]
     fn state_scale(&self) -> f64;
+    #[doc(hidden)]
     fn max_step(&self) -> f64;
+    #[doc(hidden)]
     fn depends_on_time(&self) -> bool;
+    #[doc(hidden)]
     fn notice(&self) -> Option<Notice>;
+    #[doc(hidden)]
     fn start(&self, contact: &Contact<f64>) -> Self::Memory;
+    #[doc(hidden)]
     fn is_sticking(memory: &Self::Memory) -> bool;
+    #[doc(hidden)]
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
+    #[doc(hidden)]
     fn relaxation(&self, contact: &Contact<f64>, state: [f64; 2], memory: &Self::Memory) -> f64;
+    #[doc(hidden)]
     fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Self::Memory) -> Indicators;
+    #[doc(hidden)]
     fn switch(&self, event: Event, at: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Self::Memory);
+    #[doc(hidden)]
     fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Self::Memory) -> bool;
+    #[doc(hidden)]
     fn next_sample(&self, memory: &Self::Memory) -> Sample;
+    #[doc(hidden)]
     fn sample(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Self::Memory);
 }
 
@@ -182,6 +202,7 @@ macro_rules! law_items {
         }
 
         /// The memory of a friction law chosen at run time.
+        #[doc(hidden)]
         // The law is asked for at every evaluation: by a number of its own it is told quicker than by a gap in a variant.
         #[repr(u64)]
         #[derive(Clone, Debug, PartialEq, $crate::serde::Serialize, $crate::serde::Deserialize)]
@@ -224,7 +245,7 @@ macro_rules! law_items {
                     $(table.extend(
                         <$type as ParameterSet>::table()
                             .into_iter()
-                            .map(|variable| variable.within(&format!("{group}.{}", $group), base + 100 * $id)),
+                            .map(|variable| variable.within(&format!("{group}.{}", $group), base.saturating_add(100 * $id))),
                     );)*
                     table
                 }

@@ -20,6 +20,7 @@ pub mod catalogue;
 pub mod contact;
 mod event;
 pub mod law;
+#[doc(hidden)]
 pub mod laws;
 pub mod parts;
 mod registry;

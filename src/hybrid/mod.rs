@@ -9,10 +9,14 @@ mod longest_steps;
 mod sample;
 mod system;
 
+pub use couplings::Couplings;
 pub(crate) use couplings::bits;
-pub use couplings::{Couplings, jacobian_by_couplings};
+#[doc(hidden)]
+pub use couplings::jacobian_by_couplings;
 pub use indicators::{Indicator, UNUSED};
 pub use limits::Limits;
 pub use longest_steps::LongestSteps;
 pub use sample::Sample;
-pub use system::{Groups, Held, HybridSystem, Led, QUANTITIES, Stride, jacobian_by_duals};
+pub use system::{Groups, Led, QUANTITIES, Stride};
+#[doc(hidden)]
+pub use system::{Held, HybridSystem, jacobian_by_duals};

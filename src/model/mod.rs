@@ -80,6 +80,19 @@ impl Model {
         Ok(all.filter(|(reference, _)| states.contains(reference)).collect())
     }
 
+    /// The variables, continuous states with what they start from under the defaults.
+    ///
+    /// # Errors
+    /// As [`default_starts`](Self::default_starts).
+    pub fn started_variables(&self) -> Result<Vec<Variable>, ParameterError> {
+        let starts = self.default_starts()?;
+        let started = |variable: &Variable| {
+            let start = variable.start.or_else(|| starts.get(&variable.reference).copied());
+            Variable { start, ..variable.clone() }
+        };
+        Ok((self.variables)().iter().map(started).collect())
+    }
+
     #[cold]
     fn with_default_named(&self, mut error: ParameterError) -> ParameterError {
         let entry = (self.variables)().find(&error.variable);

@@ -68,6 +68,7 @@ fn yielding(deflection: Variable) -> Variable {
 const INPUTS: usize = Inputs::LEN;
 
 inputs! {
+    #[doc(hidden)]
     /// The inputs.
     Inputs {
         drive_velocity = Variable::input(1, "driveVelocity", units::METRE_PER_SECOND, 0.1).nominal(0.1).shown_in("mm/s")
@@ -82,6 +83,7 @@ inputs! {
 }
 
 states! {
+    #[doc(hidden)]
     /// The states; positions resolve presliding.
     State of Parameters, from 0; {
         ..friction;
@@ -112,6 +114,7 @@ mod depends {
 }
 
 outputs! {
+    #[doc(hidden)]
     /// The computed variables.
     Outputs {
         position = Variable::output(depends::X, "position", units::METRE).nominal(0.1).shown_in("mm")
@@ -142,6 +145,7 @@ outputs! {
 }
 
 enumeration! {
+    #[doc(hidden)]
     /// What moves the mass; ids are never reused.
     Drive "BenchDrive": "What moves the mass" {
         1 SpringPull: "A spring and damper, whose free end moves with driveVelocity, and appliedForce";
@@ -159,6 +163,7 @@ impl Drive {
 }
 
 parameters! {
+    #[doc(hidden)]
     /// The parameters of the bench; those of the friction law and of the solver follow in the table.
     Parameters {
         drive: Drive = Variable::choice(1001, "bench.drive", Drive::SpringPull)
@@ -178,6 +183,7 @@ parameters! {
 
 /// The equations of the bench for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct FrictionBench<L = Friction> {
     p: Parameters,
     friction: FrictionContact<L>,
@@ -185,6 +191,7 @@ pub struct FrictionBench<L = Friction> {
 
 /// Memory of the friction law and of a prescribed motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     trend: Trend,
@@ -229,7 +236,7 @@ impl<L: Laws> FrictionBench<L> {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
             Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::constant),
-            Drive::SpringPull | Drive::Free => self.friction.rate(x[State::Velocity.at(N)], &memory.friction),
+            Drive::SpringPull | Drive::Free => self.friction.rate(State::Velocity.get(x), &memory.friction),
         }
     }
 
@@ -237,7 +244,7 @@ impl<L: Laws> FrictionBench<L> {
     fn spring_force<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, rate: S) -> S {
         match self.p.drive {
             Drive::SpringPull => {
-                (x[State::DrivePosition.at(N)] - x[State::Position.at(N)]) * self.p.stiffness
+                (State::DrivePosition.get(x) - State::Position.get(x)) * self.p.stiffness
                     + (u.drive_velocity - rate) * self.p.damping
             }
             Drive::PrescribedMotion | Drive::PrescribedPosition | Drive::Free => S::zero(),
@@ -265,10 +272,10 @@ impl<L: Laws> FrictionBench<L> {
         let drive = self.friction.drive();
         let velocity = match drive {
             friction::Drive::Motion => rate,
-            friction::Drive::Force => x[State::Velocity.at(N)],
+            friction::Drive::Force => State::Velocity.get(x),
         };
         let applied = self.applied_force(x, u, rate, trend);
-        Contact { time, position: x[State::Position.at(N)], velocity, applied, level: u.level, drive }
+        Contact { time, position: State::Position.get(x), velocity, applied, level: u.level, drive }
     }
 
     /// The contact in the present modes.
@@ -324,8 +331,9 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
     fn start<const N: usize>(&self, u: &[f64; INPUTS]) -> ([f64; N], Self::Memory) {
         let u = Inputs::read(u);
         let mut x = [0.0; N];
-        (x[State::DrivePosition.at(N)], x[State::Position.at(N)]) = (self.p.position0, self.p.position0);
-        x[State::Velocity.at(N)] = self.p.velocity0;
+        State::DrivePosition.set(&mut x, self.p.position0);
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
         let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
         let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
         let friction = self.friction.start(&self.contact(0.0, &x, &u, rate, trend));
@@ -351,9 +359,9 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         let mut rates = [S::zero(); N];
         let contact = self.contact_at(time, x, u, memory);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[State::DrivePosition.at(N)] = u.drive_velocity;
-        rates[State::Position.at(N)] = self.rate(x, u, memory);
-        rates[State::Velocity.at(N)] = self.acceleration(contact.applied, force);
+        State::DrivePosition.set(&mut rates, u.drive_velocity);
+        State::Position.set(&mut rates, self.rate(x, u, memory));
+        State::Velocity.set(&mut rates, self.acceleration(contact.applied, force));
         rates
     }
 
@@ -461,10 +469,10 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let rate = self.rate(x, u, memory);
         let outputs = Outputs {
-            position: x[State::Position.at(N)],
+            position: State::Position.get(x),
             velocity: rate,
             acceleration: friction.unless_held(self.acceleration(contact.applied, friction.force)),
-            drive_position: x[State::DrivePosition.at(N)],
+            drive_position: State::DrivePosition.get(x),
             spring_force: self.spring_force(x, u, rate),
             friction_force: friction.force,
             sticking: friction.sticking,

@@ -75,6 +75,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 });
 
 inputs! {
+    #[doc(hidden)]
     /// The inputs.
     Inputs {
         reference = Variable::input(1, "referencePosition", units::METRE, 0.25).range(-1e3, 1e3).nominal(0.1).shown_in("mm")
@@ -89,6 +90,7 @@ inputs! {
 }
 
 outputs! {
+    #[doc(hidden)]
     /// The computed real variables, which keep the values of the last sample.
     Outputs {
         voltage = Variable::output(101, "valveVoltage", units::VOLT).nominal(1.0)
@@ -105,6 +107,7 @@ outputs! {
 }
 
 enumeration! {
+    #[doc(hidden)]
     /// Where the velocity of the reference comes from; ids are never reused.
     Source "FeedForwardSource": "Where the velocity of the reference comes from" {
         1 Difference: "Difference of the last two samples of referencePosition";
@@ -113,6 +116,7 @@ enumeration! {
 }
 
 parameters! {
+    #[doc(hidden)]
     /// The parameters. The gains suit the cylinder with its default parameters.
     Parameters {
         sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")

@@ -19,6 +19,7 @@ mod scalar;
 mod tangent;
 
 pub use dual::Dual;
+#[doc(hidden)]
 pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;

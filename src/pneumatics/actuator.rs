@@ -183,7 +183,7 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// # Errors
     /// As [`new`](Self::new).
     fn read(values: &mut Values) -> Result<Self, ParameterError> {
-        Self::new(values.take(Self::LEN))
+        Self::new(values.take(Self::LEN)?)
     }
 
     /// Whether the supply pressure, an input, has a part in what flows.
@@ -222,16 +222,27 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// Whether a memory can belong to this actuator.
     fn fits(&self, memory: &Self::Memory) -> bool;
 
+    #[doc(hidden)]
     fn scales(&self) -> [f64; STATES];
+    #[doc(hidden)]
     fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
+    #[doc(hidden)]
     fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64>;
+    #[doc(hidden)]
     fn half(&self, step: f64) -> [[f64; STATES]; STATES];
+    #[doc(hidden)]
     fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S>;
+    #[doc(hidden)]
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
+    #[doc(hidden)]
     fn later(&self, states: [f64; STATES], voltage: f64, memory: &Self::Memory, stride: &Stride) -> Led<[f64; STATES]>;
+    #[doc(hidden)]
     fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Self::Memory, step: f64) -> bool;
+    #[doc(hidden)]
     fn follow(&self, voltage: f64, memory: &mut Self::Memory);
+    #[doc(hidden)]
     fn next_sample(&self, memory: &Self::Memory) -> Sample;
+    #[doc(hidden)]
     fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Self::Memory);
 }
 
@@ -294,6 +305,7 @@ macro_rules! actuator_items {
         }
 
         /// The memory of an actuator chosen at run time.
+        #[doc(hidden)]
         #[derive(Clone, Debug, PartialEq, $crate::serde::Serialize, $crate::serde::Deserialize)]
         #[serde(crate = "pneumatic_servo::serde")]
         #[allow(missing_docs, reason = "each variant is described by the type it names")]

@@ -2,10 +2,15 @@
 //! chambers.
 
 pub mod actuator;
+#[doc(hidden)]
 pub mod chamber;
 pub mod gas;
+#[doc(hidden)]
 pub mod hose;
 pub mod orifice;
+#[doc(hidden)]
 pub mod regulator;
+#[doc(hidden)]
 pub mod switching;
+#[doc(hidden)]
 pub mod valve;

@@ -17,10 +17,14 @@ mod settings;
 pub use balance::Balance;
 pub use counters::Counters;
 pub use error::{Course, Rejection, StepError};
+#[doc(hidden)]
 pub use linear::Inverse;
 pub(crate) use linear::Solver;
+#[doc(hidden)]
 pub use rosenbrock::RODAS;
+#[doc(hidden)]
 pub use run::{Mark, Progress, Run};
+#[doc(hidden)]
 pub use settings::{Scheme, Settings, Tuning};
 
 /// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to

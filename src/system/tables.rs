@@ -6,7 +6,7 @@ use std::sync::{LazyLock, Mutex};
 
 use super::System;
 use crate::solver::{Counters, Tuning};
-use crate::variables::{Table, Variable};
+use crate::variables::{ParameterError, Role, Table, Variable};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
 /// the numbers that stand for enumerations.
@@ -36,16 +36,41 @@ pub struct Tables {
     pub parameters: Vec<Variable>,
 }
 
+impl Tables {
+    /// What is in the wrong one of them, or missing, for equations with a number of inputs.
+    fn problem(&self, inputs: usize) -> Option<ParameterError> {
+        let stray = |list: &[Variable], belongs: fn(&Variable) -> bool, what: &str| {
+            let stray = list.iter().find(|variable| !belongs(variable))?;
+            Some(ParameterError::new(
+                &stray.name,
+                stray.reference.into(),
+                &format!("it is among the {what}, but none of them"),
+            ))
+        };
+        let counted = |inputs| {
+            let reason = format!("the table has so many, the equations have {inputs}");
+            ParameterError::new("inputs", self.inputs.len() as f64, &reason)
+        };
+        stray(&self.inputs, |it| it.role == Role::Input, "inputs")
+            .or_else(|| stray(&self.computed, Variable::is_computed, "computed variables"))
+            .or_else(|| stray(&self.parameters, Variable::is_parameter, "parameters"))
+            .or_else(|| (self.inputs.len() != inputs).then(|| counted(inputs)))
+    }
+}
+
 /// The table of a model.
 pub fn table<E: System<U>, const U: usize>() -> &'static Table {
     /// The tables made so far, by the types of the equations: a generic function has no static of its own for each type.
     static MADE: LazyLock<Mutex<HashMap<TypeId, &'static Table>>> = LazyLock::new(Mutex::default);
     let mut made = MADE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     made.entry(TypeId::of::<E>()).or_insert_with(|| {
-        let Tables { inputs, computed, parameters } = E::tables();
+        let tables = E::tables();
+        let problem = tables.problem(U);
+        let Tables { inputs, computed, parameters } = tables;
         let counters = Counters::table(references::COUNTERS);
         let own = [vec![Variable::time()], inputs, computed, counters, parameters].concat();
-        Box::leak(Box::new(Table::new([own, Tuning::grouped(references::SOLVER)].concat())))
+        let table = Table::new([own, Tuning::grouped(references::SOLVER)].concat());
+        Box::leak(Box::new(table.with_problem(problem)))
     })
 }
 

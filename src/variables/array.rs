@@ -15,38 +15,39 @@ fn parts(name: &str) -> Option<(&str, usize)> {
     Some((array, index.parse().ok()?))
 }
 
-/// How many elements the array has that begins with each variable: 1 if it is no array, 0 for further elements.
-///
-/// # Panics
-/// If elements of an array do not follow each other, or differ in anything but name, value reference, text and start value.
-pub(super) fn lengths(variables: &[Variable]) -> Vec<usize> {
+/// How many elements the array has that begins with each variable: 1 if it is no array, 0 for further elements. If there is
+/// one, the first element that does not follow the others, or differs in more than name, value reference, text and start value.
+pub(super) fn lengths(variables: &[Variable]) -> (Vec<usize>, Option<&Variable>) {
     let mut lengths = vec![1; variables.len()];
-    let mut first = 0;
+    let (mut first, mut stray) = (0, None);
     for (index, variable) in variables.iter().enumerate() {
         match parts(&variable.name) {
             Some((_, number)) if number > 1 && variable.is_parameter() => {
-                assert_follows(variable, &variables[first], index - first);
+                if !follows(variable, &variables[first], index - first) {
+                    stray.get_or_insert(variable);
+                }
                 lengths[index] = 0;
                 lengths[first] += 1;
             }
             _ => first = index,
         }
     }
-    lengths
+    (lengths, stray)
 }
 
-fn assert_follows(variable: &Variable, first: &Variable, offset: usize) {
+/// Whether a variable is so many elements behind the first.
+fn follows(variable: &Variable, first: &Variable, offset: usize) -> bool {
     let element = Variable {
         name: match parts(&first.name) {
             Some((array, 1)) => format!("{array}[{}]", offset + 1),
             _ => String::new(),
         },
-        reference: first.reference + offset as u32,
+        reference: first.reference.saturating_add(offset as u32),
         description: variable.description.clone(),
         start: variable.start,
         ..first.clone()
     };
-    assert!(element == *variable, "{} does not follow the other elements of its array", variable.name);
+    element == *variable
 }
 
 #[cfg(test)]
@@ -60,28 +61,33 @@ mod tests {
         assert_eq!(["position", "trolley[2].position", "der(z[3])"].map(array_name), [None, None, None]);
     }
 
-    fn pair(change: impl FnOnce(&mut [Variable; 2])) -> Vec<usize> {
+    fn pair(change: impl FnOnce(&mut [Variable; 2])) -> (Vec<usize>, Option<String>) {
         let mut pair = Variable::parameter(7, "k", units::METRE, 1.0).array([1.0, 2.0]);
         change(&mut pair);
-        lengths(&pair)
+        let (lengths, stray) = lengths(&pair);
+        (lengths, stray.map(|variable| variable.name.clone()))
     }
 
     #[test]
     fn elements_are_counted_at_the_first() {
-        assert_eq!(pair(|_| ()), [2, 0]);
-        assert_eq!(pair(|[_, second]| second.name = "other".to_owned()), [1, 1]);
-        assert_eq!(pair(|pair| pair.iter_mut().for_each(|it| it.role = Role::Local)), [1, 1]);
+        assert_eq!(pair(|_| ()), (vec![2, 0], None));
+        assert_eq!(pair(|[_, second]| second.name = "other".to_owned()), (vec![1, 1], None));
+        assert_eq!(pair(|pair| pair.iter_mut().for_each(|it| it.role = Role::Local)), (vec![1, 1], None));
     }
 
     #[test]
-    #[should_panic(expected = "k[2] does not follow")]
     fn elements_have_consecutive_references() {
-        pair(|[_, second]| second.reference += 1);
+        assert_eq!(pair(|[_, second]| second.reference += 1).1.as_deref(), Some("k[2]"));
     }
 
     #[test]
-    #[should_panic(expected = "k[2] does not follow")]
     fn elements_have_one_unit() {
-        pair(|[_, second]| second.kind = crate::variables::Kind::Real(units::PASCAL));
+        let (_, stray) = pair(|[_, second]| second.kind = crate::variables::Kind::Real(units::PASCAL));
+        assert_eq!(stray.as_deref(), Some("k[2]"));
+    }
+
+    #[test]
+    fn elements_begin_with_the_first() {
+        assert_eq!(pair(|pair| pair.swap(0, 1)).1.as_deref(), Some("k[2]"));
     }
 }

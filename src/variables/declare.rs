@@ -85,24 +85,29 @@ impl Field for u64 {
 
 /// One variable or an array of them, as a declaration in [`parameters!`](crate::parameters) yields it.
 pub trait Declaration {
+    /// How many there are.
+    const COUNT: usize;
     /// The variables, in order.
     fn into_variables(self) -> Vec<Variable>;
 }
 
 impl Declaration for Variable {
+    const COUNT: usize = 1;
     fn into_variables(self) -> Vec<Variable> {
         vec![self]
     }
 }
 
 impl<const N: usize> Declaration for [Variable; N] {
+    const COUNT: usize = N;
     fn into_variables(self) -> Vec<Variable> {
         self.into()
     }
 }
 
 /// The variables that a declaration yields for a field, whose type says whether they are tunable.
-pub fn declared<F: Field>(declaration: impl Declaration) -> impl Iterator<Item = Variable> {
+pub fn declared<F: Field, D: Declaration>(declaration: D) -> impl Iterator<Item = Variable> {
+    const { assert!(F::LEN == D::COUNT, "a field has another number of values than its declaration has variables") }
     let role = |variable: Variable| if F::IS_TUNABLE { variable.tunable() } else { variable };
     declaration.into_variables().into_iter().map(role)
 }
@@ -128,6 +133,23 @@ pub fn refused(table: &[Variable], place: usize, values: &[Tunable]) -> Paramete
 }
 
 /// Declares a [`ParameterSet`]: each field together with the variable (or array of variables) it is read from.
+///
+/// A field takes as many numbers as its declaration has variables; this is refused by the compiler:
+///
+/// ```compile_fail
+/// use pneumatic_servo::prelude::*;
+///
+/// parameters! {
+///     /// Two stiffnesses, of three variables.
+///     Pair {
+///         k: [f64; 2] = Variable::parameter(1, "k", units::NEWTON_PER_METRE, 1.0).array([1.0, 2.0, 3.0]);
+///     }
+/// }
+///
+/// fn main() {
+///     Pair::table();
+/// }
+/// ```
 #[macro_export]
 macro_rules! parameters {
     ($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty = $declaration:expr;)* }) => {
@@ -142,7 +164,7 @@ macro_rules! parameters {
             fn table() -> Vec<$crate::variables::Variable> {
                 #[allow(unused_mut, reason = "a struct may have no fields")]
                 let mut table = Vec::new();
-                $(table.extend($crate::variables::declared::<$type>($declaration));)*
+                $(table.extend($crate::variables::declared::<$type, _>($declaration));)*
                 table
             }
 

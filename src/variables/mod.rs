@@ -182,7 +182,7 @@ impl Variable {
             "Number of an item of {}, for tools that set no enumerations; 0: as {name} chooses. What it chooses is read from {name}",
             of.name
         );
-        let number = Self::new(NUMBERS + reference, &format!("{name}Number"), Kind::Integer, self.role);
+        let number = Self::new(reference.saturating_add(NUMBERS), &format!("{name}Number"), Kind::Integer, self.role);
         let number = Self { start: Some(0.0), chooses: Some(Chosen { reference, of }), ..number };
         Some(number.range(0.0, largest.into()).text(&text))
     }
@@ -206,7 +206,7 @@ impl Variable {
     pub fn array<const N: usize>(self, start: [f64; N]) -> [Self; N] {
         std::array::from_fn(|index| Self {
             name: format!("{}[{}]", self.name, index + 1),
-            reference: self.reference + index as u32,
+            reference: self.reference.saturating_add(index as u32),
             start: Some(start[index]),
             description: format!("{} (element {})", self.description, index + 1),
             ..self.clone()
@@ -266,7 +266,7 @@ impl Variable {
 
     /// Puts the variable into a group: `group.name`, with its value reference counted from `base`.
     pub fn within(self, group: &str, base: u32) -> Self {
-        Self { name: format!("{group}.{}", self.name), reference: base + self.reference, ..self }
+        Self { name: format!("{group}.{}", self.name), reference: base.saturating_add(self.reference), ..self }
     }
 
     /// Whether the variable may be set at all.

@@ -10,6 +10,9 @@ pub trait StateSet<P>: Copy + PartialEq + 'static {
     /// Index among `n` states.
     fn at(self, n: usize) -> usize;
 
+    /// Value reference of the variable.
+    fn reference(self) -> u32;
+
     /// The state of a value reference.
     fn of(reference: u32) -> Option<Self>;
 
@@ -27,6 +30,8 @@ pub trait StateSet<P>: Copy + PartialEq + 'static {
 ///     Position: 101, |p| p.stroke;
 /// }
 /// ```
+///
+/// Equations read a state by its name, `State::Position.get(x)`, and write its rate as `State::Position.set(&mut rates, velocity)`.
 ///
 /// `from` is the number of states that come before all of these and are declared elsewhere. Friction laws have different
 /// numbers of states, so that the place of a state depends on the number of all. A model without friction laws leaves
@@ -67,6 +72,20 @@ macro_rules! states {
                 if place < Self::FRICTION { place } else { n - Self::OTHERS + place }
             }
 
+            /// Its value among all states.
+            #[inline(always)]
+            #[allow(dead_code, reason = "a model may have no states of its own")]
+            pub fn get<S: Copy>(self, x: &[S]) -> S {
+                x[self.at(x.len())]
+            }
+
+            /// Gives it a value among all states.
+            #[inline(always)]
+            #[allow(dead_code, reason = "a model may have no states of its own")]
+            pub fn set<S>(self, x: &mut [S], value: S) {
+                x[self.at(x.len())] = value;
+            }
+
             /// Value reference of the variable.
             pub const fn reference(self) -> u32 {
                 match self { $(Self::$before => $before_reference,)* $(Self::$after => $after_reference),* }
@@ -95,6 +114,10 @@ macro_rules! states {
             #[inline(always)]
             fn at(self, n: usize) -> usize {
                 self.at(n)
+            }
+
+            fn reference(self) -> u32 {
+                self.reference()
             }
 
             fn of(reference: u32) -> Option<Self> {
@@ -146,6 +169,10 @@ mod tests {
     fn places_leave_room_for_what_comes_first_and_for_friction() {
         assert_eq!([State::Low, State::High, State::Last].map(|state| state.at(9)), [1, 2, 8]);
         assert_eq!((State::FRICTION, State::OTHERS), (3, 4));
+        assert_eq!([State::Low, State::Last].map(|state| state.get(&[0, 1, 2, 3, 4, 5])), [1, 5]);
+        let mut x = [0; 6];
+        State::Last.set(&mut x, 7);
+        assert_eq!(x, [0, 0, 0, 0, 0, 7]);
     }
 
     #[test]

@@ -49,14 +49,14 @@ pub struct Table {
 
 const NONE: u32 = u32::MAX;
 
+/// The largest value reference: there is a slot for each up to the largest that is used.
+const LARGEST: u32 = 10_000_000;
+
 impl Table {
     /// The table of a model; behind the variables given come the Integers that can choose for its enumerations.
     ///
-    /// If two variables have the same name or value reference, or one refers to a variable that is not there, the table has a
-    /// [`problem`](Self::problem).
-    ///
-    /// # Panics
-    /// If elements of an array do not follow each other.
+    /// If two variables have the same name or value reference, one refers to a variable that is not there, or elements of an array
+    /// do not follow each other, the table has a [`problem`](Self::problem).
     pub fn new(mut variables: Vec<Variable>) -> Self {
         let parameters = variables.iter().filter(|variable| variable.is_parameter());
         let (numbered, numbers): (Vec<_>, Vec<_>) =
@@ -76,8 +76,6 @@ impl Table {
         });
         let places = places.collect();
         let states: Vec<u32> = variables.iter().filter_map(|variable| variable.derivative_of).collect();
-        let number = |variable: &Variable| states.iter().position(|state| *state == variable.reference);
-        let states = variables.iter().map(number).collect();
         let mut by_name: Vec<usize> = (0..variables.len()).collect();
         by_name.sort_by_key(|index| variables[*index].name.as_str());
         let twice = by_name.windows(2).find(|pair| variables[pair[0]].name == variables[pair[1]].name);
@@ -88,10 +86,13 @@ impl Table {
             let variable = &variables[pair[1]];
             about(variable, &format!("two variables have the name {}", variable.name))
         });
-        let largest = variables.iter().map(|variable| variable.reference as usize).max().unwrap_or(0);
-        let mut by_reference = vec![NONE; largest + 1];
+        let largest = variables.iter().map(|variable| variable.reference.min(LARGEST)).max().unwrap_or(0);
+        let mut by_reference = vec![NONE; largest as usize + 1];
         for (index, variable) in variables.iter().enumerate() {
-            let slot = &mut by_reference[variable.reference as usize];
+            let Some(slot) = by_reference.get_mut(variable.reference as usize) else {
+                problem.get_or_insert_with(|| about(variable, &format!("value references go up to {LARGEST}")));
+                continue;
+            };
             if *slot == NONE {
                 *slot = index as u32;
                 continue;
@@ -105,14 +106,36 @@ impl Table {
                 .derivative_of
                 .iter()
                 .chain(&variable.depends_on)
+                .chain(&variable.starts_from)
                 .find(|reference| by_reference.get(**reference as usize).is_none_or(|index| *index == NONE));
             if let Some(lost) = lost {
                 let reason = format!("no variable has the value reference {lost}, on which {} depends", variable.name);
                 problem.get_or_insert_with(|| about(variable, &reason));
             }
         }
-        let lengths = array::lengths(variables);
+        let derivatives = variables.iter().filter_map(|variable| Some((variable, variable.derivative_of?)));
+        for (number, (variable, state)) in derivatives.enumerate() {
+            let is = |other: &Variable| other.reference == state;
+            if states.iter().take(number).any(|other| *other == state) {
+                problem.get_or_insert_with(|| about(variable, "another variable is the derivative of the same state"));
+            } else if let Some(of) = variables.iter().find(|other| is(other) && !other.is_computed()) {
+                let reason = format!("{} is not computed, and has no derivative", of.name);
+                problem.get_or_insert_with(|| about(variable, &reason));
+            }
+        }
+        let number = |variable: &Variable| states.iter().position(|state| *state == variable.reference);
+        let states = variables.iter().map(number).collect();
+        let (lengths, stray) = array::lengths(variables);
+        if let Some(stray) = stray {
+            problem.get_or_insert_with(|| about(stray, "it does not follow the other elements of its array"));
+        }
         Self { variables, places, states, numbered, lengths, by_name, by_reference, problem }
+    }
+
+    /// The same with another problem, if it has none yet.
+    pub(crate) fn with_problem(mut self, problem: Option<ParameterError>) -> Self {
+        self.problem = self.problem.or(problem);
+        self
     }
 
     /// What is wrong with the table, by the name of a variable; no run starts then.

@@ -17,19 +17,22 @@ impl<'a> Values<'a> {
     /// The next set of parameters.
     ///
     /// # Errors
-    /// [`ParameterError`] for a value without a meaning.
+    /// [`ParameterError`] for a value without a meaning, or if too few are left.
     pub fn read<P: ParameterSet>(&mut self) -> Result<P, ParameterError> {
-        P::read(self.take(P::LEN))
+        P::read(self.take(P::LEN)?)
     }
 
     /// The next values, as many as there are asked for.
     ///
-    /// # Panics
-    /// If there are fewer: the parts of a model take what its table lists, in that order.
-    pub fn take(&mut self, count: usize) -> &'a [Tunable] {
-        let (own, rest) = self.rest.split_at(count);
+    /// # Errors
+    /// [`ParameterError`] if there are fewer: the parts of a model take what its table lists, in that order.
+    pub fn take(&mut self, count: usize) -> Result<&'a [Tunable], ParameterError> {
+        let (own, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
+            let reason = "the equations ask for so many values more than the table has";
+            ParameterError::new("parameters", (count - self.rest.len()) as f64, reason)
+        })?;
         self.rest = rest;
-        own
+        Ok(own)
     }
 
     /// How many values no part has taken yet.

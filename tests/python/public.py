@@ -19,7 +19,7 @@ MADE = {
     "Variables",
 }  # fmt: skip
 """Classes that the package makes and users only read: what they are made from is no argument of anybody's."""
-INNER = {"Variable.of", "Refused.with_unit"}
+INNER = {"Comparison.of_begun", "Refused.with_unit", "Runs.of", "Task.in_si", "Variable.of"}
 """Made public for the package itself."""
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
+import pint
 import pneumatic_servo.envs as envs
 import pytest
 from bounds import assert_close, largest
@@ -296,6 +297,11 @@ def test_step_needs_a_reset() -> None:
     [
         ({"laws": ["Stribeck", "Lugre"]}, "did you mean LuGre"),
         ({"targets": (0.1, 0.6)}, "targets = .* the stroke ends at 0.5 m"),
+        ({"targets": "300 mm"}, "targets = '300 mm' is refused: it must be a pair"),
+        ({"targets": (300, "mm")}, "targets = .300, 'mm'. is refused: it must be a pair"),
+        ({"targets": ("1 bar", "2 bar")}, "targets: .*unit bar"),
+        ({"ranges": {"supplyPressure": 6e5}}, "ranges: supplyPressure = 600000.0 is refused: it must be a pair"),
+        ({"period": "1 mm"}, "period: .*unit mm"),
         ({"ranges": {"mass.movin": (1.0, 2.0)}}, "did you mean mass.moving"),
         ({"ranges": {"valve.b": (0.5, 2.0)}}, "valve.b = 2"),
     ],
@@ -304,6 +310,24 @@ def test_task_is_refused_before_anything_is_drawn(task: dict[str, object], words
     for make in (envs.Positioning, envs.VectorPositioning):
         with pytest.raises(ValueError, match=words):
             make(**task)
+
+
+def test_task_takes_units() -> None:
+    plain = {"ranges": {"supplyPressure": (5e5, 7e5), "mass.moving": (0.9, 1.2)}, "targets": (0.1, 0.3), "period": 5e-3}
+    expected = gymnasium.make(NAME, **plain).reset(seed=3)[1]
+    forms = [
+        {"supplyPressure": ("5 bar", "7 bar"), "mass.moving": ("900 g", 1.2)},
+        {"supplyPressure": ([5, 7], "bar"), "mass.moving": [(900, "g"), (1200, "g")]},
+        {"supplyPressure": (pint.Quantity(5, "bar"), pint.Quantity(700, "kPa")), "mass.moving": np.array([0.9, 1.2])},
+    ]
+    for ranges, targets in zip(forms, [("100 mm", "300 mm"), ([100, 300], "mm"), (0.1, "30 cm")], strict=True):
+        task = {"ranges": ranges, "targets": targets, "period": "5 ms", "duration": (1500, "ms")}
+        single = gymnasium.make(NAME, **task)
+        assert single.reset(seed=3)[1] == pytest.approx(expected, rel=1e-15)
+        assert single.unwrapped._fleet.task.steps == 300
+    assert single.reset(seed=3, options={"target": "250 mm"})[1]["target"] == 0.25
+    fleet = gymnasium.make_vec(NAME, num_envs=2)
+    assert fleet.reset(seed=3, options={"target": ["250 mm", 0.2]})[1]["target"].tolist() == [0.25, 0.2]
 
 
 def test_info_of_many_plants_has_their_settings() -> None:

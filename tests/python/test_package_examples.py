@@ -61,3 +61,21 @@ def functions() -> Iterator[tuple[str, Any]]:
 def test_every_public_function_has_an_example() -> None:
     lacking = [name for name, function in functions() if ">>>" not in (inspect.getdoc(function) or "")]
     assert lacking == []
+
+
+def test_every_method_says_what_it_does() -> None:
+    """Also where it is shown by completion alone."""
+    lacking = []
+    for module in MODULES:
+        for name in module.__all__:
+            thing = getattr(module, name)
+            for method in vars(thing) if inspect.isclass(thing) else ():
+                member = inspect.getattr_static(thing, method)
+                is_shown = callable(member) or isinstance(member, (property, staticmethod, classmethod))
+                if (
+                    is_shown
+                    and not method.startswith("_")
+                    and not (inspect.getdoc(getattr(thing, method)) or "").strip()
+                ):
+                    lacking.append(f"{name}.{method}")
+    assert lacking == []

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 import zipfile
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.tables import read_table
@@ -122,6 +122,41 @@ def test_tables_of_matlab_are_read(plant: ps.Model, run: ps.Run, tmp_path: Path)
     assert found["position"].tobytes() == run["position"].tobytes()
 
 
+def test_parquet_of_a_run_is_replayed_and_fitted_as_the_run(plant: ps.Model, run: ps.Run, tmp_path: Path) -> None:
+    """Its inputs stand a row later than they were given, which the file has to tell."""
+    file = tmp_path / "run.parquet"
+    run.to_pandas().to_parquet(file)
+    again = plant.simulate({"supplyPressure": 6e5}, inputs=file, stop=0.3, step=STEP)
+    assert again["position"].tobytes() == run["position"].tobytes()
+    run.to_csv(tmp_path / "run.csv")
+    given = {"experiment": "rig", "law": "Stribeck", "fit": "valve.C=3e-9", "settings": {"supplyPressure": "6 bar"}}
+    found = [ps.fit(data, starts=0, progress=False, **given) for data in (file, run, tmp_path / "run.csv")]
+    values = [one.values["valve.C"] for one in found]
+    assert values[0] == values[1] == values[2]
+    # It is the run of the default valve, without noise: found but for roundings.
+    assert_close(values[0], plant.parameters["valve.C"].default, rel=1e-14, what="valve.C")
+
+
+def test_parquet_of_a_rig_has_its_units(plant: ps.Model, run: ps.Run, tmp_path: Path) -> None:
+    columns = {"time [ms]": 1e3 * TIMES, "valveVoltage": VOLTAGES, "supplyPressure (bar)": 0.0 * TIMES + 6.0}
+    pandas.DataFrame(columns).to_parquet(tmp_path / "a.parquet")
+    found = plant.simulate(inputs=tmp_path / "a.parquet", stop=0.3, step=STEP)
+    assert_close(found["position"], run["position"], within=5e-15, what="position")
+
+
+def test_parquet_that_is_none_and_missing_packages_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "a.parquet"
+    with pytest.raises(FileNotFoundError, match=r"a\.parquet: there is no such file"):
+        read_table(file)
+    file.write_text("time,valveVoltage\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.parquet: it cannot be read"):
+        read_table(file)
+    for package in ("pyarrow", "pandas"):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(ps.MissingPackage, match=rf"{package}.*: pip install 'pneumatic-servo\[parquet\]'"):
+            read_table(file)
+
+
 def test_line_with_another_separator_says_so(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time;valveVoltage\n0;5\n1,5\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"a\.csv:3: 1 values.* separated by semicolons, but this line has commas"):
@@ -134,17 +169,6 @@ def test_sets_of_the_fmu_are_at_hand(plant: ps.Model, fmus: Path) -> None:
         names = {Path(name).stem for name in archive.namelist() if name.startswith("resources/") and ".json" in name}
     assert set(sets) == names
     assert plant.start(sets["SlidingValvePolito"])["friction.polito.Fs"] == 4.2
-
-
-def test_runs_of_a_pool_have_the_same_bits(plant: ps.Model) -> None:
-    arguments = {"inputs": {"valveVoltage": (TIMES, VOLTAGES)}, "stop": 0.1, "step": STEP, "progress": False}
-    settings = {"valve.deadZone": np.linspace(0.04, 0.1, 5)}
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        runs = plant.simulate_many(settings, executor=pool, **arguments)
-        laws = plant.compare(["Stribeck", "LuGre"], executor=pool, **arguments)
-    assert runs["position"].tobytes() == plant.simulate_many(settings, **arguments)["position"].tobytes()
-    expected = plant.compare(["Stribeck", "LuGre"], **arguments)
-    assert laws["LuGre"]["position"].tobytes() == expected["LuGre"]["position"].tobytes()
 
 
 def test_all_runs_are_one_table(plant: ps.Model) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas
+import pint
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.defaults import leader_of
@@ -84,6 +85,32 @@ def test_arrays_have_units_too(plant: ps.Model) -> None:
     one = plant.simulate(inputs={"valveVoltage": ([0, 1], [5, 6])}, **SHORT)
     other = plant.simulate(inputs={"valveVoltage": ([0, 1], [5000, 6000], "mV")}, **SHORT)
     assert one["position"].tobytes() == other["position"].tobytes()
+
+
+def test_times_have_units_too(plant: ps.Model) -> None:
+    given = {"inputs": {"valveVoltage": 7.0}, "outputs": ["position"]}
+    expected = plant.simulate(stop=0.05, step=1e-3, **given)
+    for stop, step in (("50 ms", "1 ms"), ((50, "ms"), 1e-3), (0.05, pint.Quantity(1, "ms"))):
+        assert plant.simulate(stop=stop, step=step, **given)["position"].tobytes() == expected["position"].tobytes()
+    assert plant.start(time="20 ms").time == 0.02
+    with pytest.raises(ValueError, match=r"stop: the unit bar is refused; it must be one of s, "):
+        plant.simulate(stop="5 bar")
+
+
+def test_numbers_of_fits_and_plans_have_units() -> None:
+    data = {"time": np.arange(0, 4, 0.01), "position": 0.02 * np.sin(2 * np.arange(0, 4, 0.01))}
+    data["frictionForce"] = 7 * np.sign(np.cos(2 * data["time"])) + 0.1 * np.sin(300 * data["time"])
+    given: dict[str, object] = {"experiment": "motion", "law": "Coulomb", "starts": 0, "progress": False}
+    one = ps.fit(data, fit="friction.coulomb.Fc=6:1:20", play=1e-5, width=0.04, window=2.0, **given)
+    words = "friction.coulomb.Fc=6 N:1000 mN:0.02 kN"
+    other = ps.fit(data, fit=words, play="10 um", width="40 ms", window=(2000, "ms"), **given)
+    assert other.values == one.values
+    with pytest.raises(ValueError, match=r"fit='friction.coulomb.Fc=6 mm': the unit mm is refused"):
+        ps.fit(data, fit="friction.coulomb.Fc=6 mm", **given)
+    plan = {"law": "Coulomb", "experiment": "motion", "progress": False}
+    assert repr(ps.plan(duration=2.0, step=0.01, stroke=0.03, **plan)) == repr(
+        ps.plan(duration="2000 ms", step="10 ms", stroke="30 mm", **plan)
+    )
 
 
 def test_inputs_may_be_columns_and_series(plant: ps.Model) -> None:

@@ -9,6 +9,7 @@ use cargo_metadata::Message;
 use cargo_metadata::camino::Utf8PathBuf;
 
 use super::toolchain::Toolchain;
+use crate::files;
 use crate::process;
 use crate::workspace::Workspace;
 
@@ -131,7 +132,7 @@ impl<'a> Recipe<'a> {
         let is_library = |file: &Utf8PathBuf| extensions.into_iter().any(|it| file.extension() == Some(it));
         let file = files.flat_map(|artifact| artifact.filenames).find(is_library);
         let file = file.context("cargo rustc reported no shared library")?;
-        std::fs::read(&file).with_context(|| format!("cannot read {file}"))
+        files::read(file)
     }
 
     fn command(&self) -> Command {

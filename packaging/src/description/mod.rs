@@ -10,7 +10,7 @@ mod variability;
 
 use std::io;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::LOG_CATEGORIES;
 use quick_xml::events::{BytesDecl, Event};
@@ -70,7 +70,8 @@ impl Version {
 /// When a variable refers to one that the table does not have.
 pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
     let structure = Structure::new((model.variables)()).with_context(|| format!("the table of {}", model.name))?;
-    let variables = variability::with_starts(model)?;
+    let variables =
+        model.started_variables().map_err(|error| anyhow!("the defaults of {} do not fit: {error}", model.name))?;
     document(|xml| match version {
         Version::Fmi2 => fmi2::write(xml, model, &variables, stamp, &structure),
         Version::Fmi3 => fmi3::write(xml, model, &variables, stamp, &structure),

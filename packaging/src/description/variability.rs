@@ -1,7 +1,5 @@
 //! What both versions of FMI say of a variable in the same words.
 
-use anyhow::{Result, anyhow};
-use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
 
 use crate::xml::Element;
@@ -34,18 +32,6 @@ fn attributes(variable: &Variable) -> (&'static str, &'static str, Option<&'stat
 /// With a start value, that of a state under the defaults, or without.
 fn calculated(variable: &Variable) -> &'static str {
     if variable.start.is_some() { "approx" } else { "calculated" }
-}
-
-/// The variables of a model, its states with the values that they start from under the defaults: some hosts take them from
-/// the description.
-pub fn with_starts(model: &Model) -> Result<Vec<Variable>> {
-    let starts =
-        model.default_starts().map_err(|error| anyhow!("the defaults of {} do not fit: {error}", model.name))?;
-    let mut variables = (model.variables)().to_vec();
-    for variable in &mut variables {
-        variable.start = variable.start.or_else(|| starts.get(&variable.reference).copied());
-    }
-    Ok(variables)
 }
 
 /// Whether the variable is a continuous state. Events may set any of them.

@@ -18,6 +18,8 @@ from pneumatic_servo.envs.drawing import Drawing, Frame, Window
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model, available_cores
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.units import has_unit
+from pneumatic_servo.values import number_in
 
 Observation = NDArray[np.float32]
 OPTIONS = ("target",)
@@ -247,6 +249,7 @@ class _Fleet:
 
     def __init__(self, task: Task, number: int, workers: int) -> None:
         model = Model("PneumaticServoCylinder")
+        task = task.in_si(model)
         task.check(model)
         self.task = task
         self.stroke = task.stroke(model)
@@ -266,6 +269,10 @@ class _Fleet:
         given = (options or {}).get("target")
         if given is None:
             return None
+        if has_unit(given):
+            given = number_in("m", "options: target", given)
+        elif isinstance(given, list):
+            given = [number_in("m", "options: target", one) for one in given]
         try:
             targets = np.broadcast_to(np.asarray(given, dtype=float), self.targets.shape)
         except (TypeError, ValueError):

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.model import Model
-from pneumatic_servo.values import checked, settings, value_of
+from pneumatic_servo.units import has_unit
+from pneumatic_servo.values import checked, number_in, seconds, settings, value_of
 from pneumatic_servo.variables import Value
 
 Array = NDArray[np.float64]
@@ -39,17 +41,18 @@ class Task:
     laws : sequence of str
         Friction laws to draw from for each episode.
     ranges : mapping
-        Parameters to draw uniformly for each episode: name, and smallest and largest value in SI units.
+        Parameters to draw uniformly for each episode: name, and smallest and largest value, in SI units or with their
+        own, as in ``("5 bar", "7 bar")``.
     parameters : mapping
         Parameters and start values that stay.
     targets : pair of float
-        Range of targets in m.
+        Range of targets in m, or with a unit.
     period : float
-        Time between actions in s.
+        Time between actions in s, or with a unit.
     substeps : int
         Communication steps of the plant between actions.
     duration : float
-        Length of an episode in s; it is truncated then.
+        Length of an episode in s, or with a unit; it is truncated then.
     effort : float
         Weight of the voltage's square in the reward.
     """
@@ -63,6 +66,18 @@ class Task:
     substeps: int = 1
     duration: float = 1.5
     effort: float = 1e-3
+
+    def in_si(self, model: Model) -> Task:
+        """Return the same with numbers in SI units, from what may have units of its own."""
+        ranges = {}
+        for name, ends in self.ranges.items():
+            low, high = _pair(f"ranges: {name}", ends)
+            ranges[name] = (_number(model, name, low), _number(model, name, high))
+        low, high = (number_in("m", "targets", end) for end in _pair("targets", self.targets))
+        return replace(
+            self, ranges=ranges, targets=(low, high), period=seconds("period", self.period),
+            duration=seconds("duration", self.duration),
+        )  # fmt: skip
 
     def check(self, model: Model) -> None:
         """Refuse what cannot be meant, before anything is drawn."""
@@ -83,8 +98,6 @@ class Task:
         for name, (smallest, largest) in self.ranges.items():
             if not smallest <= largest:
                 raise ValueError(f"ranges: {name} is refused: {smallest} is larger than {largest}")
-            for end in (smallest, largest):
-                value_of(model.variables, name, float(end))
             if name in self.parameters:
                 raise ValueError(f"{name} is given twice, among the ranges and among the parameters")
 
@@ -117,6 +130,22 @@ class Task:
             settings.append(("friction.law", self.laws[int(random.integers(len(self.laws)))]))
         settings += [(name, float(random.uniform(*ends))) for name, ends in self.ranges.items()]
         return float(target), settings
+
+
+def _number(model: Model, name: str, given: Any) -> float:
+    return float(value_of(model.variables, name, given))
+
+
+def _pair(argument: str, given: Any) -> tuple[Any, Any]:
+    """Return the two ends of a range; one unit may stand behind both, as in ``([5, 7], "bar")``."""
+    if has_unit(given) and isinstance(given, tuple) and not any(has_unit(end) for end in given):
+        values, unit = given
+        ends = [(value, unit) for value in values] if np.ndim(values) == 1 else []
+    else:
+        ends = list(given) if isinstance(given, (tuple, list, np.ndarray)) or np.shape(given) else []
+    if len(ends) != 2:
+        raise ValueError(f"{argument} = {given!r} is refused: it must be a pair, the least and the largest")
+    return ends[0], ends[1]
 
 
 def observations(stroke: float, seen: Array, targets: Array) -> NDArray[np.float32]:

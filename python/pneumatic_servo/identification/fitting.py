@@ -174,9 +174,10 @@ def _fit(
     workers: int | None, executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
-        rated=_positive("rated", rated), width=_positive("width", width),
-        play=None if play is None else _not_negative("play", play),
-        window=None if window is None else _positive("window", window), inputs=inputs,
+        rated=_positive("rated", values.number_in("N", "rated", rated)),
+        width=_positive("width", values.seconds("width", width)),
+        play=None if play is None else _not_negative("play", values.number_in("m", "play", play)),
+        window=None if window is None else _positive("window", values.seconds("window", window)), inputs=inputs,
     )  # fmt: skip
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)

@@ -13,6 +13,7 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
+from pneumatic_servo.units import has_unit, written
 from pneumatic_servo.variables import Value, Variable
 from pneumatic_servo.words import said
 
@@ -95,9 +96,9 @@ def parse(word: str, model: Model, compared: Sequence[str], beside: Mapping[str,
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, beside, where)
     if equals:
-        free = replace(free, start=finite(start, where), is_given=True)
+        free = replace(free, start=_number(start, free.unit, where), is_given=True)
     if bounds:
-        low, high = (finite(bound, where) for bound in bounds)
+        low, high = (_number(bound, free.unit, where) for bound in bounds)
         if not low < high:
             raise ValueError(f"{where}: the lower bound {_shown(low)} is not below the upper bound {_shown(high)}")
         _check_range(free, low, high, where)
@@ -116,6 +117,11 @@ def parse(word: str, model: Model, compared: Sequence[str], beside: Mapping[str,
         if free.start < low or free.start > high:
             raise ValueError(f"{where}: the start {_shown(free.start)} is not within {_range(low, high, free.unit)}")
     return free
+
+
+def _number(text: str, unit: str, where: str) -> float:
+    """Return a number in an SI unit, of a text with another unit or without."""
+    return written(text, unit, where) if has_unit(text) else finite(text, where)
 
 
 def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[str, str], where: str) -> Free:

@@ -27,6 +27,7 @@ from pneumatic_servo.identification.signals import SIGNALS
 from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.model import Parameters
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.tasks import cancel
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
@@ -151,6 +152,8 @@ def plan(
     """
     if experiment not in ("rig", "motion"):
         raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")
+    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
+    stroke = quantities.number_in("m", "stroke", stroke)
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
     if not (stroke > 0.0 and np.isfinite(stroke)):
@@ -220,8 +223,7 @@ def _judged(
         for task in tasks:
             yield task.result()
     finally:
-        for task in tasks:
-            task.cancel()
+        cancel(tasks)
 
 
 def _ranked(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from pneumatic_servo.identification.compression import compressed
 from pneumatic_servo.identification.problem import TOLERANCE, Problem
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.watch import Watch
+from pneumatic_servo.tasks import cancel
 
 Array = NDArray[np.float64]
 
@@ -254,17 +255,23 @@ def _by(
 ) -> list[Solution]:
     """Let an executor simulate all candidates and refine the best of them, each by one thread."""
     own = replace(problem, workers=1)
-    tasks = [executor.submit(_costs, own, chunk) for chunk in _chunks(candidates)]
-    costs = np.concatenate([task.result() for task in tasks])
-    best = list(dict.fromkeys([0, *_best(costs, REFINED)]))[: REFINED if len(candidates) > 1 else 1]
-    if watch is not None:
-        watch.done(f"{len(candidates)} starts are simulated, {len(best)} are refined")
-    refined = [executor.submit(refine, own, candidates[index], loss, None, ROUGH) for index in best]
+    simulated = [executor.submit(_costs, own, chunk) for chunk in _chunks(candidates)]
+    refined: list[Future[Solution]] = []
     solutions = []
-    for task in refined:
-        solutions.append(task.result())
+    try:
+        costs = np.concatenate([task.result() for task in simulated])
+        best = list(dict.fromkeys([0, *_best(costs, REFINED)]))[: REFINED if len(candidates) > 1 else 1]
         if watch is not None:
-            watch.see(solutions[-1].x, 2.0 * solutions[-1].cost / problem.size)
+            [first] = _best(costs, 1)
+            watch.see(candidates[first], float(costs[first]) / problem.size)
+            watch.done(f"{len(candidates)} starts are simulated, {len(best)} are refined")
+        refined += [executor.submit(refine, own, candidates[index], loss, None, ROUGH) for index in best]
+        for task in refined:
+            solutions.append(task.result())
+            if watch is not None:
+                watch.see(solutions[-1].x, 2.0 * solutions[-1].cost / problem.size)
+    finally:
+        cancel([*simulated, *refined])
     return solutions
 
 

@@ -98,8 +98,7 @@ def measured(number: int, source: Any, columns: Mapping[str, Column] | None) -> 
     if isinstance(source, str | Path):
         return _of_table(read_table(source), Path(source).name, columns)
     if hasattr(source, "columns") and hasattr(source, "iloc"):
-        recorded = bool(getattr(source, "attrs", {}).get(Run.RECORDED, False))
-        return _of_table(of_frame(source, Path(f"record {number}")), f"record {number}", columns, recorded=recorded)
+        return _of_table(of_frame(source, Path(f"record {number}")), f"record {number}", columns)
     if isinstance(source, Mapping):
         return _of_mapping(number, source, columns)
     raise TypeError(
@@ -147,7 +146,7 @@ def _numbers(name: str, values: Any) -> Array:
         raise ValueError(f"{name} is refused: it must be numbers; {error}") from None
 
 
-def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None, *, recorded: bool = False) -> Measured:
+def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> Measured:
     chosen = _by_name(table) if columns is None else columns
     places = {signal: _place(table, signal, column) for signal, column in chosen.items()}
     if not len(table.values):
@@ -159,7 +158,7 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None, *, 
         values = table.in_si(place, unit, SIGNALS[signal])
         signals[signal] = -values if column.turned else values
         written[signal] = f"{column.name} in {unit}"
-    for signal in DRIVEN if recorded else ():
+    for signal in DRIVEN if table.is_recorded else ():
         if signal in signals:
             signals[signal] = held_from(signals[signal])
     _check_time(table, places["time"], chosen["time"])

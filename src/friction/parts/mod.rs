@@ -22,16 +22,25 @@ macro_rules! wrapper {
     };
 }
 
+#[doc(hidden)]
 pub mod anchored;
+#[doc(hidden)]
 pub mod bounded;
+#[doc(hidden)]
 pub mod curve;
+#[doc(hidden)]
 pub mod delay;
+#[doc(hidden)]
 pub mod elements;
+#[doc(hidden)]
 pub mod fading;
+#[doc(hidden)]
 pub mod list;
 pub mod of_velocity;
 pub mod one_bristle;
 pub mod parameters;
+#[doc(hidden)]
 pub mod ramp;
+#[doc(hidden)]
 pub mod shared;
 pub mod stick_slip;

@@ -53,9 +53,9 @@ impl SharedForces {
     /// # Errors
     /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
     pub fn read<L: Laws>(&self, values: &mut Values, group: &str) -> Result<L, ParameterError> {
-        let mut next = || values.take(1)[0];
         let table = L::table(group, 0, 0);
-        let all: Vec<_> = table.iter().map(|variable| self.force(variable).unwrap_or_else(&mut next)).collect();
+        let value = |variable| self.force(variable).map_or_else(|| Ok(values.take(1)?[0]), Ok);
+        let all = table.iter().map(value).collect::<Result<Vec<_>, _>>()?;
         L::new(&all, group).map_err(|error| {
             let refused = table.iter().find(|variable| variable.name == error.variable);
             self.explain(error, refused.and_then(|variable| variable.meaning))

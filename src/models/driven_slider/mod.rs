@@ -9,6 +9,7 @@
 //! The friction forces are friction coefficients times the weight. Beside the slider runs the walk of [`walk`].
 
 mod variables;
+#[doc(hidden)]
 pub mod walk;
 
 use std::f64::consts::TAU;
@@ -53,6 +54,7 @@ pub const fn model<L: Laws>() -> Model {
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct DrivenSlider<L = Friction> {
     p: Parameters,
     tray: Harmonic,
@@ -63,6 +65,7 @@ pub struct DrivenSlider<L = Friction> {
 
 /// Memory of the friction law, and what happens at given times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     walk: walk::State,
@@ -111,8 +114,8 @@ impl<L: Laws> DrivenSlider<L> {
     fn contact<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &Inputs<S>) -> Contact<S> {
         Contact {
             time,
-            position: x[State::Position.at(N)],
-            velocity: x[State::Velocity.at(N)],
+            position: State::Position.get(x),
+            velocity: State::Velocity.get(x),
             applied: u.external_force - self.tray_acceleration(time) * self.p.mass,
             level: S::constant(1.0),
             drive: self.friction.drive(),
@@ -121,7 +124,7 @@ impl<L: Laws> DrivenSlider<L> {
 
     /// Velocity on the tray: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
-        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
+        self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 
     /// Number of the half period after a time, in whose middle the tray turns back.
@@ -157,7 +160,8 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
 
     fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
         let mut x = [0.0; N];
-        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
         let friction = self.friction.start(&self.contact(0.0, &x, &Inputs::read(u)));
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         (x, Memory { friction, walk, peak: self.peak_after(0.0) })
@@ -182,8 +186,8 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         let mut rates = [S::zero(); N];
         let contact = self.contact(time, x, u);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[State::Position.at(N)] = self.rate(x, memory);
-        rates[State::Velocity.at(N)] = (contact.applied - force) / self.p.mass;
+        State::Position.set(&mut rates, self.rate(x, memory));
+        State::Velocity.set(&mut rates, (contact.applied - force) / self.p.mass);
         rates
     }
 
@@ -283,10 +287,10 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         };
         let relative_acceleration = friction.unless_held((contact.applied - friction.force) / self.p.mass);
         let outputs = Outputs {
-            position: tray_position + x[State::Position.at(N)],
+            position: tray_position + State::Position.get(x),
             velocity: tray_velocity + rate,
             acceleration: tray_acceleration + relative_acceleration,
-            relative_position: x[State::Position.at(N)],
+            relative_position: State::Position.get(x),
             relative_velocity: rate,
             relative_acceleration,
             tray_position,

@@ -75,10 +75,12 @@ pub const fn model<L: Laws>() -> Model {
 ///
 /// The work of a step grows with the cube of the number of states, of which a trolley has up to 14; three show all that
 /// a longer festoon does (a first, a middle and a last trolley).
+#[doc(hidden)]
 pub const MAX_TROLLEYS: usize = 3;
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct Festoon<L = Friction> {
     p: Parameters,
     rope: OneSided,
@@ -99,6 +101,7 @@ enum Link {
 
 /// Memory of the friction laws and of the links.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: [F; MAX_TROLLEYS],
     links: [Link; MAX_TROLLEYS],

@@ -23,7 +23,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     pub(super) fn mass_and_energy(&self, x: &[f64], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
-        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(x[State::Position.at(x.len())]));
+        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
         let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
@@ -50,7 +50,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             (inflow, self.closed(inflow.mass))
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
-        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(x[State::Position.at(x.len())])));
+        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(State::Position.get(x))));
         let work = self.outer_force(time, x, u, memory) * rate;
         [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }]
     }

@@ -11,7 +11,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// Force on the moving mass other than friction in N, and the stops' part of it.
     #[inline(always)]
     pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
-        let position = x[State::Position.at(x.len())];
+        let position = State::Position.get(x);
         let stop = self.stops.force(position, rate);
         let force = self.pressure_force(x) + u.external_force - self.dead_load + stop;
         (if EXTENDED { force + self.options.spring_force(position) } else { force }, stop)
@@ -32,7 +32,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             return level.max(S::zero());
         }
         let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
-        (level + added).max(S::zero()) * self.options.relative_level(x[State::Position.at(x.len())])
+        (level + added).max(S::zero()) * self.options.relative_level(State::Position.get(x))
     }
 
     /// The contact as the friction law sees it, for a velocity of the carriage.
@@ -40,8 +40,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
         Contact {
             time,
-            position: x[State::Position.at(x.len())],
-            velocity: x[State::Velocity.at(x.len())],
+            position: State::Position.get(x),
+            velocity: State::Velocity.get(x),
             applied: self.applied_force(x, u, rate).0,
             level: self.load_level(x),
             drive: self.friction.drive(),
@@ -51,7 +51,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// Velocity of the carriage: the state, unless the friction law holds the position.
     #[inline(always)]
     pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A>) -> S {
-        self.friction.rate(x[State::Velocity.at(x.len())], &memory.friction)
+        self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 
     /// Rates of position and velocity; writes those of the bristles.

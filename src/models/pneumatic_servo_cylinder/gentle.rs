@@ -61,8 +61,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             of_actuator,
             self.vessel_pressure(x).map_or(0.0, into_vessel),
             self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
-            self.stops.touched(x[State::Position.at(x.len())]),
-            x.len() > State::OTHERS && x[State::Velocity.at(x.len())] < 0.0,
+            self.stops.touched(State::Position.get(x)),
+            x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,
         )
     }
 

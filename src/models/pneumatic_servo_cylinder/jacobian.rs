@@ -80,8 +80,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let flow = Dual::variable(x[FLOW], feeding - 1);
         let other = if feeding > 1 { Dual::variable(x[0], 0) } else { Dual::constant(x[0]) };
         let inflow = self.inflow([other, flow], Dual::constant(u.supply_pressure), gas);
-        let position_ = Dual::<ALL>::variable(x[State::Position.at(N)], FED);
-        let rate = self.friction.rate(Dual::variable(x[State::Velocity.at(N)], FED + 1), &memory.friction);
+        let position_ = Dual::<ALL>::variable(State::Position.get(x), FED);
+        let rate = self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
         let chambers = [(PRESSURE_A, TEMPERATURE_A), (PRESSURE_B, TEMPERATURE_B)];

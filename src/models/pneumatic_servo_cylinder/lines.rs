@@ -284,7 +284,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let ports = self.ports_at_valve(x, supply);
         let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
-        let Pair(distances) = self.lengths(x[State::Position.at(x.len())]);
+        let Pair(distances) = self.lengths(State::Position.get(x));
         for (side, line) in lines.hoses.iter().enumerate() {
             let Some(line) = line else { continue };
             let own = &states[side * HOSE..][..HOSE];

@@ -83,6 +83,7 @@ pub const fn model<L: Laws, A: Actuators>() -> Model {
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
     p: Parameters,
     options: Options,
@@ -113,6 +114,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
 
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory, A = actuator::Memory> {
     actuator: A,
     friction: F,
@@ -126,8 +128,10 @@ type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
 const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
 const TEMPERATURE_B: usize = State::TemperatureB.at(State::OTHERS);
 /// Index of the pressure in chamber A among the states.
+#[doc(hidden)]
 pub const PRESSURE_A: usize = State::PressureA.at(State::OTHERS);
 /// Index of the pressure in chamber B among the states.
+#[doc(hidden)]
 pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.
@@ -287,8 +291,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     fn start<const N: usize>(&self, u: &[f64; 3]) -> ([f64; N], Self::Memory) {
         let u = Inputs::read(u);
         let mut x = [0.0; N];
-        x[State::Position.at(N)] = self.p.position0;
-        x[State::Velocity.at(N)] = self.p.velocity0;
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
         (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
         if EXTENDED && self.options.opens_b {
             x[PRESSURE_B] = self.p.ambient_pressure;
@@ -300,7 +304,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
-        let contact = self.contact(0.0, &x, &u, x[State::Velocity.at(N)]);
+        let contact = self.contact(0.0, &x, &u, State::Velocity.get(&x));
         let friction = self.friction.start(&contact);
         let force = self.friction.force(&contact, &x, &friction, &mut [0.0; N]);
         let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
@@ -345,7 +349,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
-        let Pair(lengths) = self.lengths(x[State::Position.at(N)]);
+        let Pair(lengths) = self.lengths(State::Position.get(x));
         let (stops, cushions) = kinks.split_at_mut(lengths.len());
         stops.copy_from_slice(&lengths);
         for (side, kink) in cushions.iter_mut().enumerate() {
@@ -478,7 +482,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
             "chamberA.temperature falls to 0",
             "chamberB.temperature falls to 0",
         ];
-        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(x[State::Position.at(N)]));
+        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(State::Position.get(x)));
         let [pressure_a, pressure_b, temperature_a, temperature_b] =
             [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
         let is_above =
@@ -560,7 +564,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         const IN_A: usize = Outputs::PLACES.pressure_a;
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
-            POSITION => Some(x[State::Position.at(N)]),
+            POSITION => Some(State::Position.get(x)),
             VELOCITY => Some(self.rate(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
@@ -625,7 +629,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
     }
 
     fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
-        self.gentle.longest(self.stops.touched(x[State::Position.at(N)]), x[State::Velocity.at(N)])
+        self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x))
     }
 
     fn is_smooth<const N: usize>(

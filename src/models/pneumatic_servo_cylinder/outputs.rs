@@ -18,7 +18,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         memory: &MemoryOf<L, A>,
         computed: &mut [S],
     ) {
-        let (position, rate) = (x[State::Position.at(x.len())], self.rate(x, memory));
+        let (position, rate) = (State::Position.get(x), self.rate(x, memory));
         let contact = self.contact(time, x, u, rate);
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);

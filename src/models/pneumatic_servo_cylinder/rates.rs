@@ -39,11 +39,11 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
         let gas = self.gas(x);
         let inflow = self.flows(x, u.supply_pressure, gas, rates);
-        let gas = self.gas_rates(gas, x[State::Position.at(x.len())], rate, inflow);
+        let gas = self.gas_rates(gas, State::Position.get(x), rate, inflow);
         Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
         Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
-        rates[State::Position.at(x.len())] = rate;
-        rates[State::Velocity.at(x.len())] = acceleration;
+        State::Position.set(rates, rate);
+        State::Velocity.set(rates, acceleration);
         if EXTENDED && self.sensors.states() > 0 {
             let quantities = self.measured(x, u, self.friction.rate(acceleration, &memory.friction));
             let own = self.sensors.rates(quantities, self.lagged(x));

@@ -188,7 +188,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
 
     /// What the sensors measure, at an acceleration of the carriage.
     pub(super) fn measured<S: Scalar>(&self, x: &[S], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
-        let position = x[State::Position.at(x.len())];
+        let position = State::Position.get(x);
         [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
     }
 

@@ -72,6 +72,7 @@ struct Coupling {
 
 /// The equations for given parameters.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct VibroImpact<L = Friction> {
     p: Parameters,
     coupling: Coupling,
@@ -80,6 +81,7 @@ pub struct VibroImpact<L = Friction> {
 
 /// Memory of the friction law and of the impacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Memory<F = friction::Memory> {
     friction: F,
     /// Whether the mass touches the impact spring.
@@ -143,7 +145,7 @@ impl Coupling {
 impl<L: Laws> VibroImpact<L> {
     /// Displacement of the internal mass on the body and its rate, for a velocity of the body.
     fn displacement<S: Scalar, const N: usize>(&self, x: &[S; N], rate: S) -> (S, S) {
-        (x[State::InternalPosition.at(N)] - x[State::Position.at(N)], x[State::InternalVelocity.at(N)] - rate)
+        (State::InternalPosition.get(x) - State::Position.get(x), State::InternalVelocity.get(x) - rate)
     }
 
     /// Force on the internal mass, and its reaction on the body.
@@ -164,8 +166,8 @@ impl<L: Laws> VibroImpact<L> {
     ) -> Contact<S> {
         Contact {
             time,
-            position: x[State::Position.at(N)],
-            velocity: x[State::Velocity.at(N)],
+            position: State::Position.get(x),
+            velocity: State::Velocity.get(x),
             applied: u.external_force - self.internal_force(time, x, rate, touches),
             level: S::constant(1.0),
             drive: self.friction.drive(),
@@ -185,7 +187,7 @@ impl<L: Laws> VibroImpact<L> {
 
     /// Velocity of the body: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
-        self.friction.rate(x[State::Velocity.at(N)], &memory.friction)
+        self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 }
 
@@ -212,11 +214,12 @@ impl<L: Laws> System<1> for VibroImpact<L> {
 
     fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
         let mut x = [0.0; N];
-        (x[State::Position.at(N)], x[State::Velocity.at(N)]) = (self.p.position0, self.p.velocity0);
-        x[State::InternalPosition.at(N)] = self.p.position0 + self.p.displacement0;
-        x[State::InternalVelocity.at(N)] = self.p.velocity0 + self.p.displacement_rate0;
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
+        State::InternalPosition.set(&mut x, self.p.position0 + self.p.displacement0);
+        State::InternalVelocity.set(&mut x, self.p.velocity0 + self.p.displacement_rate0);
         let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact(0.0, &x, &Inputs::read(u), x[State::Velocity.at(N)], touches);
+        let contact = self.contact(0.0, &x, &Inputs::read(u), State::Velocity.get(&x), touches);
         (x, Memory { friction: self.friction.start(&contact), touches, impacts: 0 })
     }
 
@@ -242,10 +245,10 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         let rate = self.rate(x, memory);
         let contact = self.contact(time, x, u, rate, memory.touches);
         let force = self.friction.force(&contact, x, &memory.friction, &mut rates);
-        rates[State::InternalPosition.at(N)] = x[State::InternalVelocity.at(N)];
-        rates[State::InternalVelocity.at(N)] = (u.external_force - contact.applied) / self.coupling.internal_mass;
-        rates[State::Position.at(N)] = rate;
-        rates[State::Velocity.at(N)] = (contact.applied - force) / self.coupling.body_mass;
+        State::InternalPosition.set(&mut rates, State::InternalVelocity.get(x));
+        State::InternalVelocity.set(&mut rates, (u.external_force - contact.applied) / self.coupling.internal_mass);
+        State::Position.set(&mut rates, rate);
+        State::Velocity.set(&mut rates, (contact.applied - force) / self.coupling.body_mass);
         rates
     }
 
@@ -341,11 +344,11 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         let friction = self.friction.observe(&contact, x, &memory.friction);
         let (d, d_rate) = self.displacement(x, rate);
         let outputs = Outputs {
-            position: x[State::Position.at(N)],
+            position: State::Position.get(x),
             velocity: rate,
             acceleration: friction.unless_held((contact.applied - friction.force) / self.coupling.body_mass),
-            internal_position: x[State::InternalPosition.at(N)],
-            internal_velocity: x[State::InternalVelocity.at(N)],
+            internal_position: State::InternalPosition.get(x),
+            internal_velocity: State::InternalVelocity.get(x),
             internal_acceleration: (u.external_force - contact.applied) / self.coupling.internal_mass,
             displacement: d,
             displacement_rate: d_rate,

@@ -43,10 +43,8 @@ fn every_start_value_has_the_bits_of_the_table() -> Result<()> {
     for model in models::ALL {
         let import = open(model.name)?;
         let read = import.model_description().model_variables.variables.iter().flat_map(starts);
-        let table = (model.variables)();
-        let of_states = model.default_starts()?;
-        let start = |variable: &Variable| variable.start.or_else(|| of_states.get(&variable.reference).copied());
-        let expected = table.iter().filter(|variable| is_read(variable)).filter_map(start);
+        let started = model.started_variables()?;
+        let expected = started.iter().filter(|variable| is_read(variable)).filter_map(|variable| variable.start);
         let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(read.collect()), bits(expected.collect()), "{}", model.name);
     }

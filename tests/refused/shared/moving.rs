@@ -57,7 +57,7 @@ macro_rules! moving {
             }
 
             fn outputs<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 0], _memory: &(), computed: &mut [S]) {
-                Outputs { position: x[State::Position.at(N)], velocity: S::constant(1.0) }.write(computed);
+                Outputs { position: State::Position.get(x), velocity: S::constant(1.0) }.write(computed);
             }
         }
 

@@ -110,7 +110,7 @@ struct Tyre<S> {
 
 impl QuarterCar {
     fn tyre<S: Scalar>(&self, x: &[S]) -> Tyre<S> {
-        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|it| x[it.at(x.len())]));
+        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|it| it.get(x)));
         let sliding = v - w * p.radius;
         let ratio = sliding / p.stribeck;
         let steady = (-ratio * ratio).exp() * (p.statics - p.coulomb) + p.coulomb;
@@ -131,8 +131,11 @@ impl System<2> for QuarterCar {
             name: "wheel.locks",
             text: "The wheel comes to a halt",
             nominal: 1.0,
-            indicator: |_, _, x, _, side| if *side == 0 { UNUSED } else { x[State::Wheel.at(4)] * f64::from(*side) },
-            happens: |_, _, x, _, side| (x[State::Wheel.at(4)], *side) = (0.0, 0),
+            indicator: |_, _, x, _, side| if *side == 0 { UNUSED } else { State::Wheel.get(x) * f64::from(*side) },
+            happens: |_, _, x, _, side| {
+                State::Wheel.set(x, 0.0);
+                *side = 0;
+            },
         },
         Event {
             name: "wheel.rolls",
@@ -165,35 +168,35 @@ impl System<2> for QuarterCar {
 
     fn start<const N: usize>(&self, _u: &[f64; 2]) -> ([f64; N], i32) {
         let mut x = [0.0; N];
-        x[State::Velocity.at(N)] = self.0.velocity0;
-        x[State::Wheel.at(N)] = (1.0 - self.0.slip0) * self.0.velocity0 / self.0.radius;
-        (x, sign(x[State::Wheel.at(N)]) as i32)
+        State::Velocity.set(&mut x, self.0.velocity0);
+        State::Wheel.set(&mut x, (1.0 - self.0.slip0) * self.0.velocity0 / self.0.radius);
+        (x, sign(State::Wheel.get(&x)) as i32)
     }
 
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], u: &[S; 2], side: &i32) -> [S; N] {
         let (p, tyre, Inputs { torque, load }) = (&self.0, self.tyre(x), Inputs::read(u));
         let mut rates = [S::zero(); N];
-        rates[State::Distance.at(N)] = x[State::Velocity.at(N)];
-        rates[State::Velocity.at(N)] = -tyre.friction * load / p.mass;
-        rates[State::Deflection.at(N)] = tyre.rate;
+        State::Distance.set(&mut rates, State::Velocity.get(x));
+        State::Velocity.set(&mut rates, -tyre.friction * load / p.mass);
+        State::Deflection.set(&mut rates, tyre.rate);
         if *side != 0 {
-            rates[State::Wheel.at(N)] = (tyre.friction * load * p.radius - torque * f64::from(*side)) / p.inertia;
+            State::Wheel.set(&mut rates, (tyre.friction * load * p.radius - torque * f64::from(*side)) / p.inertia);
         }
         rates
     }
 
     fn outputs<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], side: &i32, computed: &mut [S]) {
         let (tyre, rates) = (self.tyre(x), self.derivatives(time, x, u, side));
-        let [velocity, wheel] = [State::Velocity, State::Wheel].map(|state| x[state.at(N)]);
+        let [velocity, wheel] = [State::Velocity, State::Wheel].map(|state| state.get(x));
         let fastest = velocity.abs().max((wheel * self.0.radius).abs());
         let outputs = Outputs {
-            distance: x[State::Distance.at(N)],
+            distance: State::Distance.get(x),
             velocity,
             wheel,
-            deflection: x[State::Deflection.at(N)],
-            acceleration: rates[State::Velocity.at(N)],
-            angular: rates[State::Wheel.at(N)],
-            rate: rates[State::Deflection.at(N)],
+            deflection: State::Deflection.get(x),
+            acceleration: State::Velocity.get(&rates),
+            angular: State::Wheel.get(&rates),
+            rate: State::Deflection.get(&rates),
             slip: if fastest.value() > 0.0 { tyre.sliding / fastest } else { S::zero() },
             friction: tyre.friction,
             locked: S::constant(f64::from(u8::from(*side == 0))),

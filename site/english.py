@@ -1,0 +1,143 @@
+"""Looks for sentences that are hard to read: in README, docs, pages of the models and the other texts for people.
+
+The rules are few, so that each finding is worth a look:
+
+- a sentence has at most 40 words, code and links counting as one each;
+- no word comes twice in a row;
+- no long word where a short one says the same (`WORDY`).
+
+Tables, code, formulas and headings are no sentences. Usage: python site/english.py [FILE ...]
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXTS = [
+    "README.md", "RELEASING.md", "SECURITY.md", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "python/README.md",
+    "site/index.md", "docs/**/*.md", "docs/**/*.ipynb", "modelDescription/*.html",
+]  # fmt: skip
+LONGEST = 40
+WORDY = {
+    "utilize": "use", "utilise": "use", "in order to": "to", "due to the fact that": "because", "prior to": "before",
+    "subsequent to": "after", "in the event that": "if", "is able to": "can", "facilitate": "help",
+    "leverage": "use", "commence": "begin", "terminate the process": "end", "whilst": "while", "aforementioned": "",
+    "herein": "here", "thereof": "of it", "notwithstanding": "despite", "and/or": "or", "basically": "", "simply": "",
+    "obviously": "", "of course": "", "very unique": "unique", "please note that": "", "it should be noted that": "",
+}  # fmt: skip
+ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|etc|vs|al|Fig|Eq|No|approx|Trans|J|Proc|Soc|Math)\.")
+ALLOWED_TWICE = {"that", "had", "CODE", "FORMULA"}
+
+
+class Prose(HTMLParser):
+    """The paragraphs and items of a page, without tables, code and formulas."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[int, str]] = []
+        self.silent = 0
+        self.paragraph: list[str] | None = None
+        self.line = 1
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        if tag in ("table", "math", "svg", "style", "script", "pre"):
+            self.silent += 1
+            self._put(" FORMULA ")
+        elif tag in ("p", "li", "dd"):
+            self.handle_endtag("p")
+            self.paragraph, self.line = [], self.getpos()[0]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("table", "math", "svg", "style", "script", "pre"):
+            self.silent -= 1
+        elif tag in ("p", "li", "dd") and self.paragraph is not None:
+            self.found.append((self.line, "".join(self.paragraph)))
+            self.paragraph = None
+
+    def handle_data(self, data: str) -> None:
+        if not self.silent:
+            self._put(data)
+
+    def _put(self, text: str) -> None:
+        if self.paragraph is not None:
+            self.paragraph.append(text)
+
+
+def of_markdown(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the paragraphs and list items of a Markdown text, with the lines that they begin in."""
+    paragraph: list[str] = []
+    first, fence = 1, False
+    for number, line in enumerate([*text.splitlines(), ""], start=1):
+        stripped = line.strip()
+        if stripped.startswith(("```", "~~~")):
+            fence = not fence
+            stripped = ""
+        item = re.match(r"([-*+]|\d+\.)\s+", stripped)
+        ends = fence or not stripped or item or stripped.startswith(("#", "|", "<!--", "![", ":::", "$$"))
+        if ends and paragraph:
+            yield first, " ".join(paragraph)
+            paragraph = []
+        if fence or not stripped or (ends and not item):
+            continue
+        if not paragraph:
+            first = number
+        paragraph.append(stripped[item.end() :] if item else stripped)
+
+
+def of_notebook(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the paragraphs of the Markdown cells of a notebook, with the numbers of the cells."""
+    for number, cell in enumerate(json.loads(text)["cells"], start=1):
+        if cell["cell_type"] == "markdown":
+            for _, paragraph in of_markdown("".join(cell["source"])):
+                yield number, paragraph
+
+
+def sentences(paragraph: str) -> list[str]:
+    """Split a paragraph at the ends of its sentences."""
+    plain = re.sub(r"`[^`]*`|\$[^$]*\$|\\\(.*?\\\)", "CODE", paragraph, flags=re.DOTALL)
+    plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", plain)
+    plain = ABBREVIATIONS.sub(r"\1", re.sub(r"[*_]{1,2}", "", plain))
+    return re.split(r"(?<=[.!?:;])[)\"']*\s+", plain)
+
+
+def problems(paragraph: str) -> Iterator[str]:
+    """Say what is hard to read in a paragraph."""
+    for sentence in sentences(paragraph):
+        words = re.findall(r"[A-Za-zÀ-ÿ][\w'-]*", sentence)
+        if len(words) > LONGEST:
+            yield f"a sentence of {len(words)} words: {' '.join(sentence.split())[:70]}..."
+        for one, other in itertools.pairwise(words):
+            is_twice = one.lower() == other.lower() and one.isalpha() and f"{one} {other}" in sentence
+            if is_twice and one not in ALLOWED_TWICE:
+                yield f"{one} comes twice"
+        low = f" {' '.join(sentence.lower().split())} "
+        for wordy, short in WORDY.items():
+            if re.search(rf"[^\w]{re.escape(wordy)}[^\w]", low):
+                yield f"{wordy!r} can be {short!r}" if short else f"{wordy!r} can be left out"
+
+
+def main(given: list[str]) -> int:
+    files = [Path(name) for name in given] or sorted(file for text in TEXTS for file in ROOT.glob(text))
+    found = count = 0
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        kinds = {".html": lambda text: Prose(text).found, ".ipynb": of_notebook}
+        for line, paragraph in kinds.get(file.suffix, of_markdown)(text):
+            count += len(sentences(paragraph))
+            for problem in problems(paragraph):
+                found += 1
+                print(f"{file.relative_to(ROOT) if file.is_relative_to(ROOT) else file}:{line}: {problem}")
+    print(f"{len(files)} texts, {count} sentences, {found} to be looked at")
+    return 1 if found or not count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
