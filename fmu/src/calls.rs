@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::instance::Failure;
+use crate::failure::Failure;
 
 /// The modes of an instance.
 ///

@@ -7,7 +7,7 @@
 
 use std::ffi::{CStr, CString, c_char};
 
-use crate::instance::Failure;
+use crate::failure::Failure;
 
 /// An array of the host's for reading.
 #[derive(Clone, Copy)]

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `instance` | instances, their values, steps, saved states and messages; knows no version of the standard |
 //! | `calls` | which call is allowed in which mode, as data |
+//! | `failure` | how a call ends that did not succeed |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
 //! | `face` | what the faces have in common |
 //! | `export` | the one line by which a library says which models it serves |
@@ -24,6 +25,7 @@ mod calls;
 #[macro_use]
 mod face;
 mod export;
+mod failure;
 pub mod fmi2;
 pub mod fmi3;
 mod fnv;

@@ -12,9 +12,6 @@ use crate::gates::{self, Reach};
 use crate::platform::{Binary, Platform};
 use crate::workspace::Workspace;
 
-/// The package of the built-in library.
-pub const PACKAGE: &str = "pneumatic-servo-builtin";
-
 /// A shared library.
 pub struct Library {
     /// What it runs on.

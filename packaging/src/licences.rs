@@ -165,7 +165,7 @@ fn read(file: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::PACKAGE;
+    use crate::product::PACKAGE;
 
     #[test]
     fn every_package_is_there_with_a_licence_text() -> Result<()> {

@@ -8,6 +8,9 @@ use pneumatic_servo::models;
 
 use crate::files;
 
+/// The package of the built-in library.
+pub const PACKAGE: &str = "pneumatic-servo-builtin";
+
 /// What is packed.
 #[derive(Clone, Debug)]
 pub struct Product {
@@ -29,7 +32,7 @@ impl Product {
     /// The FMUs of the project.
     pub fn of_the_project(home: &Path) -> Self {
         let [version, licence] = [env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
-        let package = crate::library::PACKAGE.to_owned();
+        let package = PACKAGE.to_owned();
         Self { models: models::ALL, package, version, licence, source: None, parts: Parts::of_the_project(home) }
     }
 

@@ -250,7 +250,7 @@ pub struct Observation<S> {
 impl<S: Scalar> Observation<S> {
     /// Writes the states and their rates in the order of [`states::table`], and returns the rest of the slots.
     pub fn write<'s>(&self, slots: &'s mut [S]) -> &'s mut [S] {
-        states::write(self, slots)
+        states::write(self.kind, [self.states, self.rates], slots)
     }
 
     /// An acceleration while the mass moves, 0 while the law holds its position.

@@ -3,7 +3,6 @@
 //! A law has at most one deflection, or the forces of up to ten elements: each kind has variables of its own, so that
 //! all have a unit. Those that the chosen law does not have stay 0.
 
-use super::contact::Observation;
 use super::law::{MAX_STATES, StateKind};
 use crate::numbers::Scalar;
 use crate::variables::{Unit, Variable, units};
@@ -93,14 +92,14 @@ pub fn table(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
     variables.collect()
 }
 
-/// Writes the values of these variables, and returns the rest of the slots.
-pub fn write<'s, S: Scalar>(contact: &Observation<S>, slots: &'s mut [S]) -> &'s mut [S] {
+/// Writes the values of these variables from the states of a kind and their rates, and returns the rest of the slots.
+pub fn write<S: Scalar>(of: StateKind, states_and_rates: [[S; MAX_STATES]; 2], slots: &mut [S]) -> &mut [S] {
     let mut rest = slots;
     for kind in KINDS {
-        for values in [contact.states, contact.rates] {
+        for values in states_and_rates {
             let (own, others) = rest.split_at_mut(kind.count as usize);
             own.fill(S::zero());
-            if kind.kind == contact.kind {
+            if kind.kind == of {
                 own.copy_from_slice(&values[..own.len()]);
             }
             rest = others;

@@ -17,8 +17,9 @@ use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use crate::calls::Call;
+use crate::failure::Failure;
 use crate::host::{Input, Output, text};
-use crate::instance::{Failure, Handle, Instance, Vector};
+use crate::instance::{Handle, Instance, Vector};
 
 /// An instance as the host holds it.
 pub type Component = *mut c_void;

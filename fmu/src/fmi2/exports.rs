@@ -24,8 +24,9 @@ use super::types::{
 };
 use crate::calls::Call;
 use crate::face::{call, choose_log, deserialize, forget, free, hand_out, save, serialize, set_states, tell, vector};
+use crate::failure::Failure;
 use crate::host::{Input, Output, text};
-use crate::instance::{self, Base, Failure, Instance, Kind, Library, Vector, Wanted};
+use crate::instance::{self, Base, Instance, Kind, Library, Vector, Wanted};
 
 /// The types are those of the standard's default platform.
 #[unsafe(no_mangle)]

@@ -1,7 +1,8 @@
 //! What `fmi2GetStatus` and its kin tell about the last step.
 
 use super::types::{Boolean, DISCARD, OK, Real, Status, status_kind};
-use crate::instance::{Failure, Instance};
+use crate::failure::Failure;
+use crate::instance::Instance;
 
 /// `fmi2GetStatus`: how the last step ended.
 pub fn of_step(instance: &Instance, kind: i32) -> Result<Status, Failure> {

@@ -22,8 +22,9 @@ use super::types::{
 use super::values::{absent, get, set};
 use crate::calls::Call;
 use crate::face::{call, choose_log, deserialize, forget, free, save, serialize, set_states, tell, vector};
+use crate::failure::Failure;
 use crate::host::{Input, Output};
-use crate::instance::{Base, Failure, Instance, Vector};
+use crate::instance::{Base, Instance, Vector};
 
 /// The version of the standard.
 #[unsafe(no_mangle)]

@@ -14,8 +14,9 @@ use super::types::{
     ValueReference,
 };
 use crate::face::hand_out;
+use crate::failure::Failure;
 use crate::host::text;
-use crate::instance::{self, Failure, Kind, Library, Wanted, instantiate};
+use crate::instance::{self, Kind, Library, Wanted, instantiate};
 
 /// Makes an instance for model exchange of the model with a token; NULL, and a message, if there is none.
 pub unsafe fn model_exchange(

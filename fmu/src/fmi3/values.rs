@@ -3,8 +3,9 @@
 #![allow(unsafe_code, reason = "the host passes pointers")]
 
 use super::types::ValueReference;
+use crate::failure::Failure;
 use crate::host::{Input, Output};
-use crate::instance::{Base, Failure, Instance};
+use crate::instance::{Base, Instance};
 
 /// A type of numbers of the interface; an instance has but one.
 pub trait Number: Copy {

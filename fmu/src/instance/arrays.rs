@@ -2,9 +2,9 @@
 //! indicators are variables too.
 
 use super::Instance;
-use super::failure::Failure;
 use super::layout::{Base, check_type};
 use crate::calls::Mode;
+use crate::failure::Failure;
 
 impl Instance {
     /// The value references of all elements of arrays, one after the other; refused unless they are as many as the host

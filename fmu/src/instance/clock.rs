@@ -1,6 +1,6 @@
 //! Where a communication step leads, and which differences of time are rounding.
 
-use super::failure::Failure;
+use crate::failure::Failure;
 
 /// The largest difference between two times that counts as rounding, for steps of a size.
 ///

@@ -10,8 +10,9 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
-use super::failure::Failure;
-use super::saved_states::SavedState;
+use super::record::Record;
+use crate::failure::Failure;
+use pneumatic_servo::co_simulation::Snapshot;
 
 const MAGIC: &[u8; 8] = b"PSCstate";
 /// To be raised whenever [`SavedState`] or anything in it changes.
@@ -20,6 +21,15 @@ const VERSION_AT: usize = MAGIC.len();
 const LENGTH_AT: usize = VERSION_AT + size_of::<u32>();
 const BODY_AT: usize = LENGTH_AT + size_of::<u64>();
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// A complete copy of an instance, apart from its log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedState {
+    /// What the instance remembers.
+    pub record: Record,
+    /// The model's own states, once it runs.
+    pub snapshot: Option<Snapshot>,
+}
 
 #[derive(Serialize)]
 struct Outgoing<'a> {
@@ -79,7 +89,7 @@ mod tests {
     const GUID: &str = "{a model}";
 
     fn example() -> (SavedState, Vec<u8>) {
-        let mut record = crate::instance::record::Record::new(testing::layout(), crate::instance::Kind::CoSimulation);
+        let mut record = Record::new(testing::layout(), crate::instance::Kind::CoSimulation);
         record.inputs[0] = f64::from_bits(0x7ff8_dead_beef_0001);
         let state = SavedState { record, snapshot: None };
         let bytes = encode(&state, GUID).expect("bytes");

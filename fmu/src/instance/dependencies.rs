@@ -1,7 +1,7 @@
 //! What variables depend on.
 
 use super::Instance;
-use super::failure::Failure;
+use crate::failure::Failure;
 use pneumatic_servo::variables::{Kind, Role};
 
 impl Instance {

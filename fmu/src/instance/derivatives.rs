@@ -1,9 +1,9 @@
 //! Slopes of inputs, rates of outputs, directional and adjoint derivatives.
 
-use super::failure::Failure;
 use super::layout::{Base, Slot};
 use super::record::Kind;
 use super::{Instance, Scratch};
+use crate::failure::Failure;
 use pneumatic_servo::co_simulation::Direction;
 use pneumatic_servo::variables::{Place, Role};
 

@@ -1,9 +1,9 @@
 //! What a solver outside asks of an instance.
 
 use super::Instance;
-use super::failure::Failure;
 use super::record::Kind;
 use crate::calls::Mode;
+use crate::failure::Failure;
 use pneumatic_servo::model_exchange::{Exchange, ExchangeError, Update};
 
 /// The vectors of a solver outside.

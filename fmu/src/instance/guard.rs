@@ -4,12 +4,12 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 
-use super::failure::{Failure, Status};
 use super::layout::Layout;
 use super::log::{Log, Sink};
 use super::registry::Library;
 use super::{Instance, Kind};
 use crate::calls::{Call, Mode};
+use crate::failure::{Failure, Status};
 
 /// An instance as the host holds it.
 pub struct Handle(Mutex<Instance>);

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::failure::Failure;
 use super::guid::guid_of_source;
+use crate::failure::Failure;
 use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};

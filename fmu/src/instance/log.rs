@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, CString};
 
-use super::failure::{Failure, Status};
+use crate::failure::{Failure, Status};
 
 /// A log category; the XML lists them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@
 //! | `layout`, `registry` | where the value of each variable is kept; the models of a library by GUID |
 //! | `clock` | where a communication step leads, and what is rounding |
 //! | `codec` | saved states as bytes |
-//! | `log`, `notices`, `failure` | messages to the host |
+//! | `log`, `notices` | messages to the host |
 //! | `guid` | the GUID |
 
 mod arrays;
@@ -18,7 +18,6 @@ mod codec;
 mod dependencies;
 mod derivatives;
 mod exchange;
-mod failure;
 mod guard;
 mod guid;
 mod layout;
@@ -34,7 +33,6 @@ mod testing;
 mod values;
 
 pub use self::exchange::Vector;
-pub use self::failure::Failure;
 pub use self::guard::{Handle, Wanted, instantiate};
 pub use self::guid::{guid, guid_of_source};
 pub use self::layout::Base;
@@ -47,6 +45,7 @@ pub use self::registry::Library;
 use self::run::Run;
 use self::saved_states::SavedStates;
 use crate::calls::Mode;
+use crate::failure::Failure;
 use pneumatic_servo::variables::Notices;
 
 /// An instance of a model.

@@ -1,7 +1,7 @@
 //! What is unusual about a run: told when it begins to be, not at every step.
 
 use super::Instance;
-use super::failure::Failure;
+use crate::failure::Failure;
 
 impl Instance {
     /// Warns of what has become unusual since this was last called.

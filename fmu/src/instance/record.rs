@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::failure::Failure;
 use super::layout::Layout;
 use crate::calls::Mode;
+use crate::failure::Failure;
 use pneumatic_servo::model::Start;
 use pneumatic_servo::variables::Variable;
 

@@ -1,8 +1,8 @@
 //! What runs the model of an instance, with its computed values at hand.
 
-use super::failure::Failure;
 use super::layout::Layout;
 use super::record::{Kind, Record};
+use crate::failure::Failure;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::model_exchange::{Exchange, Update, seen};
 use pneumatic_servo::solver::StepError;

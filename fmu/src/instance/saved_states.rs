@@ -3,26 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use serde::{Deserialize, Serialize};
-
 use super::Instance;
-use super::codec;
-use super::failure::Failure;
+use super::codec::{self, SavedState};
 use super::layout::Layout;
 use super::record::{Experiment, Record};
 use super::run::Run;
 use crate::calls::Mode;
+use crate::failure::Failure;
 use pneumatic_servo::co_simulation::Snapshot;
 use pneumatic_servo::variables::Variable;
-
-/// A complete copy of an instance, apart from its log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SavedState {
-    /// What the instance remembers.
-    pub record: Record,
-    /// The model's own states, once it runs.
-    pub snapshot: Option<Snapshot>,
-}
 
 /// The saved states the host holds, by handle.
 ///

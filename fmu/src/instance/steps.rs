@@ -2,9 +2,9 @@
 
 use super::Instance;
 use super::clock::end_of_step;
-use super::failure::Failure;
 use super::record::{Kind, LastStep};
 use crate::calls::Mode;
+use crate::failure::Failure;
 
 /// How a step has ended that has not failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +92,7 @@ impl Instance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instance::failure::Status;
+    use crate::failure::Status;
     use crate::instance::layout::Base;
     use crate::instance::testing::{self, INPUT, STATE, STEPS, SUPPLY, TRAP, Trap};
     use pneumatic_servo::variables::Choice;

@@ -4,10 +4,10 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::failure::Failure;
 use super::layout::{Base, Layout};
 use super::log::Log;
 use super::{Instance, Kind};
+use crate::failure::Failure;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::enumeration;
 use pneumatic_servo::model::{Experiment, Model, Start};

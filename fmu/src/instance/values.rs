@@ -1,9 +1,9 @@
 //! Getting and setting values: all of a call's values or none.
 
 use super::Instance;
-use super::failure::Failure;
 use super::layout::{Base, Slot};
 use crate::calls::{Mode, describe};
+use crate::failure::Failure;
 use pneumatic_servo::variables::{Kind, Place, Role, Variable};
 
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.

@@ -6,6 +6,7 @@ mod facts;
 mod mach_o;
 mod paths;
 mod pe;
+mod read;
 mod system;
 
 use std::collections::BTreeSet;
@@ -41,7 +42,7 @@ pub enum Reach {
 /// # Errors
 /// When the file cannot be read as a shared library, or with everything that is wrong with it.
 pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String]) -> Result<String> {
-    let slices = facts::read(bytes)?;
+    let slices = read::read(bytes)?;
     let mut problems = wrong_architectures(platform, reach, &slices);
     for facts in &slices {
         let found = rules(platform, reach, facts);
@@ -59,7 +60,7 @@ pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String])
 /// # Errors
 /// When the file cannot be read as a shared library.
 pub fn architectures(bytes: &[u8]) -> Result<BTreeSet<String>> {
-    Ok(facts::read(bytes)?.iter().map(|facts| name(facts.architecture)).collect())
+    Ok(read::read(bytes)?.iter().map(|facts| name(facts.architecture)).collect())
 }
 
 /// The processors must be those of the platform.
