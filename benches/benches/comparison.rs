@@ -1,6 +1,7 @@
 //! Measures every friction law, compares with general solvers at equal error, and writes `target/bench`.
 //!
-//! `cargo bench --package benchmark --features rival --bench comparison`; with `-- latency` or `-- precision` only that part.
+//! `cargo bench --package benchmark --features rival --bench comparison`; with `-- latency` or `-- precision` only that part,
+//! and with names of laws, as in `-- precision LuGre`, only those are compared.
 
 use std::env;
 use std::fs;
@@ -49,7 +50,12 @@ fn latencies() -> String {
 }
 
 fn comparisons() -> Result<Vec<Comparison>> {
-    let measured = case::compared().into_iter().map(|case| {
+    let asked: Vec<String> = env::args().skip(1).collect();
+    let mut cases = case::compared();
+    if cases.iter().any(|case| asked.contains(&case.name)) {
+        cases.retain(|case| asked.contains(&case.name));
+    }
+    let measured = cases.into_iter().map(|case| {
         eprintln!("comparing {}", case.name);
         let reference = precision::reference(&case);
         Ok(Comparison { curves: precision::measure(&case, &reference, 3)?, name: case.name })

@@ -11,6 +11,8 @@ use crate::rival::{Coupling, Method, Rival};
 
 /// Tolerance of the reference.
 const REFERENCE_TOLERANCE: f64 = 1e-11;
+/// That of a rival whose input is smooth, against its own run.
+const SMOOTH_REFERENCE: f64 = 1e-10;
 /// Tolerances of our solver.
 const TOLERANCES: [f64; 15] =
     [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 1e-9, 1e-10];
@@ -36,9 +38,12 @@ impl Solver {
         Self::rival(Method::Cvode, Coupling::Stopped),
         #[cfg(feature = "cvode")]
         Self::rival(Method::Cvode, Coupling::Free),
+        #[cfg(feature = "cvode")]
+        Self::rival(Method::Cvode, Coupling::Smooth),
         Self::rival(Method::Bdf, Coupling::Restarted),
         Self::rival(Method::Bdf, Coupling::Stopped),
         Self::rival(Method::Bdf, Coupling::Free),
+        Self::rival(Method::Bdf, Coupling::Smooth),
         Self::rival(Method::Esdirk34, Coupling::Stopped),
         Self::rival(Method::Esdirk34, Coupling::Free),
     ];
@@ -92,6 +97,12 @@ pub fn measure(case: &Case, reference: &Trajectory, repeats: usize) -> Result<Ve
                 TOLERANCES.iter().map(|tolerance| Some(our_point(case, reference, *tolerance, repeats))).collect()
             }
             Solver::Rival(rival) => {
+                // Without jumps the input is another one, and so is what is approached.
+                let of_its_own = match rival.coupling {
+                    Coupling::Smooth => Some(rival.run(case, SMOOTH_REFERENCE)?.trajectory),
+                    _ => None,
+                };
+                let reference = of_its_own.as_ref().unwrap_or(reference);
                 let tolerances = RIVAL_TOLERANCES.iter();
                 tolerances.map(|tolerance| rival_point(rival, case, reference, *tolerance, repeats)).collect::<Vec<_>>()
             }

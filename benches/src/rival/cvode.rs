@@ -9,7 +9,7 @@ use std::ptr;
 
 use anyhow::{Result, ensure};
 use nalgebra::SMatrix;
-use pneumatic_servo::system::{Shortcuts, System};
+use pneumatic_servo::system::Shortcuts;
 
 use super::{Plant, Solver, Tolerances};
 use crate::case::DURATION;

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use anyhow::Result;
 use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
 use pneumatic_servo::numbers::Dual;
-use pneumatic_servo::system::{Shortcuts, System};
+use pneumatic_servo::system::System;
 
 use super::{Method, Plant, Rival, Run, Solver, Tolerances};
 use crate::case::STEP;

@@ -18,7 +18,7 @@ use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
-use pneumatic_servo::system::{Shortcuts, System};
+use pneumatic_servo::system::System;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;
@@ -60,6 +60,15 @@ pub enum Coupling {
     Stopped,
     /// The solver knows the whole input beforehand, steps across its jumps, and is interpolated.
     Free,
+    /// The solver knows the input without jumps, as a modeller writes it, and is interpolated.
+    Smooth,
+}
+
+impl Coupling {
+    /// Whether the solver stops at the ends of communication steps.
+    fn stops(self) -> bool {
+        matches!(self, Self::Restarted | Self::Stopped)
+    }
 }
 
 /// What a run has found, and the cost of each communication step in ns.
@@ -104,8 +113,9 @@ impl Rival {
             memory: RefCell::new(memory),
             inputs: Inputs {
                 values: effective_voltages(case),
+                width: case.parameter("valve.hysteresis"),
                 held: Cell::new(0),
-                free: self.coupling == Coupling::Free,
+                coupling: self.coupling,
             },
             outputs: Outputs::new(case),
         };
@@ -130,27 +140,39 @@ fn effective_voltages(case: &Case) -> Vec<f64> {
     let mut set_point = 0.0f64;
     let steps = 0..(DURATION / STEP).round() as usize;
     let voltages = steps.map(|index| {
-        let command = (voltage(index as f64 * STEP) - 5.0) / 5.0;
-        set_point = set_point.clamp(command - width, command + width);
+        set_point = behind_play(set_point, voltage(index as f64 * STEP), width);
         5.0 + 5.0 * set_point
     });
     voltages.collect()
 }
 
+/// Where a set point comes to that follows a voltage with a play.
+fn behind_play(set_point: f64, voltage: f64, width: f64) -> f64 {
+    let command = (voltage - 5.0) / 5.0;
+    set_point.clamp(command - width, command + width)
+}
+
 /// The inputs as the rival sees them.
 struct Inputs {
     values: Vec<f64>,
+    /// Half the width of the valve's play.
+    width: f64,
     /// The communication step that is being taken.
     held: Cell<usize>,
-    /// Whether the input changes with time of its own.
-    free: bool,
+    /// Whether the input changes with time of its own, and how.
+    coupling: Coupling,
 }
 
 impl Inputs {
     fn at(&self, time: f64) -> [f64; 3] {
-        let index = if self.free { (time / STEP) as usize } else { self.held.get() };
+        let index = if self.coupling.stops() { self.held.get() } else { (time / STEP) as usize };
         let [_, force, supply] = inputs();
-        [self.values[index.min(self.values.len() - 1)], force, supply]
+        let held = self.values[index.min(self.values.len() - 1)];
+        if self.coupling != Coupling::Smooth {
+            return [held, force, supply];
+        }
+        // The sine turns at communication points only, so that within a step the play is taken up from one side.
+        [5.0 + 5.0 * behind_play((held - 5.0) / 5.0, voltage(time), self.width), force, supply]
     }
 }
 
@@ -218,7 +240,7 @@ impl Plant {
             let clock = Instant::now();
             let end = (index + 1) as f64 * STEP;
             let is_at_end = |time: f64| time >= end - RESOLUTION;
-            let stops = coupling != Coupling::Free;
+            let stops = coupling.stops();
             self.inputs.held.set(index);
             if coupling == Coupling::Restarted {
                 solver.restart(solver.time(), &solver.states())?;
