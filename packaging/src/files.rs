@@ -36,6 +36,17 @@ pub fn write(file: &Path, contents: impl AsRef<[u8]>) -> Result<()> {
     std::fs::rename(&partial, file).with_context(|| format!("cannot write {}", file.display()))
 }
 
+/// Makes an empty folder, in place of what was there.
+///
+/// # Errors
+/// When what was there cannot be removed, or the folder not be made.
+pub fn renew(folder: &Path) -> Result<()> {
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
+    }
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,6 +12,7 @@ mod documentation;
 mod experiment;
 mod files;
 mod fingerprint;
+mod fuzz;
 mod gallery;
 mod gates;
 mod library;
@@ -83,6 +84,7 @@ enum Command {
     Stress(stress::Stress),
     Bounds(bounds::Bounds),
     Mutants(mutants::Mutants),
+    Fuzz(fuzz::Fuzz),
     New(new::New),
     Wheel(wheel::Wheel),
     Docs(docs::Docs),
@@ -122,6 +124,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Stress(it) => it.run(),
         Command::Bounds(it) => it.run(&workspace),
         Command::Mutants(it) => it.run(&workspace),
+        Command::Fuzz(it) => it.run(&workspace),
         Command::New(it) => it.run(&workspace),
         Command::Wheel(it) => it.run(&workspace),
         Command::Test(it) => it.run(&workspace),

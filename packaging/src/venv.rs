@@ -29,6 +29,8 @@ impl Requirements {
         "venv",
         &["requirements.txt", "requirements-figures.txt", "requirements-tests.txt", "requirements-site.txt"],
     );
+    /// Fuzzing what the Python package reads.
+    pub const FUZZ: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-fuzz.txt"]);
     /// Linking for other machines.
     pub const ZIG: Self = Self("venv-zig", &["requirements-zig.txt"]);
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use crate::files;
 use crate::gates;
 use crate::playground;
 use crate::process::{self, heading};
@@ -75,17 +76,9 @@ pub fn install(venv: &Venv, wheel: &Path) -> Result<()> {
     process::run(venv.command().args(["-m", "pip", "install"]).args(options).arg(wheel))
 }
 
-/// An empty folder in place of what was there.
-fn renew(folder: &Path) -> Result<()> {
-    if folder.exists() {
-        fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
-    }
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
-}
-
 /// Copies the page into the package, if there is one.
 fn bundle_page(page: Option<&Path>, to: &Path) -> Result<()> {
-    renew(to)?;
+    files::renew(to)?;
     let Some(page) = page else { return Ok(()) };
     fs::copy(page, to.join("index.html")).with_context(|| format!("cannot copy {}", page.display()))?;
     Ok(())
@@ -93,7 +86,7 @@ fn bundle_page(page: Option<&Path>, to: &Path) -> Result<()> {
 
 /// Copies the FMUs and the drive into the package, and nothing else.
 fn bundle(from: &Path, to: &Path) -> Result<()> {
-    renew(to)?;
+    files::renew(to)?;
     let mut copied = 0;
     for file in files(from).with_context(|| format!("no FMUs in {}: run `cargo xtask package`", from.display()))? {
         if file.extension().is_some_and(|extension| extension == "fmu" || extension == "ssp") {

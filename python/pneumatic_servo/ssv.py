@@ -10,11 +10,14 @@ from xml.sax.saxutils import quoteattr
 
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.numerals import finite
 from pneumatic_servo.units import to_si
 from pneumatic_servo.variables import Value
 
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 VALUES = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+LINEAR = {"factor": "1", "offset": "0"}
+"""How a unit is made of base units, with what holds where nothing is said."""
 
 
 def ssv(name: str, text: str, model: Model, settings: Mapping[str, Value]) -> str:
@@ -111,14 +114,14 @@ def _value(
         if text not in ("true", "false", "0", "1"):
             raise ValueError(f"{where}: {text!r} is neither true nor false")
         return text in ("true", "1")
-    try:
-        number = float(text)
-    except ValueError:
-        raise ValueError(f"{where}: {text!r} is no number") from None
+    number = finite(text, where)
     unit = element.get("unit")
     if unit is not None and unit != model.variables[name].unit:
         base = units[unit].find(f"{{{COMMON}}}BaseUnit") if unit in units else None
         if base is None:
             return to_si(number, unit, model.variables[name].unit, where)
-        return float(base.get("factor", "1")) * number + float(base.get("offset", "0"))
+        factor, offset = (
+            finite(base.get(key, default), f"{where}: {key} of {unit}") for key, default in LINEAR.items()
+        )
+        return finite(repr(factor * number + offset), where)
     return number

@@ -92,7 +92,10 @@ def read_table(file: str | Path) -> Table:
         return _of_parquet(file)
     if file.suffix.lower() == ".mat":
         return _of_mat(file)
-    return _of_text(file)
+    try:
+        return _of_text(file)
+    except csv.Error as error:
+        raise ValueError(f"{file}: {error}") from None
 
 
 def header_of(file: str | Path) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import zipfile
 from pathlib import Path
@@ -69,6 +70,34 @@ def test_file_that_is_no_ssv_is_named(plant: ps.Model, tmp_path: Path, text: str
     (tmp_path / "a.ssv").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=rf"a\.ssv: {words}"):
         plant.start(tmp_path / "a.ssv")
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ('"nan"', "nan is not finite"),
+        ('"1e999"', "1e999 is not finite"),
+        ('"32" unit="mm"', "factor of mm: 'x' is no number"),
+        ('"1e300" unit="km"', "inf is not finite"),
+    ],
+)
+def test_number_of_a_file_that_is_none_is_named(plant: ps.Model, tmp_path: Path, value: str, words: str) -> None:
+    ps.DataSheet(bore=32, stroke=200, mass=5, qn=700).to_ssv(tmp_path / "a.ssv")
+    units = "".join(
+        f'<ssc:Unit name="{unit}"><ssc:BaseUnit m="1" factor="{factor}"/></ssc:Unit>'
+        for unit, factor in [("mm", "x"), ("km", "1e300")]
+    )
+    text = (tmp_path / "a.ssv").read_text(encoding="utf-8").replace('"0.032"', value, 1)
+    text = text.replace("</ssv:Parameters>", f"</ssv:Parameters><ssv:Units>{units}</ssv:Units>")
+    (tmp_path / "a.ssv").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=re.escape(f"a.ssv: cylinder.bore: {words}")):
+        plant.start(tmp_path / "a.ssv")
+
+
+def test_cell_that_is_too_long_names_the_file(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f'time,"{"a" * 200_000}"\n0,1\n', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"a\.csv: field larger than"):
+        ps.Model().simulate(inputs=tmp_path / "a.csv", stop=1)
 
 
 def test_unknown_variable_of_a_file_is_answered(plant: ps.Model, tmp_path: Path) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.comparison import COLUMNS
+from reading import check
 
 OUTPUTS = ["position", "chamberA.pressure", "sticking"]
 
@@ -51,3 +53,11 @@ def test_missing_pandas_is_named(monkeypatch: pytest.MonkeyPatch, request: pytes
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ps.MissingPackage, match=r"this needs pandas: pip install 'pneumatic-servo\[pandas\]'"):
         to_pandas()
+
+
+KEPT = sorted((Path(__file__).parents[2] / "fuzz" / "kept" / "readers").iterdir())
+
+
+@pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept.name)
+def test_file_that_a_fuzzer_has_kept_is_read_or_refused(kept: Path, tmp_path: Path) -> None:
+    check(kept.read_bytes(), tmp_path)

@@ -9,13 +9,13 @@ use pneumatic_servo::model_exchange::Exchange;
 use pneumatic_servo_fmu::fmi2::types::EventInfo;
 
 use crate::common::fmi3::{Instance3, LIBRARY3, Way};
-use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input, served};
+use crate::common::{DISCARD, ERROR, Instance, LIBRARY, OK, is_input};
 use crate::random::Random;
-use crate::{CALLS_PER_ROUND, DEFAULT_CALLS, MODEL, setting, variables};
+use crate::{CALLS_PER_ROUND, DEFAULT_CALLS, MODEL, exchanged, setting, variables};
 
 /// Two instances after initialization, and the model.
-struct Triplets {
-    random: Random,
+pub struct Triplets {
+    pub random: Random,
     two: Instance,
     three: Instance3,
     model: Box<dyn Exchange>,
@@ -42,12 +42,12 @@ const OUTCOMES: [(&str, &[c_int]); 8] = [
 #[test]
 fn random_calls_of_model_exchange_do_what_the_model_does() {
     let rounds = setting("SERVO_FUZZ_CALLS", DEFAULT_CALLS).div_ceil(CALLS_PER_ROUND);
-    let exchanged: Vec<_> = served().into_iter().filter(|model| (model.variables)().number_of_states() > 0).collect();
+    let exchanged = exchanged();
     let mut outcomes = BTreeSet::new();
     for round in 0..rounds {
         let model = exchanged[round as usize % exchanged.len()];
         MODEL.set(model);
-        let mut triplets = Triplets::new(model, setting("SERVO_FUZZ_SEED", 1) + round);
+        let mut triplets = Triplets::new(model, Random::Seeded(setting("SERVO_FUZZ_SEED", 1) + round));
         (0..CALLS_PER_ROUND / 2).for_each(|_| triplets.call());
         outcomes.extend(triplets.outcomes);
     }
@@ -60,8 +60,7 @@ fn random_calls_of_model_exchange_do_what_the_model_does() {
 
 impl Triplets {
     /// With a random friction law.
-    fn new(model: &'static Model, seed: u64) -> Self {
-        let mut random = Random(seed);
+    pub fn new(model: &'static Model, mut random: Random) -> Self {
         let law = (model.variables)().find("friction.law").expect("every model rubs").variable.reference;
         let id = 1 + random.below(LAWS.items.len()) as i32;
         let (two, three) = (Instance::for_exchange(model), Instance3::of(model, Way::Exchange));
@@ -82,7 +81,7 @@ impl Triplets {
         }
     }
 
-    fn call(&mut self) {
+    pub fn call(&mut self) {
         let (call, expected, two, three) = match self.random.below(16) {
             0..=1 => self.enter_event_mode(),
             2..=3 => self.update(),

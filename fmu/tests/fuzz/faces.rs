@@ -12,8 +12,8 @@ use crate::common::{DISCARD, ERROR, Instance, OK, is_input, is_real, served};
 use crate::random::Random;
 use crate::{CALLS_PER_ROUND, DEFAULT_CALLS, MODEL, SOLVER_STEPS, limit, setting, variables};
 
-struct Twins {
-    random: Random,
+pub struct Twins {
+    pub random: Random,
     two: Instance,
     three: Instance3,
     saved: Vec<Vec<u8>>,
@@ -44,7 +44,7 @@ fn random_calls_of_fmi_3_do_what_those_of_fmi_2_do() {
     for round in 0..rounds {
         let model = models[round as usize % models.len()];
         MODEL.set(model);
-        let mut twins = Twins::new(model, setting("SERVO_FUZZ_SEED", 1) + round);
+        let mut twins = Twins::new(model, Random::Seeded(setting("SERVO_FUZZ_SEED", 1) + round));
         (0..CALLS_PER_ROUND / 2).for_each(|_| twins.call());
         outcomes.extend(twins.outcomes);
         set.extend(twins.set);
@@ -58,16 +58,9 @@ fn random_calls_of_fmi_3_do_what_those_of_fmi_2_do() {
 }
 
 impl Twins {
-    fn new(model: &Model, seed: u64) -> Self {
+    pub fn new(model: &Model, random: Random) -> Self {
         let (two, three) = (Instance::of(model), Instance3::of(model, Way::Steps));
-        let twins = Self {
-            random: Random(seed),
-            two,
-            three,
-            saved: Vec::new(),
-            outcomes: BTreeSet::new(),
-            set: BTreeSet::new(),
-        };
+        let twins = Self { random, two, three, saved: Vec::new(), outcomes: BTreeSet::new(), set: BTreeSet::new() };
         twins.limit_steps();
         twins
     }
@@ -78,7 +71,7 @@ impl Twins {
         assert_eq!(self.three.set_int32(&[limit], &[SOLVER_STEPS]), OK);
     }
 
-    fn call(&mut self) {
+    pub fn call(&mut self) {
         let (call, two, three) = match self.random.below(20) {
             0 => self.enter(),
             1 => ("exit", self.two.exit(), self.three.exit()),

@@ -21,10 +21,10 @@ pub struct Fuzzer {
 }
 
 impl Fuzzer {
-    pub fn new(seed: u64) -> Self {
+    pub fn new(random: Random) -> Self {
         Self {
-            random: Random(seed),
-            seed,
+            seed: if let Random::Seeded(seed) = random { seed } else { 0 },
+            random,
             pairs: (0..INSTANCES).map(|_| Pair::new()).collect(),
             history: VecDeque::new(),
             outcomes: BTreeSet::new(),

@@ -8,7 +8,9 @@
 mod common;
 mod exchange;
 mod faces;
+mod forged;
 mod fuzzer;
+pub mod given;
 mod random;
 mod reference;
 mod states;
@@ -25,6 +27,7 @@ use pneumatic_servo::models;
 use pneumatic_servo::variables::Variable;
 
 use crate::fuzzer::Fuzzer;
+use crate::random::Random;
 
 const INSTANCES: usize = 3;
 const DEFAULT_CALLS: u64 = 20_000;
@@ -64,7 +67,7 @@ fn random_calls_do_what_the_reference_does() {
     let mut outcomes = BTreeSet::new();
     for round in 0..calls.div_ceil(CALLS_PER_ROUND) {
         MODEL.set(models[round as usize % models.len()]);
-        let mut fuzzer = Fuzzer::new(first_seed + round);
+        let mut fuzzer = Fuzzer::new(Random::Seeded(first_seed + round));
         (0..CALLS_PER_ROUND).for_each(|_| fuzzer.call());
         outcomes.extend(fuzzer.outcomes);
     }
@@ -79,6 +82,11 @@ fn random_calls_do_what_the_reference_does() {
 thread_local! {
     /// The model of this round.
     pub static MODEL: Cell<&'static Model> = const { Cell::new(&models::ALL[0]) };
+}
+
+/// The models with states that can be exchanged.
+fn exchanged() -> Vec<&'static Model> {
+    served().into_iter().filter(|model| (model.variables)().number_of_states() > 0).collect()
 }
 
 /// Its variables.

@@ -2,20 +2,51 @@
 
 use pneumatic_servo::variables::{Chosen, Kind, Variable};
 
-/// SplitMix64.
-pub struct Random(pub u64);
+/// Where random numbers come from.
+pub enum Random {
+    /// SplitMix64.
+    Seeded(u64),
+    /// Bytes that a fuzzer makes up, from the last to the first; zeros behind them.
+    Given(Vec<u8>),
+}
 
 impl Random {
+    pub fn given(bytes: &[u8]) -> Self {
+        Self::Given(bytes.iter().rev().copied().collect())
+    }
+
+    /// Whether all bytes are used up.
+    pub fn is_exhausted(&self) -> bool {
+        matches!(self, Self::Given(bytes) if bytes.is_empty())
+    }
+
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
+        match self {
+            Self::Seeded(state) => {
+                *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+                let mut mixed = *state;
+                mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+                mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+                mixed ^ (mixed >> 31)
+            }
+            Self::Given(_) => self.bytes::<8>(),
+        }
     }
 
     pub fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
+        // Few bytes for small numbers: each byte that the fuzzer changes should matter.
+        let number = match (&self, bound) {
+            (Self::Seeded(_), _) => self.next(),
+            (Self::Given(_), ..=0x100) => self.bytes::<1>(),
+            (Self::Given(_), ..=0x1_0000) => self.bytes::<2>(),
+            (Self::Given(_), _) => self.next(),
+        };
+        (number % bound as u64) as usize
+    }
+
+    fn bytes<const N: usize>(&mut self) -> u64 {
+        let Self::Given(bytes) = self else { unreachable!("of bytes only") };
+        (0..N).fold(0, |number, _| number << 8 | u64::from(bytes.pop().unwrap_or(0)))
     }
 
     pub fn one_in(&mut self, bound: usize) -> bool {

@@ -1,0 +1,5 @@
+#![no_main]
+
+mod linked;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| linked::run(|| calls::given::co_simulation(bytes)));
