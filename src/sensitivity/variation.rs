@@ -46,27 +46,29 @@ pub type Structure = (Groups, bool);
 /// Weights of the values at start, middle and end, and at the quarters if they are known, in that of the polynomial through them at a
 /// fraction.
 fn shares(has_quarters: bool, at: f64) -> [f64; 5] {
-    let factor = |place: f64, other: f64| (at - other) / (place - other);
-    by_nodes(has_quarters, |place, others| others.iter().map(|other| factor(place, *other)).product())
+    if !has_quarters {
+        return [(1.0 - at) * (1.0 - 2.0 * at), 4.0 * at * (1.0 - at), at * (2.0 * at - 1.0), 0.0, 0.0];
+    }
+    // By Lagrange, in quarters.
+    let [a, b, c, d, e] = [4.0 * at, 4.0 * at - 1.0, 4.0 * at - 2.0, 4.0 * at - 3.0, 4.0 * at - 4.0];
+    [b * c * d * e / 24.0, a * b * d * e / 4.0, a * b * c * d / 24.0, -a * c * d * e / 6.0, -a * b * c * e / 6.0]
 }
 
 /// The same of its slope per fraction.
 fn slopes(has_quarters: bool, at: f64) -> [f64; 5] {
-    by_nodes(has_quarters, |place, others| {
-        let without = |left_out: f64| {
-            let rest = others.iter().filter(|other| **other != left_out);
-            rest.map(|other| (at - other) / (place - other)).product::<f64>()
-        };
-        others.iter().map(|other| without(*other) / (place - other)).sum()
-    })
-}
-
-/// A weight for each node by its place and those of the others; 0 for those that are not known.
-fn by_nodes(has_quarters: bool, weight: impl Fn(f64, &[f64]) -> f64) -> [f64; 5] {
-    const PLACES: [f64; 5] = [0.0, 0.5, 1.0, 0.25, 0.75];
-    let known = &PLACES[..if has_quarters { 5 } else { 3 }];
-    let others = |place: usize| -> Vec<f64> { known.iter().copied().filter(|other| *other != known[place]).collect() };
-    std::array::from_fn(|place| if place < known.len() { weight(known[place], &others(place)) } else { 0.0 })
+    if !has_quarters {
+        return [4.0 * at - 3.0, 4.0 - 8.0 * at, 4.0 * at - 1.0, 0.0, 0.0];
+    }
+    let u = 4.0 * at;
+    let cubic = |[c3, c2, c1, c0]: [f64; 4]| ((c3 * u + c2) * u + c1) * u + c0;
+    let rows = [
+        [4.0 / 24.0, -30.0 / 24.0, 70.0 / 24.0, -50.0 / 24.0],
+        [1.0, -6.0, 9.5, -3.0],
+        [4.0 / 24.0, -18.0 / 24.0, 22.0 / 24.0, -6.0 / 24.0],
+        [-4.0 / 6.0, 27.0 / 6.0, -52.0 / 6.0, 24.0 / 6.0],
+        [-4.0 / 6.0, 21.0 / 6.0, -28.0 / 6.0, 8.0 / 6.0],
+    ];
+    rows.map(|row| 4.0 * cubic(row))
 }
 
 impl Piece<'_> {
