@@ -321,6 +321,11 @@ fn transition_is_that_of_small_differences() {
             );
         }
     }
+    assert!(
+        step.states.contains(&"memory.actuator.ProportionalValve".to_owned()),
+        "where the play stands: {:?}",
+        step.states
+    );
     let position = step.next_states.iter().position(|state| state == "position").expect("a state");
     assert_eq!(step.a[position], step.c[0], "a state that is an output");
 }

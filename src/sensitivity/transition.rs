@@ -47,10 +47,11 @@ pub fn columns(states: &States, memory: &[String], inputs: usize, parameters: &[
     (along, names)
 }
 
-/// Whether a number of a memory is more than the direction that a mode has: `Sliding(-1)`.
+/// Whether a number of a memory is more than the direction that a mode of friction has: `friction.Karnopp.Sliding`.
 fn is_continuous(name: &str) -> bool {
     let last = name.rsplit('.').next().unwrap_or(name);
-    !last.starts_with(char::is_uppercase) && !matches!(last, "direction" | "sign")
+    let is_mode = name.split('.').any(|part| part == "friction") && last.starts_with(char::is_uppercase);
+    !is_mode && !matches!(last, "direction" | "sign")
 }
 
 impl Transition {
