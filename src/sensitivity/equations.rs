@@ -71,7 +71,8 @@ pub trait Equations: Send {
     fn jacobian(&self, at: At) -> Vec<f64>;
     /// The derivatives of the rates in a direction of states, inputs and the parameters that vary.
     fn rate_slopes(&self, at: At, direction: (&[f64], &[f64])) -> Vec<f64>;
-    /// Where all directions are behind a piece of a step: see [`Piece::cross`].
+    /// Where all directions are behind a piece of a step, with errors up to weights, and in how many parts that is; nothing if no
+    /// number of parts is enough.
     fn cross(&self, piece: &Piece, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, u32)>;
     /// The states that follow the inputs alone, a time in s later under held inputs, where they have a closed form.
     fn later(&self, at: At, step: f64) -> Option<Vec<f64>>;

