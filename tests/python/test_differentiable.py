@@ -1,4 +1,8 @@
-"""Runs as functions that JAX and PyTorch differentiate."""
+"""Runs as functions that JAX and PyTorch differentiate.
+
+PyTorch is tested where it is installed: its wheels of PyPI bring gigabytes of CUDA along, so that the lists of what the
+tests need leave it out.
+"""
 
 from __future__ import annotations
 
