@@ -50,7 +50,8 @@ pub fn fuzz(workspace: &Workspace, model: &Model, library: &Path, round: u64) ->
     if (model.variables)().number_of_states() == 0 {
         fuzz.args(["--skip", "model_exchange"]);
     }
-    process::run(fuzz.env("SERVO_FUZZ_SEED", (1 + 1000 * round).to_string()))
+    // So many that every kind of call comes about with a single model.
+    process::run(fuzz.env("SERVO_FUZZ_CALLS", "60000").env("SERVO_FUZZ_SEED", (1 + 1000 * round).to_string()))
 }
 
 /// A test of the C interface, with a library of one model in the place of that in Rust.
