@@ -92,6 +92,9 @@ pub fn package(of: &Crate) -> ExitCode {
 /// Nothing is built or written before the models are known to be sound.
 fn run(of: &Crate, package: &Package) -> Result<()> {
     soundness::check(of.models)?;
+    for wrong in soundness::wrong_slopes(of.models) {
+        eprintln!("warning: {wrong}; a plain number to the left of a parameter loses its slope");
+    }
     let workspace = around(of)?;
     let _alone = lock::hold(&workspace.target)?;
     package.run(&workspace)

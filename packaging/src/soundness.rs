@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::{Result, ensure};
-use pneumatic_servo::model::{Model, Start};
+use pneumatic_servo::conformance::Slopes;
+use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::variables::{Kind, Table, Variable};
 
 /// Refuses models whose tables do not hold together, each by its name with all that is wrong with it.
@@ -16,6 +17,29 @@ pub fn check(models: &[Model]) -> Result<()> {
         models.iter().flat_map(|model| problems(model).into_iter().map(|it| format!("{}: {it}", model.name))).collect();
     ensure!(wrong.is_empty(), "the models cannot be packed:\n  {}", wrong.join("\n  "));
     Ok(())
+}
+
+/// The derivatives of models that no difference confirms, in words: hosts would take for exact what equations have lost. Items
+/// of a crate's own (ids from 1000 on) are looked at one by one.
+pub fn wrong_slopes(models: &'static [Model]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for setup in models.iter().flat_map(settings) {
+        let mut found = Slopes::default();
+        let failed = quietly(|| found.run(&setup, &|_| true)).err();
+        wrong.extend(found.wrong.into_iter().chain(failed));
+    }
+    wrong
+}
+
+/// The defaults of a model, and those with each item of its enumerations that is a crate's own.
+fn settings(model: &'static Model) -> Vec<Setup> {
+    let own = |variable: &'static Variable| match variable.kind {
+        Kind::Enumeration(of) => of.items.iter().filter(|(id, ..)| *id >= 1000).map(|(_, item, _)| *item).collect(),
+        _ => Vec::new(),
+    };
+    let chosen = |(name, item): (&str, &str)| Setup::of(model).set(name, item).ok();
+    let choices = (model.variables)().parameters().flat_map(|it| own(it).into_iter().map(|item| (&*it.name, item)));
+    std::iter::once(Setup::of(model)).chain(choices.filter_map(chosen)).collect()
 }
 
 /// What is wrong with a model.
@@ -295,5 +319,43 @@ mod tests {
         }
         let nothing = Experiment { panels: &[], ..MODEL.experiment };
         assert!(refusals(&Model { experiment: nothing, ..MODEL }).contains("shows nothing"));
+    }
+
+    mod lost {
+        use pneumatic_servo::prelude::*;
+
+        parameters! {
+            /// A plain number on the left of the parameter loses its slope.
+            Lost {
+                share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
+            }
+        }
+
+        impl VelocityLaw for Lost {
+            fn force<S: Scalar>(&self, v: S, level: S) -> S {
+                v * level * (1.0 - self.share)
+            }
+        }
+
+        laws! {
+            /// A law without any beside it.
+            pub mod catalogue {
+                1000 Lost "lost" OfVelocity<Lost>, "Loses the slope by a parameter";
+            }
+        }
+
+        pub static MODELS: &[Model] = &[pneumatic_servo::models::friction_bench::model::<catalogue::Friction>()];
+    }
+
+    #[test]
+    fn lost_slopes_are_told() {
+        let wrong = wrong_slopes(lost::MODELS);
+        assert!(wrong.iter().any(|it| it.contains("d frictionForce / d friction.lost.b = 0")), "{wrong:?}");
+    }
+
+    #[test]
+    fn slopes_of_the_bench_are_differences() {
+        static BENCH: &[Model] = &[pneumatic_servo::models::friction_bench::MODEL];
+        assert_eq!(wrong_slopes(BENCH), Vec::<String>::new());
     }
 }
