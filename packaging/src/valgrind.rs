@@ -52,7 +52,8 @@ fn check_memory(workspace: &Workspace) -> Result<()> {
     let mut interface = tests(workspace, "c_interface");
     interface.args(LONG.into_iter().flat_map(|name| ["--skip", name]));
     process::run(&mut interface)?;
-    process::run(tests(workspace, "fuzz").env("SERVO_FUZZ_CALLS", "8000"))
+    // Inputs that a fuzzer has kept make many times as many calls; the address sanitizer sees them.
+    process::run(tests(workspace, "fuzz").args(["--skip", "kept"]).env("SERVO_FUZZ_CALLS", "8000"))
 }
 
 fn tests(workspace: &Workspace, name: &str) -> Command {
