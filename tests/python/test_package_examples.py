@@ -8,6 +8,7 @@ import inspect
 import pkgutil
 import warnings
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,14 @@ import pytest
 from pneumatic_servo import envs
 from public import MODULES
 
+LEFT_OUT = {"pneumatic_servo.__main__"} | ({"pneumatic_servo.torch"} if find_spec("torch") is None else set())
+"""The command line, and what needs PyTorch where it is not: it brings gigabytes, and has tests of its own."""
+
 
 def documented() -> Iterator[tuple[str, Any]]:
     """Everything of the package that has a docstring with an example."""
     names = [module.name for module in pkgutil.walk_packages(ps.__path__, "pneumatic_servo.")]
-    for name in ["pneumatic_servo", *(name for name in names if not name.endswith("__main__"))]:
+    for name in ["pneumatic_servo", *(name for name in names if name not in LEFT_OUT)]:
         for test in doctest.DocTestFinder(exclude_empty=True).find(importlib.import_module(name)):
             if test.examples:
                 yield test.name, test
