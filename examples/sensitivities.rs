@@ -1,4 +1,4 @@
-//! How the end of a run changes with parameters, states and inputs: `sensitivities <law> <duration in s> [<name> ...]`.
+//! How the end of a run changes with parameters, states and inputs: `sensitivities [<law> <duration in s> <name> ...]`.
 
 use std::env;
 use std::error::Error;
@@ -9,9 +9,12 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use pneumatic_servo::variables::Place;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = env::args().skip(1).collect();
+    let mut arguments: Vec<String> = env::args().skip(1).collect();
+    if arguments.is_empty() {
+        arguments = ["Stribeck", "0.5", "valve.C", "friction.stribeck.Fs"].map(str::to_owned).into();
+    }
     let [law, duration, names @ ..] = &arguments[..] else {
-        return Err("usage: sensitivities <law> <duration in s> [<name> ...]".into());
+        return Err("usage: sensitivities [<law> <duration in s> <name> ...]".into());
     };
     let duration: f64 = duration.parse()?;
     let mut plant = Setup::of(&MODEL).set("friction.law", law.as_str())?.start(0.0)?;
