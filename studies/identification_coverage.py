@@ -2,9 +2,10 @@
 
 Rigs that are integrated independently of this library (synthetic_rig.py), seen by sensors with noise and 12 bits, are
 fitted again and again with other noise. For every law and parameter the number of repetitions is counted in which the
-true value lies within its interval.
+true value lies within its interval; with --posterior, within the middle 95 % of draws from the posterior.
 
 Usage: python studies/identification_coverage.py [--laws Stribeck ...] [--repetitions 100] [--duration 3] [--workers N]
+       [--posterior]
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -30,17 +32,27 @@ COLUMNS = ["law", "parameter", "true", "repetitions", "covered", "mean error (%)
 Array = NDArray[np.float64]
 
 
-def fitted(seen: dict[str, Array], law: str, start: dict[str, float], workers: int | None = None) -> ps.Fit:
+def fitted(
+    seen: dict[str, Array], law: str, start: dict[str, float], workers: int | None = None, *, posterior: bool = False
+) -> ps.Fit:
     """A fit of everything that is unknown; it starts at given values, since coverage is no matter of the start."""
     free = [f"{name}={value}" for name, value in start.items()]
     known: dict[str, ps.Value] = {"supplyPressure": SUPPLY}
-    return ps.fit(seen, experiment="rig", law=law, fit=free, settings=known, starts=0, workers=workers)
+    return ps.fit(seen, experiment="rig", law=law, fit=free, settings=known, starts=0, workers=workers,
+                  posterior=posterior, progress=False)  # fmt: skip
 
 
-def estimates(task: tuple[str, dict[str, Array], int]) -> list[ps.Estimate]:
+def estimates(task: tuple[str, dict[str, Array], int], *, posterior: bool = False) -> list[ps.Estimate]:
     """What a repetition finds, in the order of what is true; the repetitions share the cores."""
     law, true, seed = task
-    return list(fitted(measured(true, seed), law, {**LAWS[law], **COMMON}, workers=1).parameters.values())
+    found = fitted(measured(true, seed), law, {**LAWS[law], **COMMON}, workers=1, posterior=posterior)
+    if found.posterior is None:
+        return list(found.parameters.values())
+    return [
+        replace(one, low=low, high=high)
+        for name, one in found.parameters.items()
+        for low, high in [found.posterior.interval(name)]
+    ]
 
 
 def rows(law: str, found: Sequence[Sequence[ps.Estimate]]) -> list[tuple[object, ...]]:
@@ -62,14 +74,15 @@ def main() -> int:
     parser.add_argument("--duration", type=float, default=3.0, help="of the record in s")
     parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of the table")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
+    parser.add_argument("--posterior", action="store_true", help="count draws from the posterior; needs emcee")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     truths = parallel(options, "rigs", partial(truth, duration=options.duration), options.laws)
     tasks = [(law, true, seed) for law, true in zip(options.laws, truths, strict=True)
              for seed in range(options.repetitions)]  # fmt: skip
-    found = iter(parallel(options, "fits", estimates, tasks))
+    found = iter(parallel(options, "fits", partial(estimates, posterior=options.posterior), tasks))
     table = [row for law in options.laws for row in rows(law, list(islice(found, options.repetitions)))]
-    write_csv(options.output / "coverage.csv", COLUMNS, table)
+    write_csv(options.output / ("posterior.csv" if options.posterior else "coverage.csv"), COLUMNS, table)
     for row in table:
         print(*row)
     return 0

@@ -39,9 +39,10 @@ from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 if _TYPE_CHECKING:
-    from pneumatic_servo.identification import Fit, Options, Plan, Ranking, compare_fits, fit, plan
+    from pneumatic_servo.identification import Band, Fit, Options, Plan, Posterior, Ranking, compare_fits, fit, plan
 
 __all__ = [
+    "Band",
     "Comparison",
     "Crossing",
     "DataSheet",
@@ -56,6 +57,7 @@ __all__ = [
     "Options",
     "Plan",
     "PlantWarning",
+    "Posterior",
     "Ranking",
     "Refused",
     "Run",
@@ -81,7 +83,7 @@ __all__ = [
     "read_ssv",
 ]
 
-_FITTING = ("Fit", "Options", "Plan", "Ranking", "compare_fits", "fit", "plan")
+_FITTING = ("Band", "Fit", "Options", "Plan", "Posterior", "Ranking", "compare_fits", "fit", "plan")
 
 try:
     __version__ = _version("pneumatic-servo")

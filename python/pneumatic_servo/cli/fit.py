@@ -64,6 +64,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
+    parser.add_argument("--posterior", type=Path, metavar="CSV", help="draws from the posterior (needs emcee)")
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
     parser.add_argument("--report", type=Path, metavar="HTML", help="page with tables and figures")
@@ -72,13 +73,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Fit."""
     fitting = identification()
-    check_outputs(options.out, options.json, options.report, inputs=options.csv)
+    check_outputs(options.out, options.json, options.report, options.posterior, inputs=options.csv)
     common = {
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
-        "progress": True,
+        "posterior": options.posterior is not None, "progress": True,
     }  # fmt: skip
     laws = options.law.split(",")
     if len(laws) > 1:
@@ -99,6 +100,9 @@ def run(options: argparse.Namespace) -> None:
         found.to_json(options.json)
     if options.report is not None:
         found.to_report(options.report)
+    if found.posterior is not None:
+        found.posterior.to_csv(options.posterior)
+        print(found.posterior)
     for name, reason in found.undetermined.items():
         print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
     print(found)

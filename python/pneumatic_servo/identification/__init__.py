@@ -10,6 +10,9 @@ from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import fit
 from pneumatic_servo.identification.laws import Ranking, compare_fits
 from pneumatic_servo.identification.planning import Plan, plan
+from pneumatic_servo.identification.posterior import Band, Posterior
 from pneumatic_servo.identification.result import Estimate, Fit
 
-__all__ = ["EXPERIMENTS", "Estimate", "Fit", "Options", "Plan", "Ranking", "compare_fits", "fit", "plan"]
+__all__ = [
+    "EXPERIMENTS", "Band", "Estimate", "Fit", "Options", "Plan", "Posterior", "Ranking", "compare_fits", "fit", "plan",
+]  # fmt: skip

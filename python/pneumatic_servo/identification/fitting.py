@@ -18,6 +18,7 @@ from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
+from pneumatic_servo.identification.posterior import emcee_of, sample
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
@@ -68,6 +69,7 @@ def fit(
     inputs: str = "held",
     loss: str = "linear",
     intervals: str = "jacobian",
+    posterior: bool = False,
     workers: int | None = None,
     executor: Executor | None = None,
     cluster: Any = None,
@@ -112,6 +114,8 @@ def fit(
         Loss function of ``scipy.optimize.least_squares``.
     intervals : str
         ``jacobian``, ``profile`` or ``bootstrap``.
+    posterior : bool
+        Whether to draw from the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
     workers : int, optional
         Threads; by default one per core.
     executor : concurrent.futures.Executor, optional
@@ -162,7 +166,7 @@ def fit(
         return _fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, settings=settings, hold_out=hold_out,
             hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width, play=play, window=window,
-            inputs=inputs, loss=loss, intervals=intervals, workers=workers,
+            inputs=inputs, loss=loss, intervals=intervals, posterior=posterior, workers=workers,
             executor=executor if cluster is None else cluster.get_executor(), watch=watch,
         )  # fmt: skip
 
@@ -171,7 +175,7 @@ def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
     settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int, rated: float,
     width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
-    workers: int | None, executor: Executor | None, watch: Watch,
+    posterior: bool, workers: int | None, executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
@@ -192,6 +196,10 @@ def _fit(
         raise ValueError(f"{said('loss', loss)}: it must be one of {', '.join(LOSSES)}")
     if intervals not in ("jacobian", "profile", "bootstrap"):
         raise ValueError(f"{said('intervals', intervals)}: it must be jacobian, profile or bootstrap")
+    if posterior:
+        if loss != "linear":
+            raise ValueError(f"{said('posterior')}: the loss {loss} is none of a likelihood; use linear")
+        emcee_of()
     kind = make_experiment(experiment, law, settings, options)
     read = columns_of(columns) if columns is not None else None
     records, notes = _load(kind, listed(data), read, loss)
@@ -216,7 +224,21 @@ def _fit(
         sure = certainty(fitted, best.x, intervals, seed)
     except KeyboardInterrupt:
         raise _interrupted(problem, fitted, watch, notes) from None
-    return _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
+    found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
+    return _with_posterior(found, fitted, best.x, seed, executor, watch) if posterior else found
+
+
+def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: Executor | None, watch: Watch) -> Fit:
+    """Return a fit with draws from its posterior; an interrupt leaves it as it was."""
+    try:
+        watch.stage("posterior")
+        if found.undetermined:
+            watch.say(f"the posterior of {', '.join(found.undetermined)} is hardly more than its bounds")
+        return replace(found, posterior=sample(fitted, x, seed, executor, watch))
+    except KeyboardInterrupt:
+        interrupted = Interrupted("interrupted")
+        interrupted.finished = found
+        raise interrupted from None
 
 
 def _told_early(problem: Problem, watch: Watch) -> list[str]:

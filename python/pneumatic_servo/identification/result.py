@@ -21,6 +21,7 @@ from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
+    from pneumatic_servo.identification.posterior import Posterior
     from pneumatic_servo.identification.verdict import Verdict
 
 Array = NDArray[np.float64]
@@ -57,6 +58,8 @@ class Fit:
         Parameters that the data do not determine, and why.
     notes : tuple of str
         What was done to the data.
+    posterior : Posterior or None
+        Draws from the posterior, where they were asked for.
     """
 
     converged: bool
@@ -71,6 +74,7 @@ class Fit:
     x: Array = field(repr=False)
     certainty: Certainty = field(repr=False)
     message: str = ""
+    posterior: Posterior | None = field(default=None, repr=False)
 
     @property
     def values(self) -> dict[str, float]:
