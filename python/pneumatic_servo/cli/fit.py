@@ -64,6 +64,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
+    parser.add_argument("--evidence", action="store_true", help="say whether the data can tell the laws (needs ArviZ)")
     parser.add_argument("--posterior", type=Path, metavar="CSV", help="draws from the posterior (needs emcee)")
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
@@ -82,10 +83,14 @@ def run(options: argparse.Namespace) -> None:
         "posterior": options.posterior is not None, "progress": True,
     }  # fmt: skip
     laws = options.law.split(",")
+    if options.evidence and len(laws) < 2:
+        raise ValueError("--evidence compares laws: name several by --law")
     if len(laws) > 1:
         ranking = fitting.compare_fits(options.csv, laws, **common)
         found = ranking.best
         print(ranking)
+        if options.evidence:
+            print(ranking.evidence(seed=options.seed))
     else:
         found = fitting.fit(options.csv, law=laws[0], **common)
     if options.out is not None:

@@ -6,13 +6,16 @@
 >>> found.to_ssv("rig.ssv")                                                  # doctest: +SKIP
 """
 
+from pneumatic_servo.identification.evidence import Evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import fit
 from pneumatic_servo.identification.laws import Ranking, compare_fits
 from pneumatic_servo.identification.planning import Plan, plan
 from pneumatic_servo.identification.posterior import Band, Posterior
 from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.telling import Telling
 
 __all__ = [
-    "EXPERIMENTS", "Band", "Estimate", "Fit", "Options", "Plan", "Posterior", "Ranking", "compare_fits", "fit", "plan",
+    "EXPERIMENTS", "Band", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking", "Telling",
+    "compare_fits", "fit", "plan",
 ]  # fmt: skip

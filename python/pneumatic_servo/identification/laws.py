@@ -11,10 +11,12 @@ from typing import Any
 from pneumatic_servo.checks import names
 from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.evidence import Evidence, evidence
 from pneumatic_servo.identification.experiments import Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
 from pneumatic_servo.identification.parameters import split, usual
 from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.telling import Telling, telling
 from pneumatic_servo.run import table
 from pneumatic_servo.words import said
 
@@ -51,6 +53,37 @@ class Ranking:
              _total(found, self.fits[0], held=True) if found.hold_out_rms else None, found.aic)
             for found in self.fits
         ]  # fmt: skip
+
+    def evidence(self, number: int = 1000, seed: int = 0) -> Evidence:
+        """Return what the fitted data say of each law, and whether they can tell it from the best.
+
+        Stretches of time are left out by Pareto-smoothed weights of draws; see `Evidence`.
+
+        Parameters
+        ----------
+        number, seed : int
+            Number of draws for each law, each of them a run, and their seed.
+
+        Raises
+        ------
+        MissingPackage
+            Without ArviZ.
+        ValueError
+            For a law whose fitted values cannot be simulated, and for records too short to be cut.
+        """
+        return evidence(self.fits, number, seed)
+
+    def telling(self, first: str, second: str, **options: Any) -> Telling:
+        """Return the experiments that would tell two of the laws apart, the most telling first.
+
+        Parameters
+        ----------
+        first, second : str
+            What is simulated, with its fitted values, and what is fitted to it.
+        **options
+            As for `plan`: noise, duration, step, stroke, progress.
+        """
+        return telling(self[first], self[second], **options)
 
     def to_csv(self, file: str | Path) -> None:
         """Write the table."""

@@ -164,7 +164,7 @@ def plan(
     free = free_parameters(kind, fit)
     values = {parameter.name: parameter.start for parameter in free}
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
-    noises = {**NOISE, **_noises(noise or {})}
+    noises = {**NOISE, **noises_of(noise or {})}
     courses = voltages(time) if experiment == "rig" else positions(time, stroke)
     driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
     judge = _Judge(kind, tuple(free), noises, driven, time)
@@ -203,7 +203,7 @@ class _Judge:
         """Return what an excitation would determine, or why it cannot be simulated."""
         name, course = candidate
         values = {parameter.name: parameter.start for parameter in self.free}
-        record = _imagined(self.kind, self.time, course, values)
+        record = imagined(self.kind, self.time, course, values)
         if isinstance(record, str):
             return f"{name}: {record}"
         sensors = {name: Sensor(self.noises[name]) for name in self.kind.compared}
@@ -230,7 +230,7 @@ def _ranked(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     return tuple(sorted(candidates, key=lambda candidate: -candidate.information))
 
 
-def _noises(given: Mapping[str, Any]) -> dict[str, float]:
+def noises_of(given: Mapping[str, Any]) -> dict[str, float]:
     """Return standard deviations in SI units; what no sensor has is refused."""
     found = {}
     for signal, value in given.items():
@@ -282,7 +282,7 @@ def positions(time: Array, stroke: float) -> dict[str, Array]:
     return courses
 
 
-def _imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, float]) -> Record | str:
+def imagined(kind: Experiment, time: Array, course: Array, values: Mapping[str, float]) -> Record | str:
     """Return what would be measured, or why the simulation cannot go on."""
     step = float(time[1])
     if kind.name == "motion":

@@ -312,7 +312,7 @@ def sample(problem: Problem, x: Array, seed: int, executor: Executor | None, wat
     scatter = _root(wide)
     rng = np.random.RandomState(seed)
     chains = max(FEWEST_CHAINS, CHAINS_PER_PARAMETER * count)
-    moves = [(emcee.moves.MHMove(_Proposal(own, scatter)), SHARE), (emcee.moves.StretchMove(), 1.0 - SHARE)]
+    moves = [(emcee.moves.MHMove(Proposal(own, scatter)), SHARE), (emcee.moves.StretchMove(), 1.0 - SHARE)]
     ask = target if executor is None else _By(executor, target)
     sampler = emcee.EnsembleSampler(chains, count, ask, moves=moves, vectorize=True)
     first = _inside(problem, own + rng.standard_normal((chains, count)) @ scatter.T, own)
@@ -342,13 +342,22 @@ def sample(problem: Problem, x: Array, seed: int, executor: Executor | None, wat
 
 
 @dataclass(frozen=True)
-class _Proposal:
-    """Proposes from a t about the solution, whatever the present place is."""
+class Proposal:
+    """Proposes from a t about the solution, whatever the present place is.
+
+    Attributes
+    ----------
+    middle : ndarray of shape (parameters,)
+        The solution.
+    scatter : ndarray of shape (parameters, parameters)
+        Root of the covariance.
+    """
 
     middle: Array
     scatter: Array
 
     def __call__(self, places: Array, rng: np.random.RandomState) -> tuple[Array, Array]:
+        """Return as many places, and the logarithms of the density here over that there."""
         number, count = places.shape
         normal = rng.standard_normal((number, count))
         size = np.sqrt(FREEDOM / rng.chisquare(FREEDOM, number))

@@ -77,6 +77,12 @@ class Sensor:
         lack = np.maximum(best - self._log_likelihood(differences), 0.0)
         return np.asarray(np.sign(differences) * np.sqrt(2.0 * lack))
 
+    def log_density(self, differences: Array) -> Array:
+        """Return the logarithm of the density of readings, in 1/unit; of a coarse converter that of P over its step."""
+        if not self.is_coarse:
+            return np.asarray(-0.5 * (differences / self.noise) ** 2 - np.log(np.sqrt(2.0 * np.pi) * self.noise))
+        return np.asarray(self._log_likelihood(differences) - np.log(self.step))
+
     def slopes(self, differences: Array) -> Array:
         """Return the derivatives of the residuals."""
         if not self.is_coarse:

@@ -1,0 +1,163 @@
+"""Experiments that tell two laws apart.
+
+One law is simulated with its fitted values, the other is fitted to that: what it leaves, in units of the noise, is what
+an experiment tells of which of both is true (A. C. Atkinson and V. V. Fedorov, "The design of experiments for
+discriminating between two rival models", Biometrika, 1975).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo import progress as shown_progress
+from pneumatic_servo import values as quantities
+from pneumatic_servo.errors import Interrupted
+from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.experiments import Experiment, Options
+from pneumatic_servo.identification.fitting import free_parameters, make_experiment
+from pneumatic_servo.identification.parameters import Free
+from pneumatic_servo.identification.planning import NOISE, imagined, noises_of, positions, voltages
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.solve import ROUGH, refine
+from pneumatic_servo.words import said
+
+Array = NDArray[np.float64]
+
+CLEAR = 5.0
+"""Distances in units of the noise from which on an experiment tells two laws apart nearly always."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An excitation and how far apart two laws are under it.
+
+    Attributes
+    ----------
+    name : str
+        What it is, in words.
+    input : str
+        Which input it is given to.
+    time, course : ndarray
+        Points of the input, in SI units.
+    distance : float
+        Root of the sum of squares, in units of the noise, of what the second law leaves of the first.
+    """
+
+    name: str
+    input: str
+    time: Array
+    course: Array
+    distance: float
+
+
+@dataclass(frozen=True)
+class Telling:
+    """Experiments that would tell two laws apart, the most telling first."""
+
+    first: str
+    second: str
+    trials: tuple[Trial, ...]
+
+    @property
+    def best(self) -> Trial:
+        """The first."""
+        return self.trials[0]
+
+    def to_csv(self, file: str | Path) -> None:
+        """Write the best as a table of its input."""
+        rows = zip(self.best.time.tolist(), self.best.course.tolist(), strict=True)
+        write_csv(Path(file), ["time", self.best.input], rows)
+
+    def __repr__(self) -> str:
+        lines = [f"excitations that tell {self.first} from {self.second}, with what is left in units of the noise:"]
+        lines += [f"  {trial.distance:10.1f}  {trial.name}" for trial in self.trials]
+        if not self.best.distance > CLEAR:
+            lines.append("none of them tells both apart with these sensors")
+        return "\n".join(lines)
+
+
+def telling(
+    first: Fit, second: Fit, *, noise: Mapping[str, Any] | None = None, duration: float = 10.0, step: float = 1e-3,
+    stroke: float = 0.05, progress: shown_progress.Progress = True,
+) -> Telling:  # fmt: skip
+    """Judge excitations by how well they tell two fits apart; see `Ranking.telling`."""
+    name = first.problem.experiment.name
+    if name not in ("rig", "motion"):
+        raise ValueError(f"{said('experiment', name)}: what tells laws apart can be planned for rig or motion")
+    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
+    stroke = quantities.number_in("m", "stroke", stroke)
+    if not duration >= 100 * step > 0.0:
+        raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
+    if not (stroke > 0.0 and np.isfinite(stroke)):
+        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
+    noises = {**NOISE, **noises_of(noise or {})}
+    sides = _side(first), _side(second)
+    time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
+    courses = voltages(time) if name == "rig" else positions(time, stroke)
+    driven = "valveVoltage" if name == "rig" else "prescribedPosition"
+    trials: list[Trial] = []
+    refusals: list[str] = []
+    try:
+        with shown_progress.shown(progress, "tell apart", len(courses), " candidates") as tell:
+            for done, (words, course) in enumerate(courses.items(), start=1):
+                distance = _distance(*sides, time, course, noises)
+                if isinstance(distance, str):
+                    refusals.append(distance)
+                else:
+                    trials.append(Trial(words, driven, time, course, distance))
+                if tell is not None:
+                    tell(done)
+    except KeyboardInterrupt:
+        interrupted = Interrupted("interrupted")
+        interrupted.finished = _ranked(first, second, trials) if trials else None
+        raise interrupted from None
+    if not trials:
+        raise ValueError(f"no excitation could be simulated with these values; {refusals[0]}")
+    return _ranked(first, second, trials)
+
+
+def _ranked(first: Fit, second: Fit, trials: list[Trial]) -> Telling:
+    return Telling(first.law, second.law, tuple(sorted(trials, key=lambda trial: -trial.distance)))
+
+
+def _side(fit: Fit) -> tuple[Experiment, tuple[Free, ...]]:
+    """Return an experiment with what is known, and what is free from where it was fitted; sensors are taken as good."""
+    experiment, table = fit.problem.experiment, fit.problem.experiment.table
+    values = {name: value for name, value in fit.values.items() if name in table.variables}
+    known = {name: value for name, value in experiment.settings.items() if name in table.variables}
+    kind = make_experiment(experiment.name, fit.law, known, Options(play=0.0))
+    signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
+    kind.use(["time", *(signals if experiment.name == "rig" else ("position", "frictionForce"))])
+    free = free_parameters(kind, list(values))
+    return kind, tuple(replace(one, is_given=False).at(values[one.name]) for one in free)
+
+
+def _distance(
+    truth: tuple[Experiment, tuple[Free, ...]], rival: tuple[Experiment, tuple[Free, ...]], time: Array, course: Array,
+    noises: Mapping[str, float],
+) -> float | str:  # fmt: skip
+    """Return what the rival leaves of the truth, or why that cannot be simulated."""
+    kind, free = truth
+    record = imagined(kind, time, course, {one.name: one.start for one in free})
+    if isinstance(record, str):
+        return record
+    sensors = {signal: Sensor(noises[signal]) for signal in kind.compared}
+    if kind.name == "motion":
+        problem = Problem.of(kind, [record], free, 0.0).seen_by(sensors)
+        # Nothing was measured there, so that the difference is what is simulated, turned.
+        [[difference]] = problem.differences([problem.start])
+        record = Record(record.name, time, 0.0, {**record.signals, **{name: -one for name, one in difference.items()}})
+    other, others = rival
+    problem = Problem.of(other, [record], others, 0.0).seen_by(sensors).bounded()
+    found = refine(problem, problem.start, effort=ROUGH)
+    [residuals] = problem.residuals([found.x])
+    return float(np.linalg.norm(residuals))
