@@ -39,7 +39,19 @@ from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 if _TYPE_CHECKING:
-    from pneumatic_servo.identification import Band, Fit, Options, Plan, Posterior, Ranking, compare_fits, fit, plan
+    from pneumatic_servo.identification import (
+        Band,
+        Fit,
+        Options,
+        Plan,
+        Posterior,
+        Ranking,
+        Series,
+        compare_fits,
+        fit,
+        fit_series,
+        plan,
+    )  # fmt: skip
 
 __all__ = [
     "Band",
@@ -64,6 +76,7 @@ __all__ = [
     "Runs",
     "SavedState",
     "Sensitivities",
+    "Series",
     "Simulation",
     "SimulationError",
     "Transition",
@@ -74,6 +87,7 @@ __all__ = [
     "Variables",
     "compare_fits",
     "fit",
+    "fit_series",
     "fmus",
     "linearise",
     "models",
@@ -83,7 +97,8 @@ __all__ = [
     "read_ssv",
 ]
 
-_FITTING = ("Band", "Fit", "Options", "Plan", "Posterior", "Ranking", "compare_fits", "fit", "plan")
+_FITTING = ("Band", "Fit", "Options", "Plan", "Posterior", "Ranking", "Series", "compare_fits", "fit",
+            "fit_series", "plan")  # fmt: skip
 
 try:
     __version__ = _version("pneumatic-servo")

@@ -12,11 +12,11 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, simulate, variables
+from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, series, simulate, variables
 from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning, SimulationError
 from pneumatic_servo.words import ON_COMMAND_LINE
 
-COMMANDS = [simulate, compare, linearise, configure, fit, plan, variables, fmu, play]
+COMMANDS = [simulate, compare, linearise, configure, fit, series, plan, variables, fmu, play]
 """Each has `NAME`, `add(parser)` and `run(options)`; its docstring is its help."""
 
 EPILOG = r"""examples:

@@ -13,9 +13,10 @@ from pneumatic_servo.identification.laws import Ranking, compare_fits
 from pneumatic_servo.identification.planning import Plan, plan
 from pneumatic_servo.identification.posterior import Band, Posterior
 from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.series import Series, fit_series
 from pneumatic_servo.identification.telling import Telling
 
 __all__ = [
-    "EXPERIMENTS", "Band", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking", "Telling",
-    "compare_fits", "fit", "plan",
+    "EXPERIMENTS", "Band", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking", "Series",
+    "Telling", "compare_fits", "fit", "fit_series", "plan",
 ]  # fmt: skip
