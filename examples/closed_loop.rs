@@ -4,7 +4,7 @@
 use std::error::Error;
 use std::f64::consts::PI;
 
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::{pneumatic_servo_cylinder, position_controller};
 

@@ -15,7 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A model is built by name: [`Setup`](model::Setup) takes parameters, a [`Plant`](co_simulation::Plant) is stepped,
+//! A model is built by name: [`Setup`](model::Setup) takes parameters, a [`Plant`](model::Plant) is stepped,
 //! read, saved and restored. All quantities are in SI units. The same inputs give the same bits on every platform.
 //!
 //! | room | what lives there |
@@ -25,12 +25,13 @@
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`], `sensor` | the physics |
 //! | [`system`] | what a model is: equations with tables |
+//! | [`session`] | what runs have in common, whoever integrates them |
+//! | [`sensitivity`] | how a run changes with parameters, inputs and states |
+//! | [`model_exchange`], [`co_simulation`] | a run with the solver outside, or with one inside |
+//! | [`model`] | a model built and run by name |
 //! | [`models`] | the models of this library |
 //! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
-//! | [`model`] | a model built by name |
-//! | [`co_simulation`], [`model_exchange`] | a model run: with the solver inside, or with one outside |
 //! | [`conformance`] | what is promised of every law and model, as checks for their tests |
-//! | [`sensitivity`] | how a run changes with parameters, inputs and states |
 
 #![forbid(unsafe_code)]
 
@@ -54,6 +55,7 @@ pub mod prelude;
 pub mod sensitivity;
 #[doc(hidden)]
 pub mod sensor;
+pub mod session;
 pub mod solver;
 pub mod system;
 pub mod variables;

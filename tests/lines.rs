@@ -6,7 +6,7 @@ mod rig;
 use std::f64::consts::{PI, TAU};
 
 use bounds::{close, farthest, largest, within};
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::Rig;

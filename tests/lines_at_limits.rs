@@ -5,7 +5,7 @@ mod bounds;
 use std::f64::consts::PI;
 
 use bounds::{close, within};
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 

@@ -286,7 +286,7 @@ fn slopes_by_time_are_those_of_differences_with_the_solver_outside_and_inside() 
             let table = setup.table();
             let mut inside = setup.start(START).expect("parameters that fit");
             inside.advance_to(TIME).expect("a step");
-            let mut outside = inside.simulation().exchange(model).expect("a model with states");
+            let mut outside = inside.simulation().exchange((model.indicators)()).expect("a model with states");
             let (inputs, states) = (vec![0.0; setup.inputs().len()], vec![0.0; numbers(model)[0]]);
             let by_time = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
             let count = table.computed().count();

@@ -5,9 +5,10 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use pneumatic_servo::co_simulation::{Saved, Simulation, Snapshot};
+use pneumatic_servo::co_simulation::{Simulation, Snapshot};
 use pneumatic_servo::conformance;
 use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Saved;
 use pneumatic_servo::model::{Model, Setup, Start};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Chosen, Kind, Role, Table, Variable};
@@ -372,7 +373,7 @@ fn memories_of_other_laws_and_actuators_are_refused() {
         let mut runs: Vec<_> = of.items.iter().map(|item| start(item).expect("the defaults fit")).collect();
         let saved: Vec<_> = runs.iter_mut().map(|run| run.simulation().save()).collect();
         for ((own, (_, item, _)), run) in of.items.iter().enumerate().zip(&mut runs) {
-            let mut outside = run.simulation().exchange(model).expect("a model with states");
+            let mut outside = run.simulation().exchange((model.indicators)()).expect("a model with states");
             let outsiders = outside.save();
             for ((other, (_, name, _)), snapshot) in of.items.iter().enumerate().zip(&saved) {
                 let restored = run.simulation().restore(snapshot).is_ok();

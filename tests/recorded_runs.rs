@@ -273,7 +273,7 @@ impl Digest {
         simulation.indicators(&mut indicators);
         let events = events(model);
         self.add(&indicators[..events]);
-        if let Some(exchange) = simulation.exchange(model) {
+        if let Some(exchange) = simulation.exchange((model.indicators)()) {
             let mut states = ones(table.number_of_states());
             exchange.states(&mut states);
             self.add(&states);

@@ -1,7 +1,8 @@
 //! Saved states are taken by the run that wrote them, whatever its clock says, and by no other.
 
-use pneumatic_servo::co_simulation::{Plant, Simulation};
+use pneumatic_servo::co_simulation::Simulation;
 use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Setup, Start};
 use pneumatic_servo::models::{self, friction_bench, pneumatic_servo_cylinder as cylinder};
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup, Value};
 use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
 

@@ -3,8 +3,8 @@
 mod bounds;
 
 use bounds::{close, larger, smaller, within};
-use pneumatic_servo::co_simulation::Plant;
 use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::find;
 

@@ -6,9 +6,9 @@ use benchmark::case::{self, Case, STEP, inputs, voltage};
 use benchmark::host::Host;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Const, DimMin, SMatrix, SVector};
-use pneumatic_servo::co_simulation::build;
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
+use pneumatic_servo::session::build;
 use pneumatic_servo::solver::Inverse;
 use pneumatic_servo::system::{Shortcuts, System};
 

@@ -112,7 +112,7 @@ fn of_start(model: &Model, table: &Table, problems: &mut Vec<String>) {
         Err(reason) => return problems.push(format!("it does not start with its defaults: {reason}")),
     };
     let mut scales = vec![1.0; table.number_of_states()];
-    if let Some(exchange) = run.exchange(model) {
+    if let Some(exchange) = run.exchange((model.indicators)()) {
         exchange.nominals(&mut scales);
     }
     for (reference, scale) in table.states().zip(scales) {

@@ -16,7 +16,7 @@
 use std::error::Error;
 use std::io::{self, BufRead, Write};
 
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::models;
 

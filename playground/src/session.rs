@@ -1,6 +1,6 @@
 //! What the page keeps: a few plants, and the buffer through which numbers go.
 
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 use pneumatic_servo::variables::Variable;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Place, Variable};
 use pyo3::prelude::*;

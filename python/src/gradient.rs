@@ -2,7 +2,7 @@
 
 use numpy::ndarray::{Array2, ArrayView2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
-use pneumatic_servo::co_simulation::{Plant, Steps};
+use pneumatic_servo::model::{Plant, Steps};
 use pneumatic_servo::sensitivity::TransitionError;
 use pneumatic_servo::variables::Place;
 use pyo3::prelude::*;

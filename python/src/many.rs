@@ -6,7 +6,7 @@ use std::thread;
 
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Notice, Place};
 use pyo3::exceptions::PyRuntimeError;

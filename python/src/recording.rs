@@ -1,6 +1,6 @@
 //! One run with its inputs applied and its outputs recorded.
 
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Notice, Place, Table, Variable};
 use pyo3::prelude::*;

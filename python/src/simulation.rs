@@ -3,7 +3,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pneumatic_servo::co_simulation::{Direction, Plant, Saved};
+use pneumatic_servo::co_simulation::Direction;
+use pneumatic_servo::model::{Plant, Saved};
 use pneumatic_servo::variables::Place;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;

@@ -2,7 +2,7 @@
 
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3};
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::sensitivity::{Crossing, NoDerivative};
 use pneumatic_servo::variables::Place;
 use pyo3::exceptions::PyMemoryError;

@@ -1,31 +1,21 @@
 //! Running a model with the solver inside: what a host sees are values in table order, time, and nothing of its physics.
 
-mod differentiate;
-mod plant;
 mod simulator;
-mod transition;
 
-use std::fmt;
-
-use serde::{Deserialize, Serialize};
-
-pub(crate) use self::differentiate::{differentiate, differentiate_varied};
-pub use self::plant::{Plant, Saved};
 #[doc(hidden)]
-pub use self::simulator::{Simulator, build, check, read};
-pub(crate) use self::simulator::{restored_states, saved_states, varied};
-pub use self::transition::Steps;
-use crate::model::Model;
+pub use self::simulator::Simulator;
+use crate::hybrid::Indicator;
 use crate::model_exchange::Exchange;
-use crate::sensitivity::Equations;
-use crate::solver::{Mark, StepError};
+use crate::sensitivity::Differentiable;
+pub use crate::session::{Direction, Snapshot, SnapshotError};
+use crate::solver::StepError;
 use crate::variables::{Notices, ParameterError};
 
 /// A running model.
 ///
 /// Slices of inputs, parameters and computed values follow the order in which the variable table lists the
 /// variables of that kind ([`Table`](crate::variables::Table)).
-pub trait Simulation: Send {
+pub trait Simulation: Differentiable + Send {
     /// Current time in s.
     fn time(&self) -> f64;
 
@@ -88,40 +78,14 @@ pub trait Simulation: Send {
     /// parameters, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
-    /// The equations with the present memory; nothing if the model has none that can be differentiated along a run.
-    fn equations(&self) -> Option<Box<dyn Equations>> {
-        None
-    }
-
-    /// Leaves a trail from now on, or none.
-    fn leave_trail(&mut self, _leaves: bool) {}
-
-    /// Time in s since the start, and the states, of a run that can leave a trail; the tolerance it is integrated with.
-    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
-        None
-    }
-
-    /// The trail left since it was taken last.
-    fn take_trail(&mut self) -> Vec<Mark> {
-        Vec::new()
-    }
-
     /// What is unusual about the parameters and the present inputs; as a rule nothing.
     fn notices(&self) -> Notices {
         Notices::default()
     }
 
-    /// The place among the states of a [`Snapshot`] of a continuous state, numbered as in a [`Direction`], if it is
-    /// integrated.
-    ///
-    /// A model without continuous states has nothing to say.
-    fn state_index(&self, _state: usize) -> Option<usize> {
-        None
-    }
-
-    /// The model, given again, at the present states with its solver outside; nothing if it has no continuous states,
-    /// so that no solver is needed.
-    fn exchange(&self, _model: &Model) -> Option<Box<dyn Exchange>> {
+    /// The model, whose indicators are given again, at the present states with its solver outside; nothing if it has no continuous
+    /// states, so that no solver is needed.
+    fn exchange(&self, _indicators: Vec<Indicator>) -> Option<Box<dyn Exchange>> {
         None
     }
 
@@ -134,40 +98,3 @@ pub trait Simulation: Send {
     /// [`SnapshotError`] when the snapshot does not fit; nothing is changed then.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }
-
-/// A direction of differentiation. What it does not name stays as it is, so that time alone moves no input or state.
-#[derive(Clone, Copy, Debug)]
-pub struct Direction<'a> {
-    /// Of time.
-    pub time: f64,
-    /// Of the inputs, in the order of the table.
-    pub inputs: &'a [f64],
-    /// Of the continuous states, in the order in which the table lists their derivatives
-    /// ([`Variable::derivative_of`](crate::variables::Variable::derivative_of)).
-    pub states: &'a [f64],
-    /// Of the parameters, in the order of the table: tunable ones alone may vary. Empty if none varies.
-    pub parameters: &'a [f64],
-}
-
-/// A saved state, free of pointers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Snapshot {
-    /// Time in s.
-    pub time: f64,
-    /// Continuous states.
-    pub states: Vec<f64>,
-    /// Discrete memory of the model and of what runs it, serialised.
-    pub memory: Vec<u8>,
-}
-
-/// A snapshot that does not fit the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SnapshotError;
-
-impl fmt::Display for SnapshotError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the saved state does not belong to this model with these parameters")
-    }
-}
-
-impl std::error::Error for SnapshotError {}

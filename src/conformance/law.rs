@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::{Random, run};
-use crate::co_simulation::Plant;
 use crate::friction::{Contact, Drive, Event, Laws, MAX_STATES};
 use crate::hybrid::UNUSED;
+use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
 use crate::numbers::{Dual, Scalar};

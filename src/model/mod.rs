@@ -1,20 +1,24 @@
 //! A model: its name, its variables and how a run of it starts.
 
 mod experiment;
-mod setting;
+mod plant;
+
 mod setup;
+mod transition;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use self::experiment::{Course, Experiment, Panel, Signal};
-pub(crate) use self::setting::find;
-pub use self::setting::{SettingError, Value};
+pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
+pub use self::transition::Steps;
 use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
+pub use crate::session::Start;
 use crate::start_sized;
 use crate::system::{Shortcuts, assert_sound, indicators, references, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
+pub use crate::variables::{SettingError, Value};
 
 /// A model that can be instantiated: its name, its variables and how a run of it starts.
 #[derive(Clone, Copy, Debug)]
@@ -112,17 +116,4 @@ impl Model {
         };
         indicators.map(variable).collect()
     }
-}
-
-/// Everything a run starts from.
-#[derive(Clone, Debug)]
-pub struct Start<'a> {
-    /// Start time in s.
-    pub time: f64,
-    /// All parameters, in the order in which the table lists them.
-    pub parameters: &'a [f64],
-    /// All inputs, in the order in which the table lists them.
-    pub inputs: &'a [f64],
-    /// The tolerance the host asks for; it replaces `solver.relativeTolerance` unless that was changed.
-    pub tolerance: Option<f64>,
 }

@@ -1,10 +1,10 @@
 //! A model with its parameters, start values of inputs and tolerance, ready to start.
 
-use super::setting::{SettingError, Value, find};
-use super::{Model, Start};
-use crate::co_simulation::{Plant, Simulation};
+use super::{Model, Plant, Start};
+use crate::co_simulation::Simulation;
 use crate::model_exchange::Exchange;
 use crate::variables::{ParameterError, Place, Table, Variable};
+use crate::variables::{SettingError, Value, find};
 
 /// A model and what it is to start from; all defaults at first.
 ///
@@ -119,7 +119,7 @@ impl Setup {
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.
     pub fn exchange(&self, time: f64) -> Result<Option<Box<dyn Exchange>>, ParameterError> {
-        Ok(self.simulation(time)?.exchange(self.model))
+        Ok(self.simulation(time)?.exchange((self.model.indicators)()))
     }
 
     /// Starts a run at a time in s.

@@ -1,15 +1,11 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::co_simulation::{
-    Direction, Snapshot, SnapshotError, build, differentiate, differentiate_varied, restored_states, saved_states,
-    varied,
-};
 use crate::hybrid::{Indicator, Limits, UNUSED};
-use crate::model::Start;
+use crate::session::{Direction, Session, Snapshot, SnapshotError};
 use crate::solver::Counters;
 use crate::system::{MAX_KINKS, Shortcuts, state_name};
-use crate::variables::{Notices, ParameterError, Table};
+use crate::variables::{Notices, ParameterError};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
 ///
@@ -31,14 +27,9 @@ const MAX_SWITCHES: usize = 100;
 /// A model's equations at states that a host integrates.
 pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
     equations: E,
-    /// All parameters, in the order of the table.
-    parameters: Vec<f64>,
+    session: Session,
     indicators: Vec<Indicator>,
     states: Vec<State>,
-    /// Clock of the host in s at the start. The equations count their time from there, as with the solver inside.
-    start: f64,
-    /// Clock of the host in s now: exactly as it said.
-    clock: f64,
     /// Time in s of the equations.
     elapsed: f64,
     x: [f64; N],
@@ -68,24 +59,20 @@ struct State {
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
-    /// Equations at a time since their start by the host's clock, for a table and with the indicators of their model.
+    /// Equations at a time since their start, with the indicators of their model.
     // Compiled apart from the run that it begins with.
     #[inline(never)]
     pub(crate) fn new(
-        (equations, parameters): (E, Vec<f64>),
-        (start, clock): (f64, f64),
+        (equations, session): (E, Session),
         (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
-        table: &Table,
         indicators: Vec<Indicator>,
     ) -> Self {
         let limits = equations.limits();
         let mut exchanger = Self {
             equations,
-            parameters,
+            session,
             indicators,
             states: Vec::new(),
-            start,
-            clock,
             elapsed: time,
             x,
             limits,
@@ -98,21 +85,15 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         };
         exchanger.look_around();
         exchanger.change_sides();
-        let mut computed = vec![0.0; table.computed().count()];
+        let mut computed = vec![0.0; exchanger.session.table.computed().count()];
         exchanger.values(&mut computed);
-        exchanger.states = exchanger.table_states(table, &computed);
+        exchanger.states = exchanger.table_states(&computed);
         exchanger
     }
 
-    /// The equations for parameters that vary with slopes.
-    fn build(&self, parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
-        let start = Start { time: self.start, parameters, inputs: &self.inputs, tolerance: None };
-        build(&start, slopes).map(|(equations, _)| equations)
-    }
-
     /// The states as the table lists them, with the start values of those that are not integrated.
-    fn table_states(&self, table: &Table, computed: &[f64]) -> Vec<State> {
-        let scales: [f64; N] = self.equations.scales();
+    fn table_states(&self, computed: &[f64]) -> Vec<State> {
+        let (table, scales): (_, [f64; N]) = (self.session.table, self.equations.scales());
         let references = table.states();
         let states = references.filter_map(|reference| {
             let value = table.computed().position(|variable| variable.reference == reference)?;
@@ -212,7 +193,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             }
         }
         let indicators = last.into_iter().map(|event| self.indicators[event].name.clone()).collect();
-        Err(ExchangeError::Chattering { time: self.clock, indicators })
+        Err(ExchangeError::Chattering { time: self.session.time, indicators })
     }
 
     /// Takes the samples that are due.
@@ -228,13 +209,13 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             self.take_over(&x);
         }
         let due = self.equations.next_sample(&self.memory).time;
-        Err(ExchangeError::MissedTimeEvents { time: self.clock, due: self.start + due })
+        Err(ExchangeError::MissedTimeEvents { time: self.session.time, due: self.session.start + due })
     }
 
     /// The first time on the clock of the host at which a time of the equations has come.
     fn on_clock(&self, time: f64) -> f64 {
-        let mut clock = self.start + time;
-        while clock - self.start < time {
+        let mut clock = self.session.start + time;
+        while clock - self.session.start < time {
             clock = clock.next_up();
         }
         clock
@@ -247,11 +228,11 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
     fn time(&self) -> f64 {
-        self.clock
+        self.session.time
     }
 
     fn set_time(&mut self, time: f64) {
-        (self.clock, self.elapsed) = (time, time - self.start);
+        (self.session.time, self.elapsed) = (time, time - self.session.start);
     }
 
     fn set_inputs(&mut self, values: &[f64]) {
@@ -259,8 +240,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
-        self.equations = self.build(parameters, &[])?;
-        self.parameters.copy_from_slice(parameters);
+        self.equations = self.session.retune(parameters)?;
         self.limits = self.equations.limits();
         self.look_around();
         Ok(())
@@ -282,7 +262,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn admit(&self) -> Result<(), ExchangeError> {
-        let refuse = |cause| ExchangeError::NotAdmissible { time: self.clock, cause };
+        let refuse = |cause| ExchangeError::NotAdmissible { time: self.session.time, cause };
         self.equations.admit(&self.x).map_err(|cause| refuse(cause.to_owned()))?;
         for (index, (value, limits)) in self.x.iter().zip(&self.limits).enumerate() {
             if let Some(passed) = limits.passed(*value) {
@@ -301,7 +281,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
         let here = self.equations.derivatives(self.elapsed, &self.near, &self.inputs, &self.memory);
         if here.iter().any(|rate| !rate.is_finite()) {
-            return Err(ExchangeError::NotFinite { time: self.clock });
+            return Err(ExchangeError::NotFinite { time: self.session.time });
         }
         for (slot, state) in rates.iter_mut().zip(&self.states) {
             *slot = state.place.map_or(0.0, |index| here[index]);
@@ -366,13 +346,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
         let inputs = std::array::from_fn(|i| direction.inputs[i]);
         let at = (self.elapsed, &self.near, &self.inputs, &self.memory);
         let seeds = (direction.time, &of_near, &inputs);
-        match varied(direction.parameters) {
-            None => differentiate(&self.equations, at, seeds, computed),
-            Some(slopes) => {
-                let equations = self.build(&self.parameters, slopes).expect("parameters that have been accepted");
-                differentiate_varied(&equations, at, seeds, computed);
-            }
-        }
+        self.session.differentiate(&self.equations, at, seeds, direction.parameters, computed);
         if !self.is_within {
             for state in &self.states {
                 let Ok(index) = state.place else { continue };
@@ -390,20 +364,18 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn save(&self) -> Snapshot {
-        let memory = postcard::to_allocvec(&(&self.memory, self.counters, self.start, &self.sides))
-            .expect("a memory holds plain data");
-        Snapshot { time: self.clock, states: saved_states(&self.equations, &self.x), memory }
+        let memory = (&self.memory, self.counters, self.session.start, &self.sides);
+        self.session.save(&self.equations, &self.x, memory)
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let x = restored_states(&self.equations, &snapshot.states, &self.x)?;
-        let (memory, counters, start, sides): (E::Memory, Counters, f64, Vec<bool>) =
-            postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let (x, (memory, counters, start, sides)) =
+            snapshot.read::<_, (E::Memory, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
         let is_plain = x.iter().chain([&snapshot.time, &start]).all(|value| value.is_finite());
         if !is_plain || sides.len() != self.sides.len() || !self.equations.fits(&memory) {
             return Err(SnapshotError);
         }
-        (self.start, self.x, self.memory, self.counters, self.sides) = (start, x, memory, counters, sides);
+        (self.session.start, self.x, self.memory, self.counters, self.sides) = (start, x, memory, counters, sides);
         self.look_around();
         self.set_time(snapshot.time);
         Ok(())
@@ -491,10 +463,8 @@ mod tests {
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
         let equations = Busy { switches, samples };
         Exchanger::new(
-            (equations, Vec::new()),
-            (10.0, 11.0),
+            (equations, Session { table: table::<Busy, 0>(), parameters: Vec::new(), start: 10.0, time: 11.0 }),
             (1.0, [], [0, 0], []),
-            table::<Busy, 0>(),
             indicators.to_vec(),
         )
     }
@@ -528,7 +498,7 @@ mod tests {
         model.update().expect("three events more");
         assert_eq!(counted(&model), [2.0, 6.0]);
         model.restore(&saved).expect("a state of its own");
-        assert_eq!((model.clock, model.elapsed, model.memory), (11.0, 1.0, [3, 0]));
+        assert_eq!((model.session.time, model.elapsed, model.memory), (11.0, 1.0, [3, 0]));
         assert_eq!(counted(&model), [1.0, 3.0]);
     }
 
@@ -537,7 +507,7 @@ mod tests {
     fn time_event_has_come_where_the_clock_says_so() {
         let mut model = busy(0, 0);
         for start in [0.0, 0.1, -0.3, 1.0 / 3.0, 1e4 / 3.0, -1e9 / 7.0, 1e9] {
-            model.start = start;
+            model.session.start = start;
             for count in 1..200 {
                 let time = 1e-3 * f64::from(count);
                 let clock = model.on_clock(time);

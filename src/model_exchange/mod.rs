@@ -1,10 +1,10 @@
 //! Running a model with the solver outside: a host integrates the states, watches the indicators, and asks for updates.
 //!
-//! The equations are those of [`co_simulation`](crate::co_simulation). What a host has to know besides:
+//! The equations are those of a run with the solver inside. What a host has to know besides:
 //!
 //! - The vector of states has the length that the table gives it ([`Table::number_of_states`]), whatever the friction law
 //!   and the options: states that are not used keep their start value.
-//! - Each indicator has a fixed place and meaning ([`Model::indicators`]). It is positive while the present modes are
+//! - Each indicator has a fixed place and meaning (`Model::indicators`). It is positive while the present modes are
 //!   valid and rests clearly off zero after an [`update`](Exchange::update): by [`HYSTERESIS`], which is also what it takes
 //!   beyond the exact instant until an event is seen. Indicators without use are 1.
 //! - Where equations have a kink but no mode ends, at the stops of the cylinder for example, an indicator lets a solver stop
@@ -20,7 +20,6 @@
 //! - Sampled laws and delay lines announce their next time event with every update.
 //!
 //! [`Table::number_of_states`]: crate::variables::Table::number_of_states
-//! [`Model::indicators`]: crate::model::Model::indicators
 
 mod exchanger;
 
@@ -29,7 +28,7 @@ use std::fmt;
 #[doc(hidden)]
 pub use self::exchanger::Exchanger;
 pub use self::exchanger::{HYSTERESIS, seen};
-use crate::co_simulation::{Direction, Snapshot, SnapshotError};
+use crate::session::{Direction, Snapshot, SnapshotError};
 use crate::variables::{Notices, ParameterError};
 
 /// A model whose states are integrated by its host.

@@ -1,8 +1,8 @@
 //! What tests of several models share.
 
-use crate::co_simulation::build;
 use crate::friction::Law;
 use crate::model::Start;
+use crate::session::build;
 use crate::system::{System, table};
 use crate::variables::{Choice, Variable};
 

@@ -24,6 +24,7 @@ use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::sign;
+use crate::sensitivity::Differentiable;
 use crate::solver::StepError;
 use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters};
@@ -247,6 +248,8 @@ impl PositionController {
         memory.count += 1;
     }
 }
+
+impl Differentiable for PositionController {}
 
 impl Simulation for PositionController {
     fn time(&self) -> f64 {

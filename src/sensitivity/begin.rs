@@ -1,17 +1,18 @@
 //! How slopes begin.
 
-use super::{Along, Companion, Driven, Slopes, Way};
-use crate::co_simulation::Simulation;
-use crate::model::Model;
-use crate::variables::Role;
+use super::{Along, Companion, Differentiable, Driven, Slopes, Way};
+use crate::hybrid::Indicator;
+use crate::variables::{Role, Table};
 
 /// A run that slopes are to be carried along.
 #[derive(Clone, Copy)]
 pub struct Begin<'a> {
     /// The run.
-    pub simulation: &'a dyn Simulation,
-    /// Its model.
-    pub model: &'static Model,
+    pub run: &'a dyn Differentiable,
+    /// The variables of its model.
+    pub table: &'static Table,
+    /// The event indicators of its model.
+    pub indicators: &'a [Indicator],
     /// All parameters, in the order of the table.
     pub parameters: &'a [f64],
     /// The inputs and their slopes.
@@ -26,15 +27,15 @@ pub struct Begin<'a> {
 ///
 /// # Errors
 /// The direction along which there are no slopes.
-pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
+pub fn begin(begin: Begin, directions: &[Along]) -> Result<Companion, Along> {
     let refused = directions.first().copied().unwrap_or(Along::State(0));
-    let equations = run.simulation.equations().ok_or(refused)?;
-    let spare = run.simulation.equations().ok_or(refused)?;
-    let (time, x, tolerance) = run.simulation.place().ok_or(refused)?;
+    let equations = begin.run.equations().ok_or(refused)?;
+    let spare = begin.run.equations().ok_or(refused)?;
+    let (time, x, tolerance) = begin.run.place().ok_or(refused)?;
     let still = Slopes::new(vec![0.0; x.len()], vec![0.0; equations.memory().count()]);
     let has_begun = |first: &&[f64]| time != 0.0 || equations.start(first) != (x.clone(), equations.memory());
-    let first_inputs = run.first_inputs.filter(|first| !has_begun(first));
-    let count = run.inputs[0].len();
+    let first_inputs = begin.first_inputs.filter(|first| !has_begun(first));
+    let count = begin.inputs[0].len();
     let mut ways = Vec::with_capacity(directions.len());
     for along in directions {
         let mut slopes = still.clone();
@@ -48,7 +49,7 @@ pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
             }
             Along::Input(_) => return Err(*along),
             Along::State(state) => {
-                slopes.states[run.simulation.state_index(state).ok_or(*along)?] = 1.0;
+                slopes.states[begin.run.state_index(state).ok_or(*along)?] = 1.0;
                 slopes = Slopes::new(slopes.states, slopes.memory);
                 Way::still(count)
             }
@@ -57,7 +58,7 @@ pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
                 Way::still(count)
             }
             Along::Parameter(place) => {
-                let way = of_parameter(&run, place).ok_or(*along)?;
+                let way = of_parameter(&begin, place).ok_or(*along)?;
                 if let Some(first) = first_inputs {
                     slopes = way.slopes_of_start(equations.as_ref(), first);
                 }
@@ -66,32 +67,32 @@ pub fn begin(run: Begin, directions: &[Along]) -> Result<Companion, Along> {
         };
         ways.push((way, slopes));
     }
-    let nominals = (run.model.indicators)().into_iter().map(|indicator| indicator.nominal).collect();
-    let inputs = Driven { since: time, values: run.followed.to_vec(), slopes: vec![0.0; count] };
+    let nominals = begin.indicators.iter().map(|indicator| indicator.nominal).collect();
+    let inputs = Driven { since: time, values: begin.followed.to_vec(), slopes: vec![0.0; count] };
     let mut companion = Companion::new([equations, spare], (time, x, inputs), tolerance, nominals, ways);
-    companion.set_inputs(run.inputs[0], run.inputs[1]);
+    companion.set_inputs(begin.inputs[0], begin.inputs[1]);
     Ok(companion)
 }
 
 /// The direction of a parameter, if there are equations beside the present ones.
-fn of_parameter(run: &Begin, place: usize) -> Option<Way> {
-    let variable = (run.model.variables)().parameters().nth(place)?;
-    let value = run.parameters[place];
+fn of_parameter(begin: &Begin, place: usize) -> Option<Way> {
+    let variable = begin.table.parameters().nth(place)?;
+    let value = begin.parameters[place];
     let typical = variable.nominal.or(variable.start).filter(|typical| *typical != 0.0).unwrap_or(1.0);
     let magnitude = if value == 0.0 { typical } else { value }.abs();
     let bounds = [variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY)];
-    let (equations, parameters) = (run.simulation.equations()?, run.parameters.to_vec());
+    let (equations, parameters) = (begin.run.equations()?, begin.parameters.to_vec());
     let beside = move |offset: f64| {
         let mut parameters = parameters.clone();
         parameters[place] += offset;
         equations.under(&parameters, &[])
     };
-    let way = Way::of_parameter(Box::new(beside), [value, magnitude], bounds, run.inputs[0].len())?;
+    let way = Way::of_parameter(Box::new(beside), [value, magnitude], bounds, begin.inputs[0].len())?;
     // Rates and computed variables know how they change with tunable parameters.
     let varied = (variable.role == Role::Tunable).then(|| {
-        let mut slopes = vec![0.0; run.parameters.len()];
+        let mut slopes = vec![0.0; begin.parameters.len()];
         slopes[place] = 1.0;
-        run.simulation.equations()?.under(run.parameters, &slopes)
+        begin.run.equations()?.under(begin.parameters, &slopes)
     });
     Some(way.with_varied(varied.flatten()))
 }

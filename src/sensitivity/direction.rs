@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::Along;
-use crate::model::{SettingError, find};
 use crate::variables::{Entry, Kind, Place, Table};
+use crate::variables::{SettingError, find};
 
 /// A name along which no run can be differentiated.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,9 +4,8 @@ use nalgebra::SMatrix;
 
 use super::leaves::Leaves;
 use super::variation::Piece;
-use crate::co_simulation::{build, differentiate_varied};
-use crate::model::Start;
 use crate::numbers::Tangent;
+use crate::session::{Start, build, differentiate_varied};
 use crate::solver::Counters;
 use crate::system::{Shortcuts, System};
 

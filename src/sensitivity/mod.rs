@@ -34,6 +34,7 @@ mod besides;
 mod companion;
 mod crossing;
 mod difference;
+mod differentiable;
 mod direction;
 mod equations;
 mod leaves;
@@ -51,6 +52,7 @@ use crate::solver::StepError;
 pub use self::adjoint::{Gradient, Tangents};
 pub use self::begin::{Begin, begin};
 pub use self::companion::Companion;
+pub use self::differentiable::Differentiable;
 pub use self::direction::{DirectionError, directions};
 pub use self::equations::{Act, At, Equations, Erased};
 pub use self::leaves::Leaves;
@@ -126,7 +128,7 @@ impl std::error::Error for TransitionError {}
 pub enum Along {
     /// The parameter in a place of the table.
     Parameter(usize),
-    /// The value that a continuous state has now, numbered as in a [`Direction`](crate::co_simulation::Direction).
+    /// The value that a continuous state has now, numbered as in a [`Direction`](crate::session::Direction).
     State(usize),
     /// What is added to the input in a place of the table from now on.
     Input(usize),

@@ -13,11 +13,11 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use pneumatic_servo::co_simulation::build;
 use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use pneumatic_servo::session::build;
 use pneumatic_servo::system::System;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};

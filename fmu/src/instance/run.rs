@@ -268,7 +268,7 @@ fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
 /// The model of a simulation with its solver outside.
 fn exchange(simulation: &dyn Simulation, layout: &Layout) -> Result<Box<dyn Exchange>, Failure> {
     let none = || Failure::error(format!("{} has no continuous states", layout.model.name));
-    simulation.exchange(layout.model).ok_or_else(none)
+    simulation.exchange((layout.model.indicators)()).ok_or_else(none)
 }
 
 impl From<SnapshotError> for Failure {

@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::enumeration;
 use pneumatic_servo::model::{Experiment, Model, Start};
+use pneumatic_servo::sensitivity::Differentiable;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Choice, ParameterError, Role, Table, Variable, units};
 
@@ -121,6 +122,8 @@ fn checked(parameters: &[f64]) -> Result<[f64; 4], ParameterError> {
     }
     Ok(parameters)
 }
+
+impl Differentiable for Lag {}
 
 impl Simulation for Lag {
     fn time(&self) -> f64 {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 use pneumatic_servo::solver::{Rejection, StepError};

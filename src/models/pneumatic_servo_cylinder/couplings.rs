@@ -148,12 +148,12 @@ mod tests {
     use nalgebra::SMatrix;
 
     use super::*;
-    use crate::co_simulation::build;
     use crate::friction::{Friction, LAWS};
     use crate::hybrid::{jacobian_by_couplings, jacobian_by_duals};
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::MODEL;
     use crate::pneumatics::actuator::Actuator;
+    use crate::session::build;
     use crate::system::Shortcuts;
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;

@@ -144,11 +144,11 @@ fn scatter<const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::co_simulation::build;
     use crate::friction::{LAWS, MAX_STATES};
     use crate::hybrid::HybridSystem;
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::{MODEL, Memory};
+    use crate::session::build;
     use crate::system::System;
     use crate::variables::{Role, Variable};
 

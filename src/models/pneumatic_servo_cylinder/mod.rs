@@ -36,7 +36,7 @@ use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::{Simulation, read};
+use crate::co_simulation::Simulation;
 use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
 use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride, UNUSED};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
@@ -47,6 +47,7 @@ use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{self, Reservoir};
 use crate::run_sized;
 use crate::sensor;
+use crate::session::read;
 use crate::system::{Place, Shortcuts, System, Tables, indicators, references, table};
 use crate::variables::{Notice, Notices, ParameterError, Tunable, Values};
 
@@ -677,8 +678,8 @@ fn act_on_actuator_alone(inputs: [&[f64; 3]; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::co_simulation::build;
     use crate::models::checks;
+    use crate::session::build;
     use crate::variables::Variable;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.

@@ -1,6 +1,6 @@
 //! Closed forms that hold for the quarter car, and its balance of energy.
 
-use pneumatic_servo::co_simulation::Plant;
+use pneumatic_servo::model::Plant;
 use pneumatic_servo::conformance;
 use pneumatic_servo::model::Setup;
 use quarter_car::MODEL;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::variables::{Entry, Kind, ParameterError, Table, Variable};
+use super::{Entry, Kind, ParameterError, Table, Variable};
 
 /// A value as users write it: a number, the name of an item of an enumeration, or true or false.
 #[derive(Clone, Copy, Debug, PartialEq)]

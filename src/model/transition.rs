@@ -1,11 +1,11 @@
 //! Steps of a plant as linear maps, and gradients of whole runs by the chain of them backwards.
 
 use super::{Plant, Saved};
-use crate::model::find;
 use crate::sensitivity::{
     Along, DirectionError, Gradient, Slopes, States, Tangents, Transition, TransitionError, columns, directions,
 };
 use crate::variables::Place;
+use crate::variables::find;
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
 const SEGMENT: usize = 64;

@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Simulation, Snapshot, SnapshotError};
-use crate::model::{Model, SettingError, Value, find};
+use super::Model;
+use crate::co_simulation::Simulation;
 use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
+use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
 use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
+use crate::variables::{SettingError, Value, find};
 
 /// A running model.
 ///
@@ -323,8 +325,9 @@ impl Plant {
     /// A companion from here on, which may begin with the start.
     pub(super) fn companion_along(&self, along: &[Along], from_start: bool) -> Result<Companion, Along> {
         let run = Begin {
-            simulation: self.simulation.as_ref(),
-            model: self.model,
+            run: self.simulation.as_ref(),
+            table: self.table(),
+            indicators: &(self.model.indicators)(),
             parameters: &self.parameters,
             inputs: [&self.inputs, &self.slopes],
             first_inputs: from_start.then_some(&self.first_inputs[..]),

@@ -1,0 +1,154 @@
+//! What runs of equations have in common, whoever integrates them: how they are built, what they keep, what is saved.
+
+mod build;
+mod differentiate;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+pub(crate) use self::build::check_outputs;
+#[doc(hidden)]
+pub use self::build::{build, check, read};
+use self::differentiate::differentiate;
+pub(crate) use self::differentiate::differentiate_varied;
+use crate::system::{System, table};
+use crate::variables::{ParameterError, Table};
+
+/// Everything a run starts from.
+#[derive(Clone, Debug)]
+pub struct Start<'a> {
+    /// Start time in s.
+    pub time: f64,
+    /// All parameters, in the order in which the table lists them.
+    pub parameters: &'a [f64],
+    /// All inputs, in the order in which the table lists them.
+    pub inputs: &'a [f64],
+    /// The tolerance the host asks for; it replaces `solver.relativeTolerance` unless that was changed.
+    pub tolerance: Option<f64>,
+}
+
+/// A direction of differentiation. What it does not name stays as it is, so that time alone moves no input or state.
+#[derive(Clone, Copy, Debug)]
+pub struct Direction<'a> {
+    /// Of time.
+    pub time: f64,
+    /// Of the inputs, in the order of the table.
+    pub inputs: &'a [f64],
+    /// Of the continuous states, in the order in which the table lists their derivatives
+    /// ([`Variable::derivative_of`](crate::variables::Variable::derivative_of)).
+    pub states: &'a [f64],
+    /// Of the parameters, in the order of the table: tunable ones alone may vary. Empty if none varies.
+    pub parameters: &'a [f64],
+}
+
+/// A saved state, free of pointers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Time in s.
+    pub time: f64,
+    /// Continuous states.
+    pub states: Vec<f64>,
+    /// Discrete memory of the model and of what runs it, serialised.
+    pub memory: Vec<u8>,
+}
+
+/// A snapshot that does not fit the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SnapshotError;
+
+impl fmt::Display for SnapshotError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the saved state does not belong to this model with these parameters")
+    }
+}
+
+impl std::error::Error for SnapshotError {}
+
+/// What a run of equations keeps beside them: its parameters and the clock of the host.
+#[derive(Clone)]
+pub(crate) struct Session {
+    pub table: &'static Table,
+    /// All parameters, in the order of the table.
+    pub parameters: Vec<f64>,
+    /// Clock of the host in s at the start. Equations count their time from there, so that late clocks, which resolve
+    /// microseconds or less, cost no accuracy.
+    pub start: f64,
+    /// Clock of the host in s now: exactly as it said.
+    pub time: f64,
+}
+
+impl Session {
+    /// A run of equations that begins.
+    pub fn begin<E: System<U>, const U: usize>(start: &Start) -> Self {
+        let (table, parameters) = (table::<E, U>(), start.parameters.to_vec());
+        Self { table, parameters, start: start.time, time: start.time }
+    }
+
+    /// The equations for other parameters, which are taken over if these fit together.
+    pub fn retune<E: System<U>, const U: usize>(&mut self, parameters: &[f64]) -> Result<E, ParameterError> {
+        let equations = Self::build(parameters, &[])?;
+        self.parameters.copy_from_slice(parameters);
+        Ok(equations)
+    }
+
+    /// Writes the derivatives of the computed variables at a point in a direction: of time, states and inputs, and of the
+    /// parameters, if any varies.
+    pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
+        &self,
+        equations: &E,
+        at: (f64, &[f64; N], &[f64; U], &E::Memory),
+        seeds: (f64, &[f64; N], &[f64; U]),
+        slopes: &[f64],
+        computed: &mut [f64],
+    ) {
+        if slopes.iter().all(|slope| *slope == 0.0) {
+            return differentiate(equations, at, seeds, computed);
+        }
+        let varied: E = Self::build(&self.parameters, slopes).expect("parameters that have been accepted");
+        differentiate_varied(&varied, at, seeds, computed);
+    }
+
+    /// Everything that changes while running, with a memory of whoever integrates.
+    pub fn save<E: System<U>, const N: usize, const U: usize>(
+        &self,
+        equations: &E,
+        x: &[f64; N],
+        memory: impl Serialize,
+    ) -> Snapshot {
+        let unused = equations.unused(N);
+        let states = [&x[..unused.start], &x[unused.end..]].concat();
+        let memory = postcard::to_allocvec(&memory).expect("a memory holds plain data");
+        Snapshot { time: self.time, states, memory }
+    }
+
+    /// The equations for parameters that vary with slopes.
+    fn build<E: System<U>, const U: usize>(parameters: &[f64], slopes: &[f64]) -> Result<E, ParameterError> {
+        let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None };
+        build(&start, slopes).map(|(equations, _)| equations)
+    }
+}
+
+impl Snapshot {
+    /// The states in their places, among unused ones that stay as they are, and the memory. States of a run of this size that
+    /// were saved with unused ones are taken, too.
+    pub(crate) fn read<E: System<U>, M: for<'a> Deserialize<'a>, const N: usize, const U: usize>(
+        &self,
+        equations: &E,
+        x: &[f64; N],
+    ) -> Result<([f64; N], M), SnapshotError> {
+        let memory = postcard::from_bytes(&self.memory).map_err(|_| SnapshotError)?;
+        if let Ok(all) = self.states[..].try_into() {
+            return Ok((all, memory));
+        }
+        let unused = equations.unused(N);
+        if self.states.len() + unused.len() != N {
+            return Err(SnapshotError);
+        }
+        let (before, behind) = self.states.split_at(unused.start);
+        let mut states = *x;
+        states[..unused.start].copy_from_slice(before);
+        states[unused.end..].copy_from_slice(behind);
+        Ok((states, memory))
+    }
+}
