@@ -19,7 +19,6 @@ GIVEN: dict[str, Any] = {"experiment": "motion", "play": 0.0, "starts": 0, "prog
 
 
 def test_elpd_of_a_line_is_that_of_its_regression() -> None:
-    pytest.importorskip("arviz")
     data, design = line()
     ranking = ps.compare_fits(data, ["Coulomb"], **GIVEN)
     [found] = ranking.evidence(number=2000).laws
@@ -40,7 +39,6 @@ def test_elpd_of_a_line_is_that_of_its_regression() -> None:
 
 
 def test_law_that_made_the_data_is_told_from_others(tmp_path: Path) -> None:
-    pytest.importorskip("arviz")
     found = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], **GIVEN).evidence()
     assert [one.law for one in found.laws] == ["Stribeck", "Coulomb"] and found.untold == ()
     assert "the data speak for Stribeck" in repr(found)
@@ -53,7 +51,6 @@ def test_law_that_made_the_data_is_told_from_others(tmp_path: Path) -> None:
 
 def test_laws_that_fit_alike_are_not_told() -> None:
     """In fast motion two laws of the same steady friction differ by nothing that the noise does not hide."""
-    pytest.importorskip("arviz")
     found = ps.compare_fits(
         line()[0], ["Coulomb", "Stribeck"], **GIVEN,
         settings_of={"Stribeck": {"friction.stribeck.vs": 1e-4}},
@@ -64,7 +61,6 @@ def test_laws_that_fit_alike_are_not_told() -> None:
 
 
 def test_draws_are_as_many_as_are_asked_for_and_those_of_the_seed() -> None:
-    pytest.importorskip("arviz")
     ranking = ps.compare_fits(line()[0], ["Coulomb"], **GIVEN)
     first, again, other, more = (
         ranking.evidence(number, seed).laws[0].elpd for number, seed in ((200, 1), (200, 1), (200, 2), (400, 1))
@@ -94,7 +90,6 @@ def test_experiment_that_tells_laws_apart_is_found(tmp_path: Path) -> None:
 
 
 def test_command_says_what_the_data_tell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("arviz")
     file = write(tmp_path / "bench.csv", bench())
     given = ["fit", str(file), "--experiment", "motion", "--columns", COLUMNS, "--play", "0", "--starts", "0"]
     assert main([*given, "--law", "Stribeck,Coulomb", "--evidence"]) == 0

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import arviz
 import numpy as np
 import pneumatic_servo as ps
 import pytest
@@ -76,7 +77,6 @@ def test_draws_are_those_of_the_seed_whoever_makes_them() -> None:
 
 
 def test_arviz_reads_the_draws() -> None:
-    arviz = pytest.importorskip("arviz")
     found = ps.fit(line()[0], **GIVEN, posterior=True).posterior
     assert found is not None
     table = arviz.summary(found.to_inference_data(), round_to="none")

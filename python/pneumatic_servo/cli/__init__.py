@@ -27,6 +27,8 @@ EPILOG = r"""examples:
   pneumatic-servo configure --bore 32 --rod 12 --stroke 200 --mass 5 --qn 700 --hose 4x1500 --out my.ssv
   pneumatic-servo fit rig.csv --experiment rig --law Stribeck --fit valve.deadZone,friction.stribeck.Fc \
       --columns time=t,valveVoltage=u,position=x[mm] --out rig.ssv --report rig.html
+  pneumatic-servo series 2026-01-15.csv 2026-07-15.csv --experiment rig --law Stribeck \
+      --changing friction.stribeck.Fc --shared valve.C --columns time=t,valveVoltage=u,position=x[mm] --plot wear.png
   pneumatic-servo plan --law Stribeck --fit valve.deadZone,friction.stribeck.Fc
   pneumatic-servo fmu --out .
   pneumatic-servo play                            the plant, live in your browser
