@@ -64,6 +64,26 @@ mod tests {
         }
     }
 
+    /// However a host keeps its time, it is followed for as long as its clock tells one step from the next: at 1e9 s a double
+    /// has 0.12 us.
+    #[test]
+    fn late_hosts_are_followed_however_they_count() {
+        for start in [1e9, -1e9, 999_999_999.7] {
+            for size in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+                let [mut multiplied, mut added, mut sum, mut in_nanoseconds] = [start; 4];
+                for step in 0..20_000 {
+                    multiplied = end(multiplied, start + f64::from(step) * size, size).expect("a product");
+                    added = end(added, sum, size).expect("a sum");
+                    sum += size;
+                    let nanoseconds = (start * 1e9).round() as i64 + i64::from(step) * (size * 1e9).round() as i64;
+                    in_nanoseconds = end(in_nanoseconds, nanoseconds as f64 / 1e9, size).expect("nanoseconds");
+                }
+            }
+            let failure = end(start, start, 1e-8).expect_err("less than the clock can tell");
+            assert!(failure.message.contains("cannot resolve"), "{failure:?}");
+        }
+    }
+
     /// A billionth of the time is more than a step of 2 s there.
     #[test]
     fn more_than_half_a_step_is_no_rounding_however_late_it_is() {
