@@ -1,13 +1,13 @@
-"""A parameter study on all cores of one machine or, unchanged, on a Dask cluster.
+"""A parameter study on all cores of this machine, in its processes, or on a Dask cluster: by `executor=`.
 
 Every friction law is run with every combination of dead zone and sonic conductance of the valve through the default
 experiment (5 +- 2 V, 1 Hz, 3 s). What an engineer compares is left as a CSV file and a figure: rest at
 the reversals, stroke, peak velocity, energy lost to friction, solver steps.
 
-The workers need this package and Dask: pip install 'dask[distributed]'. A task gives the same bits wherever it runs,
-and the rows are in the order of the grid.
+The runs have the same bits wherever they are made, and the rows are in the order of the grid. A cluster needs Dask
+here, and Dask and this package on its workers: pip install 'dask[distributed]'.
 
-Usage: python studies/parameters.py [--scheduler tcp://host:8786] [--workers 8] [--laws Stribeck LuGre ...]
+Usage: python studies/parameters.py [--laws Stribeck LuGre ...] [--workers 8 | --processes 8 | --scheduler tcp://host:1]
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ import argparse
 import csv
 import itertools
 import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -27,13 +30,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
 from pneumatic_servo.figures import BLUE, GREEN, STYLE, VERMILION
-from tqdm import tqdm
-
-try:
-    from dask.distributed import Client as Cluster
-    from dask.distributed import LocalCluster, as_completed
-except ImportError as error:
-    sys.exit(f"this study needs Dask, here and on the workers: pip install 'dask[distributed]' ({error})")
 
 DEAD_ZONES = [0.04, 0.08, 0.12]
 CONDUCTANCES = [2e-9, 3.93e-9, 6e-9]
@@ -72,49 +68,59 @@ class Row:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scheduler", help="address of a Dask scheduler (default: a cluster on this machine)")
-    parser.add_argument("--workers", type=int, help="processes of the cluster on this machine (default: one per core)")
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument("--workers", type=int, help="threads of this process (default: one per core)")
+    who.add_argument("--processes", type=int, help="processes of this machine instead")
+    who.add_argument("--scheduler", help="address of a Dask scheduler, whose workers make the runs")
     parser.add_argument("--laws", nargs="+", metavar="LAW", help="friction laws (default: all)")
     parser.add_argument("--output", type=Path, default=Path("target/studies"), help="folder of the results")
     arguments = parser.parse_args()
-    folder: Path = arguments.output
-    folder.mkdir(parents=True, exist_ok=True)
     laws = arguments.laws or list(ps.Model("PneumaticServoCylinder").parameters["friction.law"].items)
     cases = [Case(*point) for point in itertools.product(laws, DEAD_ZONES, CONDUCTANCES)]
-    if arguments.scheduler:
-        with Cluster(arguments.scheduler) as cluster:
-            rows = study(cluster, cases)
-    else:
-        with (
-            LocalCluster(n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None) as local,
-            Cluster(local) as cluster,
-        ):
-            rows = study(cluster, cases)
+    with executor_of(arguments.scheduler, arguments.processes) as executor:
+        rows = study(cases, executor, arguments.workers)
+    folder: Path = arguments.output
+    folder.mkdir(parents=True, exist_ok=True)
     write(rows, folder / "parameters.csv")
     draw(rows, folder / "parameters.png")
     print(f"{len(rows)} runs; results and figure: {folder}")
     return 0
 
 
-def study(cluster: Cluster, cases: list[Case]) -> list[Row]:
-    """Runs all cases on a cluster, with a progress bar."""
-    tasks = {cluster.submit(simulate, case, pure=False): case for case in cases}
-    rows: dict[Case, Row] = {}
-    for task in tqdm(as_completed(tasks), total=len(tasks), unit="run"):
-        rows[tasks[task]] = task.result()
-    return [rows[case] for case in cases]
+@contextmanager
+def executor_of(scheduler: str | None, processes: int | None) -> Iterator[Executor | None]:
+    """Who makes the runs: workers of a cluster, processes, or nobody else."""
+    if scheduler:
+        try:
+            from dask.distributed import Client
+        except ImportError as error:
+            sys.exit(f"a scheduler needs Dask, here and on the workers: pip install 'dask[distributed]' ({error})")
+        with Client(scheduler) as client:  # type: ignore[no-untyped-call]
+            yield client.get_executor()
+    elif processes:
+        with ProcessPoolExecutor(processes) as pool:
+            yield pool
+    else:
+        yield None
 
 
-def simulate(case: Case) -> Row:
-    """Runs one case."""
+def study(cases: list[Case], executor: Executor | None, workers: int | None) -> list[Row]:
+    """Runs all cases, with a progress bar on a terminal."""
     times = np.arange(round(STOP / STEP)) * STEP
-    run = ps.Model("PneumaticServoCylinder").simulate(
-        {"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance},
+    runs = ps.Model("PneumaticServoCylinder").simulate_many(
+        [{"friction.law": case.law, "valve.deadZone": case.dead_zone, "valve.C": case.conductance} for case in cases],
         inputs={"valveVoltage": (times, 5.0 + 2.0 * np.sin(2.0 * np.pi * times))},
         stop=STOP,
         step=STEP,
         outputs=["position", "velocity", "frictionForce", "solver.steps"],
+        workers=workers,
+        executor=executor,
     )
+    return [row_of(case, run) for case, run in zip(cases, runs, strict=True)]
+
+
+def row_of(case: Case, run: ps.Run) -> Row:
+    """What came out of one run."""
     # The rows after the start.
     position, velocity, force = (run[name][1:] for name in ("position", "velocity", "frictionForce"))
     speeds = np.abs(velocity)

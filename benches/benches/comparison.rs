@@ -7,7 +7,7 @@ use std::env;
 use std::fs;
 
 use anyhow::Result;
-use benchmark::report::{Comparison, draw, folder, latency_table, points, ratio_table};
+use benchmark::report::{Comparison, draw, folder, head_table, latency_table, points, ratio_table};
 use benchmark::{case, latency, precision};
 
 /// The default tolerance of the FMU.
@@ -23,6 +23,7 @@ fn main() -> Result<()> {
     }
     if everything || asked("precision") {
         let comparisons = comparisons()?;
+        report += &format!("\n{}", head_table(&comparisons, 1e-6, TOLERANCE));
         for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
             report += &format!("\n## Ratios at the errors of the rival at {tolerance:e}\n\n");
             report += &ratio_table(&comparisons, tolerance);

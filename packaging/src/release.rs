@@ -27,7 +27,7 @@ Examples:
   cargo xtask release                                   build everything here (docs/platforms.md says what that needs)
   cargo xtask release --binary win64=plant.dll --binary darwin64=plant.dylib   libraries from native machines
 
-  cargo xtask release --rehearse                        versions, crate, wheel and source distribution, before a tag is pushed
+  cargo xtask release --rehearse                        versions, crate, SBOM, wheels and source distribution, before a tag is pushed
 
 Afterwards:
   cd target/release-files && sha256sum --check SHA256SUMS")]

@@ -31,6 +31,8 @@ impl Requirements {
     );
     /// Fuzzing what the Python package reads.
     pub const FUZZ: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-fuzz.txt"]);
+    /// Checking what is said of a release.
+    pub const RELEASE: Self = Self("venv-release", &["requirements-release.txt"]);
     /// Linking for other machines.
     pub const ZIG: Self = Self("venv-zig", &["requirements-zig.txt"]);
 }

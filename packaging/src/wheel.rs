@@ -47,24 +47,50 @@ pub fn build(workspace: &Workspace) -> Result<PathBuf> {
     if wheels.exists() {
         fs::remove_dir_all(&wheels).with_context(|| format!("cannot remove the old {}", wheels.display()))?;
     }
-    let venv = Venv::prepare(workspace, Requirements::ZIG)?;
-    let mut maturin = venv.command();
-    maturin.args(["-m", "maturin", "build", "--release", "--locked", "--out"]).arg(&wheels);
-    if cfg!(target_os = "linux") {
-        let (major, minor) = gates::NEWEST_GLIBC;
-        maturin.args(["--zig", "--compatibility", &format!("manylinux_{major}_{minor}")]);
-    }
-    let cache = workspace.environments.join("zig-cache");
-    maturin
-        .current_dir(&package)
-        .env("PATH", venv.path()?)
-        .env("CARGO_TARGET_DIR", workspace.target.join("cross"))
-        .env("CARGO_ZIGBUILD_CACHE_DIR", &cache)
-        .env("ZIG_GLOBAL_CACHE_DIR", &cache);
-    process::run(&mut maturin)?;
+    let for_linux = if cfg!(target_os = "linux") { linux() } else { Vec::new() };
+    maturin(workspace, &wheels, &for_linux)?;
     let wheel = only_file(&wheels)?;
     println!("{}", wheel.display());
     Ok(wheel)
+}
+
+/// Builds a wheel of what was bundled last, for another system or processor, into a folder of its own.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn build_for(workspace: &Workspace, target: &str, folder: &Path) -> Result<PathBuf> {
+    files::renew(folder)?;
+    // The linker of MinGW is at hand where the library for Windows is built; what Zig brings for Windows is another one.
+    let mut options = match target {
+        _ if target.contains("linux") => linux(),
+        _ if target.contains("apple") => vec!["--zig".to_owned()],
+        _ => ["--features", "import-library"].map(str::to_owned).into(),
+    };
+    options.extend(["--target".to_owned(), target.to_owned()]);
+    maturin(workspace, folder, &options)?;
+    only_file(folder)
+}
+
+/// Linked by Zig, for every Linux that the FMUs run on.
+fn linux() -> Vec<String> {
+    let (major, minor) = gates::NEWEST_GLIBC;
+    ["--zig", "--compatibility", &format!("manylinux_{major}_{minor}")].map(str::to_owned).into()
+}
+
+fn maturin(workspace: &Workspace, out: &Path, options: &[String]) -> Result<()> {
+    let venv = Venv::prepare(workspace, Requirements::ZIG)?;
+    let cache = workspace.environments.join("zig-cache");
+    let (major, minor) = gates::OLDEST_MACOS;
+    let mut maturin = venv.command();
+    maturin.args(["-m", "maturin", "build", "--release", "--locked", "--out"]).arg(out).args(options);
+    maturin
+        .current_dir(workspace.root.join("python"))
+        .env("PATH", venv.path()?)
+        .env("CARGO_TARGET_DIR", workspace.target.join("cross"))
+        .env("MACOSX_DEPLOYMENT_TARGET", format!("{major}.{minor}"))
+        .env("CARGO_ZIGBUILD_CACHE_DIR", &cache)
+        .env("ZIG_GLOBAL_CACHE_DIR", &cache);
+    process::run(&mut maturin)
 }
 
 /// Installs the wheel into an environment, in place of one installed before.

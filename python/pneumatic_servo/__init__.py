@@ -121,12 +121,17 @@ def linearise(at: object = None, *, model: str = "PneumaticServoCylinder", **opt
 def __getattr__(name: str) -> object:
     """Load what needs SciPy when it is asked for."""
     if name not in _FITTING:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        meant = f"; it is a method: {Model.__name__}().{name}" if _is_method(name) else ""
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}")
     try:
         identification = _import_module("pneumatic_servo.identification")
     except ImportError as error:
         raise MissingPackage("SciPy", "identification") from error
     return getattr(identification, name)
+
+
+def _is_method(name: str) -> bool:
+    return not name.startswith("_") and callable(getattr(Model, name, None))
 
 
 def __dir__() -> list[str]:

@@ -166,3 +166,10 @@ def test_dates_are_seconds_since_the_first() -> None:
     assert ps.fit(frame, experiment="motion", law="Coulomb", starts=0, progress=False).values == pytest.approx(
         expected, rel=1e-6
     )
+
+
+def test_method_of_a_model_that_is_asked_of_the_package_is_named() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'simulate_many'; it is a method: Model\(\)\.simulate_many"):
+        ps.simulate_many  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute '_grid'$"):
+        ps._grid  # noqa: B018

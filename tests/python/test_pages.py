@@ -50,6 +50,7 @@ def blocks(page: str, language: str) -> list[str]:
 def folder(fmu: Path, tmp_path: Path) -> Path:
     """A folder where FMUs and examples are to be found by the names that pages use."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
+    (tmp_path / "rig.csv").symlink_to(ROOT / "examples" / "rig.csv")
     for place in (tmp_path, tmp_path / "target" / "fmu"):
         place.mkdir(parents=True, exist_ok=True)
         for name in ("PneumaticServoCylinder.fmu", "PneumaticServoDrive.ssp"):

@@ -18,9 +18,10 @@ def run(study: str, *arguments: str | Path) -> str:
 
 def test_study_tells_how_to_get_dask(tmp_path: Path) -> None:
     without = (
-        "import runpy, sys; sys.modules['dask.distributed'] = None; runpy.run_path(sys.argv[1], run_name='__main__')"
+        "import runpy, sys; sys.modules['dask.distributed'] = None; del sys.argv[0]; "
+        "runpy.run_path(sys.argv[0], run_name='__main__')"
     )
-    command = [sys.executable, "-c", without, STUDIES / "parameters.py"]
+    command = [sys.executable, "-c", without, STUDIES / "parameters.py", "--scheduler", "tcp://127.0.0.1:8786"]
     done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
     assert "needs Dask" in done.stderr and "pip install 'dask[distributed]'" in done.stderr
@@ -53,8 +54,9 @@ def test_parameter_study_gives_the_same_rows_on_any_cluster(tmp_path: Path) -> N
     run("parameters.py", *laws, "--workers", "2", "--output", tmp_path / "own")
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         run("parameters.py", *laws, "--scheduler", cluster.scheduler_address, "--output", tmp_path / "given")
+    run("parameters.py", *laws, "--processes", "2", "--output", tmp_path / "processes")
     rows = rows_of(tmp_path / "own" / "parameters.csv")
-    assert rows == rows_of(tmp_path / "given" / "parameters.csv")
+    assert rows == rows_of(tmp_path / "given" / "parameters.csv") == rows_of(tmp_path / "processes" / "parameters.csv")
     assert len(rows) == 2 * 9
     assert (tmp_path / "own" / "parameters.png").stat().st_size > 10_000
     # A wider valve moves the carriage further, whatever the law and the dead zone.

@@ -4,7 +4,7 @@ pub mod aarch64;
 mod linux;
 mod macos;
 mod recipe;
-mod toolchain;
+pub mod toolchain;
 pub mod tools;
 pub mod wasm;
 mod windows;

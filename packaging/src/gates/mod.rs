@@ -55,6 +55,43 @@ pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String])
     Ok(report(platform, &slices, bytes.len()))
 }
 
+/// Checks the compiled part of the Python package and says in a few words what it is.
+///
+/// # Errors
+/// When the file cannot be read as a shared library, or with everything that is wrong with it.
+pub fn check_module(platform: Platform, processors: &[&str], bytes: &[u8], private: &[String]) -> Result<String> {
+    let slices = read::read(bytes)?;
+    let found: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
+    let wanted = processors.iter().map(|&processor| processor.to_owned()).collect();
+    let mut problems = foreign_processors(&found, &wanted);
+    for facts in &slices {
+        let found = module_rules(platform, facts);
+        problems.extend(found.into_iter().map(|problem| format!("{}: {problem}", name(facts.architecture))));
+    }
+    problems.extend(paths::problems(bytes, private));
+    if !problems.is_empty() {
+        bail!("the module for {platform} does not pass:\n  {}", problems.join("\n  "));
+    }
+    Ok(report(platform, &slices, bytes.len()))
+}
+
+/// What is asked of the compiled part of the Python package for one processor: the interpreter finds its entry and
+/// nothing else, and every version of Python 3 has what it needs.
+fn module_rules(platform: Platform, facts: &Facts) -> Vec<String> {
+    const ENTRY: &str = "PyInit__native";
+    if facts.platform != platform {
+        return vec![format!("it is a library for {}", facts.platform)];
+    }
+    let mut problems = Vec::new();
+    if facts.exports != BTreeSet::from([ENTRY.to_owned()]) {
+        problems.push(format!("exports {}, not {ENTRY} alone", list(&facts.exports)));
+    }
+    problems.extend(foreign_libraries(platform, facts, &["python3.dll"]));
+    problems.extend(too_new(platform, facts.needs));
+    problems.extend(facts.signature.iter().map(|problem| format!("has no valid signature: {problem}")));
+    problems
+}
+
 /// The names of the processors that a library is for.
 ///
 /// # Errors
@@ -71,7 +108,18 @@ fn wrong_architectures(platform: Platform, reach: Reach, slices: &[Facts]) -> Ve
         (Reach::Everybody, Platform::Darwin64) => BTreeSet::from(["aarch64".to_owned(), "x86_64".to_owned()]),
         (Reach::Everybody, _) => BTreeSet::from(["x86_64".to_owned()]),
     };
-    if found == wanted { vec![] } else { vec![format!("it is for {}, not for {}", list(&found), list(&wanted))] }
+    foreign_processors(&found, &wanted)
+}
+
+fn foreign_processors(found: &BTreeSet<String>, wanted: &BTreeSet<String>) -> Vec<String> {
+    if found == wanted { vec![] } else { vec![format!("it is for {}, not for {}", list(found), list(wanted))] }
+}
+
+/// Libraries that a system may lack, and that nobody else brings.
+fn foreign_libraries(platform: Platform, facts: &Facts, brought: &[&str]) -> Option<String> {
+    let ours = |library: &&String| system::has(platform, library) || brought.contains(&library.as_str());
+    let foreign: BTreeSet<_> = facts.libraries.iter().filter(|library| !ours(library)).cloned().collect();
+    (!foreign.is_empty()).then(|| format!("needs libraries that are no part of the system: {}", list(&foreign)))
 }
 
 /// What is asked of the library for one processor.
@@ -80,11 +128,7 @@ fn rules(platform: Platform, reach: Reach, facts: &Facts) -> Vec<String> {
         return vec![format!("it is a library for {}", facts.platform)];
     }
     let mut problems = exports::problems(&facts.exports);
-    let foreign: BTreeSet<_> =
-        facts.libraries.iter().filter(|library| !system::has(platform, library)).cloned().collect();
-    if !foreign.is_empty() {
-        problems.push(format!("needs libraries that are no part of the system: {}", list(&foreign)));
-    }
+    problems.extend(foreign_libraries(platform, facts, &[]));
     if !facts.debris.is_empty() {
         problems.push(format!("is not stripped: {}", list(&facts.debris)));
     }
@@ -203,6 +247,22 @@ mod tests {
         assert_eq!(problem(Platform::Linux64, debris), "is not stripped: .symtab");
         let signature = |facts: &mut Facts| facts.signature = Some("there is none".to_owned());
         assert_eq!(problem(Platform::Darwin64, signature), "has no valid signature: there is none");
+    }
+
+    #[test]
+    fn a_module_shows_its_entry_alone_and_may_need_the_interpreter() {
+        let mut module = good(Platform::Win64);
+        module.exports = ["PyInit__native".to_owned()].into();
+        module.libraries = ["python3.dll".to_owned(), "KERNEL32.dll".to_owned()].into();
+        assert_eq!(module_rules(Platform::Win64, &module), Vec::<String>::new());
+        // That of one version of Python.
+        module.libraries.insert("python311.dll".to_owned());
+        module.exports.insert("rust_eh_personality".to_owned());
+        let problems = module_rules(Platform::Win64, &module);
+        assert_eq!(problems.len(), 2, "{problems:?}");
+        assert_eq!(problems[0], "exports PyInit__native, rust_eh_personality, not PyInit__native alone");
+        assert!(problems[1].ends_with("no part of the system: python311.dll"), "{problems:?}");
+        assert_eq!(module_rules(Platform::Linux64, &module), ["it is a library for win64"]);
     }
 
     #[test]

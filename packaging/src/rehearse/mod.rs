@@ -16,6 +16,9 @@ use crate::venv::{Requirements, Venv};
 use crate::wheel;
 use crate::workspace::Workspace;
 
+mod contents;
+mod elsewhere;
+
 /// The crate that is published; the others are parts of what is handed out in other forms.
 const CRATE: &str = "pneumatic-servo";
 /// Versions of Python that the package says it runs with.
@@ -40,13 +43,15 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     let wheel = wheel::build(workspace)?;
     heading("Release: one version everywhere");
     versions(workspace, &wheel)?;
+    contents::citation(workspace)?;
     heading("Release: the crate, built of its package alone");
     let mut cargo = process::cargo();
     cargo.args(["package", "--locked", "--package", CRATE]).current_dir(&workspace.root);
     process::run(cargo.env("CARGO_TARGET_DIR", &workspace.target))?;
     new::check(workspace, &workspace.target.join(format!("package/{CRATE}-{}", env!("CARGO_PKG_VERSION"))))?;
+    heading("Release: what is inside");
+    let mut left = contents::list(workspace)?;
     heading("Release: the wheel in fresh environments");
-    let mut left = Vec::new();
     for version in PYTHONS {
         match python(version) {
             Some(python) => try_out(workspace, &python, version, "wheel", &wheel)?,
@@ -58,9 +63,10 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     let newest = PYTHONS.into_iter().rev().find_map(|version| Some((version, python(version)?)));
     let (version, python) = newest.context("no Python from 3.10 on is on the search path")?;
     try_out(workspace, &python, version, "source distribution", &sources)?;
+    heading("Release: wheels for other systems and processors");
+    left.extend(elsewhere::try_out(workspace)?);
 
     heading("Release: not tried here");
-    left.push("the wheels for other systems and processors; the workflow runs each where it builds it".to_owned());
     left.push("the upload".to_owned());
     left.iter().for_each(|what| println!("- {what}"));
     Ok(())

@@ -1,0 +1,82 @@
+//! What is said of a release: what is inside it (SBOM), and how it is cited.
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use cargo_metadata::MetadataCommand;
+
+use crate::files;
+use crate::process;
+use crate::venv::{Requirements, Venv};
+use crate::workspace::Workspace;
+
+/// What is handed out: the library of the FMUs, the compiled part of the Python package, the crate.
+const PARTS: [&str; 3] = ["pneumatic-servo-builtin", "pneumatic-servo-python", "pneumatic-servo"];
+/// What a list is called at first.
+const NAME: &str = "sbom-of-the-rehearsal";
+
+/// Lists what each part holds, in CycloneDX, into target/sbom, and checks the lists against the schema. Returns what was
+/// left out.
+///
+/// # Errors
+/// When a list cannot be made or is not valid.
+pub fn list(workspace: &Workspace) -> Result<Vec<String>> {
+    if which::which("cargo-cyclonedx").is_err() {
+        return Ok(vec!["the SBOM: cargo-cyclonedx is missing (cargo install --locked cargo-cyclonedx)".to_owned()]);
+    }
+    let folder = workspace.target.join("sbom");
+    files::renew(&folder)?;
+    write_beside_manifests(workspace)?;
+    let metadata = MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps().exec()?;
+    let mut lists = Vec::new();
+    for package in &metadata.packages {
+        let written = package.manifest_path.with_file_name(format!("{NAME}.json")).into_std_path_buf();
+        let text = files::text(&written)?;
+        std::fs::remove_file(&written).with_context(|| format!("cannot remove {}", written.display()))?;
+        if PARTS.contains(&package.name.as_str()) {
+            let list = folder.join(format!("{}.cdx.json", package.name));
+            files::write(&list, without_paths(&text, &workspace.root))?;
+            lists.push(list);
+        }
+    }
+    ensure!(lists.len() == PARTS.len(), "cargo cyclonedx made {} lists, not {}", lists.len(), PARTS.len());
+    let venv = Venv::prepare(workspace, Requirements::RELEASE)?;
+    process::run(venv.command().arg(workspace.python().join("sbom.py")).args(lists))?;
+    Ok(Vec::new())
+}
+
+/// The tool writes a list for each package of the workspace, beside its manifest, under a name by which to find them again.
+fn write_beside_manifests(workspace: &Workspace) -> Result<()> {
+    let mut cargo = process::cargo();
+    // What a system of its users needs, not what this machine does.
+    cargo.args(["cyclonedx", "--quiet", "--target", "all", "--no-build-deps", "--format", "json"]);
+    process::run(cargo.args(["--spec-version", "1.5", "--override-filename", NAME]).current_dir(&workspace.root))
+}
+
+/// A list names packages of the workspace by where they are, which is nobody's business.
+fn without_paths(list: &str, root: &Path) -> String {
+    list.replace(&format!("path+file://{}", root.display()), "workspace")
+}
+
+/// Checks CITATION.cff against the schema of its format.
+///
+/// # Errors
+/// When it is not valid.
+pub fn citation(workspace: &Workspace) -> Result<()> {
+    let venv = Venv::prepare(workspace, Requirements::RELEASE)?;
+    let mut cffconvert = Command::new(venv.program("cffconvert"));
+    process::run(cffconvert.args(["--validate", "-i"]).arg(workspace.root.join("CITATION.cff")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_does_not_tell_where_it_was_made() {
+        let list = r#"{"bom-ref": "path+file:///home/ann/plant/fmu#pneumatic-servo-fmu@0.1.0"}"#;
+        let expected = r#"{"bom-ref": "workspace/fmu#pneumatic-servo-fmu@0.1.0"}"#;
+        assert_eq!(without_paths(list, Path::new("/home/ann/plant")), expected);
+    }
+}
