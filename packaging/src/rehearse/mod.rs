@@ -26,13 +26,14 @@ const PYTHONS: [&str; 5] = ["3.10", "3.11", "3.12", "3.13", "3.14"];
 
 /// What a user does first; the FMUs and the playground are in wheels only.
 const PROGRAM: &str = "
-import sys
+import platform, sys
 import pneumatic_servo as ps
 run = ps.Model('PneumaticServoCylinder').simulate({'friction.law': 'LuGre'}, inputs={'valveVoltage': 6.0}, stop=0.5)
 assert run['position'][-1] > 0.25, run['position'][-1]
 if sys.argv[1] == 'wheel':
     assert ps.play(browser=False).stat().st_size > 1_000_000 and len(ps.fmus()) > 5
-print('Python', sys.version.split()[0], 'runs the plant of the', sys.argv[1])
+bits = float(run['position'][-1]).hex()
+print('Python', sys.version.split()[0], 'on', platform.machine(), 'runs the plant of the', sys.argv[1], 'to', bits)
 ";
 
 /// Checks versions, packs the crate, and installs wheel and source distribution in fresh environments.
