@@ -59,7 +59,7 @@ pub fn check(platform: Platform, reach: Reach, bytes: &[u8], private: &[String])
 ///
 /// # Errors
 /// When the file cannot be read as a shared library, or with everything that is wrong with it.
-pub fn check_module(platform: Platform, processors: &[&str], bytes: &[u8], private: &[String]) -> Result<String> {
+pub fn check_module(platform: Platform, processors: &[&str], bytes: &[u8]) -> Result<String> {
     let slices = read::read(bytes)?;
     let found: BTreeSet<_> = slices.iter().map(|facts| name(facts.architecture)).collect();
     let wanted = processors.iter().map(|&processor| processor.to_owned()).collect();
@@ -68,7 +68,6 @@ pub fn check_module(platform: Platform, processors: &[&str], bytes: &[u8], priva
         let found = module_rules(platform, facts);
         problems.extend(found.into_iter().map(|problem| format!("{}: {problem}", name(facts.architecture))));
     }
-    problems.extend(paths::problems(bytes, private));
     if !problems.is_empty() {
         bail!("the module for {platform} does not pass:\n  {}", problems.join("\n  "));
     }

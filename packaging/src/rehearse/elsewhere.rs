@@ -82,8 +82,7 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
         let name = wheel.file_name().unwrap_or_default().to_string_lossy();
         ensure!(name.ends_with(elsewhere.tag), "{name} does not end with {}", elsewhere.tag);
         let module = module(&wheel)?;
-        let paths = workspace.private_paths();
-        println!("{name}: {}", gates::check_module(elsewhere.platform, elsewhere.processors, &module, &paths)?);
+        println!("{name}: {}", gates::check_module(elsewhere.platform, elsewhere.processors, &module)?);
         match elsewhere.interpreter.map(|program| (program, which::which(program).ok())) {
             Some((_, Some(python))) => run(workspace, &python, &wheel, &folder.join("packages"))?,
             Some((program, None)) => {
