@@ -1,7 +1,7 @@
 //! What a direction does to rates and computed variables besides changing the states.
 
 use super::companion::Companion;
-use super::difference::{Around, Move};
+use super::difference::{Around, Move, SHARE};
 use super::equations::{At, Equations};
 use super::memory::{Dependence, shifted};
 use super::slopes::{add, any};
@@ -23,10 +23,10 @@ impl Of {
         }
     }
 
-    fn slopes(self, equations: &dyn Equations, at: At, direction: (&[f64], &[f64])) -> Vec<f64> {
+    fn slopes(self, equations: &dyn Equations, at: At, direction: (&[f64], &[f64]), found: &mut [f64]) {
         match self {
-            Self::Rates => equations.rate_slopes(at, direction),
-            Self::Outputs => equations.output_slopes(at, direction),
+            Self::Rates => equations.rate_slopes(at, direction, found),
+            Self::Outputs => found.copy_from_slice(&equations.output_slopes(at, direction)),
         }
     }
 }
@@ -38,7 +38,7 @@ impl Companion {
     }
 
     /// What a direction does to rates or computed variables besides changing the states, with the numbers of the memory on which
-    /// they depend. Not a number where that is one that is rounded.
+    /// they depend: so many numbers as are found. Not a number where that is one that is rounded.
     ///
     /// Where the memory moves, everything moves together, by differences: at the edge of the play of a valve, which its input has
     /// drawn along, neither has a derivative alone.
@@ -51,25 +51,27 @@ impl Companion {
         at: At,
         of: Of,
         dependence: &Dependence,
-    ) -> Result<Vec<f64>, String> {
+        found: &mut [f64],
+    ) -> Result<(), String> {
         let (way, slopes) = (&mut self.ways[direction], &self.slopes[direction].memory);
+        if !dependence.matters(slopes) {
+            self.known_besides(direction, at, of, found);
+            return Ok(());
+        }
         let (memory, unknown) = dependence.of(slopes);
-        let still = vec![0.0; at.x.len()];
-        let mut found = if any(&memory) {
+        if any(&memory) {
+            let still = vec![0.0; at.x.len()];
             let here = of.values(self.equations.as_ref(), at);
             let movement = Move { time: 0.0, x: still, inputs: way.inputs.clone(), memory };
             let (memory, scales, spare) = (&self.memory, &self.scales[..], self.spare.as_mut());
             let mut around = Around { at, memory, scales, spare };
             let evaluate = |equations: &dyn Equations, at: At| of.values(equations, at);
-            around.plain_slope(&movement, Some(way), &here, &evaluate)?
+            found.copy_from_slice(&around.plain_slope(&movement, Some(way), &here, &evaluate)?);
         } else {
-            let equations = way.varied.as_ref().unwrap_or(&self.equations).as_ref();
-            let mut found = of.slopes(equations, at, (&still, &way.inputs));
-            add(&mut found, way.by_parameter(self.equations.as_ref(), |equations| of.values(equations, at)));
-            found
-        };
+            self.known_besides(direction, at, of, found);
+        }
         for leaf in unknown {
-            self.spare.remember(&shifted(&self.memory, |other| other == leaf));
+            self.spare.remember(&shifted(&self.memory, SHARE, |other| other == leaf));
             let (moved, here) = (of.values(self.spare.as_ref(), at), of.values(self.equations.as_ref(), at));
             let depends: Vec<bool> = moved.iter().zip(&here).map(|(moved, here)| moved != here).collect();
             if depends.contains(&true) && !self.rounded.contains(&leaf) {
@@ -77,6 +79,15 @@ impl Companion {
             }
             found.iter_mut().zip(depends).filter(|(_, depends)| *depends).for_each(|(slope, _)| *slope = f64::NAN);
         }
-        Ok(found)
+        Ok(())
+    }
+    /// The same where the memory does not matter.
+    fn known_besides(&self, direction: usize, at: At, of: Of, found: &mut [f64]) {
+        let way = &self.ways[direction];
+        let equations = way.varied.as_ref().unwrap_or(&self.equations).as_ref();
+        if way.varied.is_some() || any(&way.inputs) {
+            of.slopes(equations, at, (&self.stillness, &way.inputs), found);
+        }
+        add(found, way.by_parameter(self.equations.as_ref(), |equations| of.values(equations, at)));
     }
 }

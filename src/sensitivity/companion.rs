@@ -5,7 +5,8 @@ use super::difference::{Around, Evaluation, Move, Outcome};
 use super::equations::{Act, At, Equations};
 use super::leaves::Leaves;
 use super::memory::Dependence;
-use super::slopes::{Driven, Slopes, add, any};
+use super::neighbours::Neighbours;
+use super::slopes::{Driven, Slopes, add};
 use super::variation::Node;
 use super::way::Way;
 use super::{Crossing, NoDerivative};
@@ -20,6 +21,10 @@ pub struct Companion {
     pub(super) equations: Box<dyn Equations>,
     /// The same, with a memory that is moved.
     pub(super) spare: Box<dyn Equations>,
+    /// The same, with the memory before something is done.
+    pub(super) mirror: Box<dyn Equations>,
+    /// The same, with memories that differ in numbers that have slopes.
+    pub(super) neighbours: Option<Neighbours>,
     pub(super) ways: Vec<Way>,
     pub(super) slopes: Vec<Slopes>,
     pub(super) inputs: Driven,
@@ -30,7 +35,11 @@ pub struct Companion {
     pub(super) time: f64,
     pub(super) x: Vec<f64>,
     pub(super) memory: Leaves,
+    /// What is in the memory besides numbers.
+    pub(super) form: u64,
     pub(super) scales: Vec<f64>,
+    /// As many zeros as there are states.
+    pub(super) stillness: Vec<f64>,
     /// Nominal values of the indicators.
     nominals: Vec<f64>,
     /// Error of the slopes in a part of a step, relative to the largest they have had.
@@ -60,11 +69,14 @@ impl Companion {
         ways: Vec<(Way, Slopes)>,
     ) -> Self {
         let (ways, slopes) = ways.into_iter().unzip();
-        let (scales, memory) = (equations.scales(), equations.memory());
+        let (scales, memory, mirror) = (equations.scales(), equations.memory(), equations.twin());
         let tolerance = tolerance.max(SHARPEST);
         let mut companion = Self {
             equations,
             spare,
+            mirror,
+            neighbours: None,
+            form: 0,
             ways,
             slopes,
             inputs,
@@ -72,6 +84,7 @@ impl Companion {
             time,
             x,
             memory,
+            stillness: vec![0.0; scales.len()],
             scales,
             nominals,
             tolerance,
@@ -84,6 +97,8 @@ impl Companion {
             rounded: Vec::new(),
             crossings: Vec::new(),
         };
+        let Self { ways, equations, .. } = &mut companion;
+        ways.iter_mut().for_each(|way| way.look_beside(equations.as_ref()));
         companion.remember();
         companion.forget_rounded();
         companion
@@ -141,7 +156,8 @@ impl Companion {
             self.shown = Some(self.output_slopes());
             (self.here, self.jumped_from, self.is_new) = (here, jumped_from, is_new);
             if (&self.x, &self.memory) != (&at.0, &at.1) {
-                (self.x, self.memory) = (at.0, at.1);
+                (self.x, self.memory, self.neighbours) = (at.0, at.1, None);
+                self.equations.remember(&self.memory);
                 self.remember();
             }
             self.slopes = at.2;
@@ -170,13 +186,15 @@ impl Companion {
                 Some(lost) => Err(lost.clone()),
                 None => {
                     let mut sum = self.equations.output_slopes(at, (states, &vec![0.0; u.len()]));
-                    let is_plain = self.ways[direction].is_still() && !any(&self.slopes[direction].memory);
-                    let besides = match is_plain {
-                        true => Ok(Vec::new()),
-                        false => self.besides(direction, at, Of::Outputs, &of_outputs),
+                    let is_plain =
+                        self.ways[direction].is_still() && !of_outputs.matters(&self.slopes[direction].memory);
+                    let mut besides = vec![0.0; if is_plain { 0 } else { sum.len() }];
+                    let outcome = match is_plain {
+                        true => Ok(()),
+                        false => self.besides(direction, at, Of::Outputs, &of_outputs, &mut besides),
                     };
                     let event = || "the computed variables".to_owned();
-                    besides.map_err(|reason| NoDerivative { time: at.time, event: event(), reason }).map(|besides| {
+                    outcome.map_err(|reason| NoDerivative { time: at.time, event: event(), reason }).map(|()| {
                         add(&mut sum, Some(besides));
                         sum
                     })
@@ -265,10 +283,11 @@ impl Companion {
         })
     }
 
-    /// Lets all equations have the present memory.
+    /// Lets all other equations have the present memory.
     pub(super) fn remember(&mut self) {
-        self.equations.remember(&self.memory);
-        self.ways.iter_mut().for_each(|way| way.remember(&self.memory));
+        self.form = self.equations.numbers(&mut Vec::with_capacity(self.memory.count()));
+        self.mirror.adopt(self.equations.held());
+        self.ways.iter_mut().for_each(|way| way.adopt(self.equations.as_ref()));
     }
 
     /// What is done, in words.

@@ -5,7 +5,6 @@ use super::besides::Of;
 use super::companion::Companion;
 use super::equations::At;
 use super::memory::Dependence;
-use super::slopes::any;
 use super::variation::{Node, Piece};
 
 /// Steps are divided at kinks until less than this fraction is left.
@@ -62,7 +61,8 @@ impl Companion {
         ];
         let path = Path { start, h: time - start, ends: [self.x.clone(), end.to_vec()], rates };
         let mut here = self.here.take().unwrap_or_else(|| self.node(&path, 0.0));
-        let mut columns: Vec<Vec<f64>> = self.slopes.iter().map(|slopes| slopes.states.clone()).collect();
+        let n = end.len();
+        let mut columns: Vec<f64> = self.slopes.iter().flat_map(|slopes| &slopes.states).copied().collect();
         // Rests, the next one last.
         let mut rests = vec![Rest { ends: [0.0, 1.0], middle: self.node(&path, 0.5), end: self.node(&path, 1.0) }];
         let mut is_solvable = true;
@@ -72,13 +72,13 @@ impl Companion {
             let length = (to - from) * path.h;
             let parts = (0.5 * self.pace * length).min(MOST_AT_FIRST) as u32;
             let piece = Piece { nodes: [&here, &middle, &end], quarters: None, length, parts };
-            let is_straight = piece.bend(&columns, &weights) <= STRAIGHT;
+            let is_straight = piece.bend(n, &columns, &weights) <= STRAIGHT;
             let quarters = match is_straight || !is_divisible {
                 true => None,
                 false => Some([0.25, 0.75].map(|share| self.node(&path, from + share * (to - from)))),
             };
             let piece = Piece { quarters: quarters.as_ref(), ..piece };
-            let is_smooth = piece.roughness(&columns, &weights) <= SMOOTH;
+            let is_smooth = piece.roughness(n, &columns, &weights) <= SMOOTH;
             let crossed = if is_smooth { self.equations.cross(&piece, &columns, &weights) } else { None };
             if let Some((crossed, parts)) = crossed {
                 (columns, here) = (crossed, end);
@@ -95,29 +95,32 @@ impl Companion {
             }
         }
         let weights = self.weights(&columns);
-        for ((slopes, column), weights) in self.slopes.iter_mut().zip(columns).zip(weights) {
+        let found = columns.chunks_exact(n).zip(weights.chunks_exact(n));
+        for (slopes, (column, weights)) in self.slopes.iter_mut().zip(found) {
             if !is_solvable && slopes.lost.is_none() {
                 let reason = "its linear equations have no solution".to_owned();
                 slopes.lost = Some(NoDerivative { time, event: "a step".to_owned(), reason });
             }
-            slopes.states = column;
-            slopes.peaks = weights.into_iter().map(|weight| weight / self.tolerance).collect();
+            slopes.states.copy_from_slice(column);
+            slopes.peaks.clear();
+            slopes.peaks.extend(weights.iter().map(|weight| weight / self.tolerance));
         }
         (self.time, self.x) = (time, end.to_vec());
         self.here = is_solvable.then_some(here);
     }
 
     /// Errors that states of slopes may have in a part of a step.
-    fn weights(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let of = |(direction, column): (usize, &Vec<f64>)| {
-            let (way, slopes) = (&self.ways[direction], &self.slopes[direction]);
-            let weight = |i: usize| {
-                let floor = NEGLIGIBLE * self.scales[i] / way.magnitude;
-                self.tolerance * slopes.peaks.get(i).copied().unwrap_or_default().max(column[i].abs()).max(floor)
+    fn weights(&self, columns: &[f64]) -> Vec<f64> {
+        let n = self.scales.len();
+        let mut weights = Vec::with_capacity(columns.len());
+        for ((way, slopes), column) in self.ways.iter().zip(&self.slopes).zip(columns.chunks_exact(n)) {
+            let share = NEGLIGIBLE / way.magnitude;
+            let weight = |(peak, (slope, scale)): (&f64, (&f64, &f64))| {
+                self.tolerance * peak.max(slope.abs()).max(share * scale)
             };
-            (0..column.len()).map(weight).collect()
-        };
-        columns.iter().enumerate().map(of).collect()
+            weights.extend(slopes.peaks.iter().zip(column.iter().zip(&self.scales)).map(weight));
+        }
+        weights
     }
 
     /// The states at a fraction of a step.
@@ -142,25 +145,31 @@ impl Companion {
         let at = At { time, x: &x, u: &u };
         let mut of_rates = std::mem::take(&mut self.of_rates);
         if self.moves_memory() {
-            let present = self.equations.rates(at);
-            of_rates.renew(self.spare.as_mut(), &self.memory, &present, |equations| equations.rates(at));
+            let end = [0.0, 1.0].iter().position(|end| *end == fraction);
+            let present = end.map_or_else(|| self.equations.rates(at), |end| path.rates[end].clone());
+            if !self.neighbour_agrees(&present, |equations| equations.rates(at)) {
+                of_rates.renew(self.spare.as_mut(), &self.memory, &present, |equations| equations.rates(at));
+            }
         }
-        let forcing = (0..self.ways.len()).map(|direction| self.forcing(direction, at, &of_rates)).collect();
+        let n = x.len();
+        let mut forcing = vec![0.0; n * self.ways.len()];
+        for (direction, forcing) in forcing.chunks_exact_mut(n).enumerate() {
+            self.force(direction, at, &of_rates, forcing);
+        }
         self.of_rates = of_rates;
         Node { jacobian: self.equations.jacobian(at), forcing }
     }
 
-    /// What a direction does to the rates besides changing the states.
-    fn forcing(&mut self, direction: usize, at: At, of_rates: &Dependence) -> Vec<f64> {
-        let still = vec![0.0; at.x.len()];
+    /// What a direction does to the rates besides changing the states; nothing if that is not known.
+    fn force(&mut self, direction: usize, at: At, of_rates: &Dependence, forcing: &mut [f64]) {
         let slopes = &self.slopes[direction];
-        if slopes.lost.is_some() || self.ways[direction].is_still() && !any(&slopes.memory) {
-            return still;
+        if slopes.lost.is_some() || self.ways[direction].is_still() && !of_rates.matters(&slopes.memory) {
+            return;
         }
-        self.besides(direction, at, Of::Rates, of_rates).unwrap_or_else(|reason| {
+        if let Err(reason) = self.besides(direction, at, Of::Rates, of_rates, forcing) {
+            forcing.fill(0.0);
             let lost = NoDerivative { time: at.time, event: "the equations".to_owned(), reason };
             self.slopes[direction].lost = Some(lost);
-            still
-        })
+        }
     }
 }

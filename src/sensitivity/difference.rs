@@ -52,19 +52,6 @@ impl Outcome {
         Self { numbers, form: Some(form), origin: at.x.iter().copied().chain(memory.values()).chain(others).collect() }
     }
 
-    /// Which numbers stay in their places, if all others are those of another outcome and nothing else differs; of a memory whose
-    /// form stays the same.
-    pub fn kept(&self, other: &Self) -> Option<Vec<bool>> {
-        let is_kept = |place: usize| {
-            let number = self.numbers[place].to_bits();
-            if self.origin.get(place).map(|origin| origin.to_bits()) == Some(number) {
-                return Some(true);
-            }
-            (other.numbers[place].to_bits() == number).then_some(false)
-        };
-        if self.is_alike(other) { (0..self.numbers.len()).map(is_kept).collect() } else { None }
-    }
-
     fn is_alike(&self, other: &Self) -> bool {
         match (&self.form, &other.form) {
             (Some(one), Some(other)) => one.is_alike(other),
@@ -238,7 +225,7 @@ impl Around<'_> {
         if !slopes.iter().any(|slope| slope.is_nan()) {
             return Ok(());
         }
-        self.spare.remember(&shifted(self.memory, |leaf| slopes[leaf].is_nan()));
+        self.spare.remember(&shifted(self.memory, SHARE, |leaf| slopes[leaf].is_nan()));
         let outcome = evaluate(self.spare, self.at);
         let states = if base.form.is_some() { self.at.x.len() } else { base.numbers.len() };
         if outcome.numbers[..states] == base.numbers[..states] {

@@ -1,5 +1,7 @@
 //! The equations of any model behind one interface, so that what carries slopes along is compiled once.
 
+use std::any::Any;
+
 use nalgebra::SMatrix;
 
 use super::leaves::Leaves;
@@ -55,6 +57,19 @@ pub trait Equations: Send {
     fn memory(&self) -> Leaves;
     /// The same, faster where it is alike another one.
     fn memory_like(&self, other: &Leaves) -> Leaves;
+    /// The numbers of the memory, and what all else in it is: the same for memories that are alike.
+    fn numbers(&self, numbers: &mut Vec<f64>) -> u64;
+    /// The same equations with a memory of their own.
+    fn twin(&self) -> Box<dyn Equations>;
+    /// The memory as it is held.
+    fn held(&self) -> &dyn Any;
+    /// Takes on a memory that is held by other equations of the model.
+    ///
+    /// # Panics
+    /// If it is none of this model.
+    fn adopt(&mut self, held: &dyn Any);
+    /// Whether the memory is another one that is held.
+    fn holds(&self, held: &dyn Any) -> bool;
     /// The places among the numbers of the memory of those that are rounded, and so change in jumps.
     fn rounded(&self) -> Vec<usize>;
     /// Takes on another memory: that of other equations of the model, or one with other numbers.
@@ -68,17 +83,17 @@ pub trait Equations: Send {
     fn rates(&self, at: At) -> Vec<f64>;
     /// Jacobian of the rates, column by column.
     fn jacobian(&self, at: At) -> Vec<f64>;
-    /// The derivatives of the rates in a direction of states, inputs and the parameters that vary.
-    fn rate_slopes(&self, at: At, direction: (&[f64], &[f64])) -> Vec<f64>;
-    /// Where all directions are behind a piece of a step, with errors up to weights, and in how many parts that is; nothing if no
+    /// Writes the derivatives of the rates in a direction of states, inputs and the parameters that vary.
+    fn rate_slopes(&self, at: At, direction: (&[f64], &[f64]), slopes: &mut [f64]);
+    /// Where all directions, one after the other, are behind a piece of a step, with errors up to weights, and in how many parts that is; nothing if no
     /// number of parts is enough.
-    fn cross(&self, piece: &Piece, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, u32)>;
+    fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)>;
     /// The states that follow the inputs alone, a time in s later under held inputs, where they have a closed form.
     fn later(&self, at: At, step: f64) -> Option<Vec<f64>>;
     /// The event indicators.
     fn indicators(&self, at: At) -> Vec<f64>;
-    /// Does something to the states and the memory, and tells whether the memory has changed.
-    fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]) -> bool;
+    /// Does something to the states and the memory.
+    fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]);
     /// The time in s of the next sample.
     fn next_sample(&self) -> f64;
     /// The name of the event in a place of the indicators.
@@ -141,6 +156,27 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         Leaves::like(&self.memory, other)
     }
 
+    fn numbers(&self, numbers: &mut Vec<f64>) -> u64 {
+        super::leaves::read(&self.memory, numbers)
+    }
+
+    fn twin(&self) -> Box<dyn Equations> {
+        let Self { equations, memory, computed } = self;
+        Box::new(Self { equations: equations.clone(), memory: memory.clone(), computed: *computed })
+    }
+
+    fn held(&self) -> &dyn Any {
+        &self.memory
+    }
+
+    fn adopt(&mut self, held: &dyn Any) {
+        self.memory.clone_from(held.downcast_ref().expect("a memory of this model"));
+    }
+
+    fn holds(&self, held: &dyn Any) -> bool {
+        held.downcast_ref::<E::Memory>() == Some(&self.memory)
+    }
+
     fn rounded(&self) -> Vec<usize> {
         let rounded = System::rounded(&self.equations);
         if rounded.is_empty() {
@@ -168,15 +204,15 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         jacobian.as_slice().to_vec()
     }
 
-    fn rate_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64])) -> Vec<f64> {
+    fn rate_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64]), slopes: &mut [f64]) {
         let tangent = |value: f64, slope: f64| Tangent { value, slope };
         let x: [Tangent; N] = std::array::from_fn(|i| tangent(x[i], dx[i]));
         let u: [Tangent; U] = std::array::from_fn(|i| tangent(u[i], du[i]));
         let rates = System::derivatives(&self.equations, tangent(time, 0.0), &x, &u, &self.memory);
-        rates.iter().map(|rate| rate.slope).collect()
+        slopes.iter_mut().zip(rates).for_each(|(slope, rate)| *slope = rate.slope);
     }
 
-    fn cross(&self, piece: &Piece, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, u32)> {
+    fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)> {
         piece.cross::<N>((E::GROUPS, Shortcuts::is_chain(&self.equations)), columns, weights)
     }
 
@@ -194,8 +230,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         indicators.as_ref().to_vec()
     }
 
-    fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) -> bool {
-        let (mut x, u, before) = (array::<N>(states), array::<U>(u), self.memory.clone());
+    fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) {
+        let (mut x, u) = (array::<N>(states), array::<U>(u));
         let (equations, memory) = (&self.equations, &mut self.memory);
         match act {
             Act::Begin(duration) => {
@@ -213,7 +249,6 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
             Act::Arrive => System::arrive(equations, time, &x, &u, memory),
         }
         states.copy_from_slice(&x);
-        self.memory != before
     }
 
     fn next_sample(&self) -> f64 {

@@ -1,9 +1,9 @@
 //! The numbers in a memory: where they are in its saved form, and the memory with others in their places.
 //!
 //! A memory says how it is saved, and nothing else of its inside. The saved form is that of postcard: a number takes eight
-//! bytes, an enumeration the index of its variant, a sequence its length and its items. [`Finder`] walks through a memory as
-//! postcard does and notes where the numbers are; all else (modes, counts, lengths) is what must not change where a
-//! derivative is taken.
+//! bytes, an enumeration the index of its variant, a sequence its length and its items. [`Walk`] goes through a memory as
+//! postcard does; [`Finder`] notes where the numbers are, [`Reader`] what they are. All else (modes, counts, lengths) is what
+//! must not change where a derivative is taken.
 
 use std::fmt;
 use std::sync::Arc;
@@ -23,15 +23,16 @@ impl Leaves {
     pub fn of<M: Serialize>(memory: &M) -> Self {
         let bytes = postcard::to_allocvec(memory).expect("a memory holds plain data");
         let mut finder = Finder::default();
-        memory.serialize(&mut finder).expect("a memory holds plain data");
+        memory.serialize(Walk(&mut finder)).expect("a memory holds plain data");
         debug_assert_eq!(finder.length, bytes.len(), "the saved form is that of postcard");
         Self { bytes, places: finder.places.into() }
     }
 
     /// The same, faster if a memory is alike another one.
     pub fn like<M: Serialize>(memory: &M, other: &Self) -> Self {
-        let bytes = postcard::to_allocvec(memory).expect("a memory holds plain data");
-        if other.fits(&bytes) { Self { bytes, places: other.places.clone() } } else { Self::of(memory) }
+        let mut bytes = vec![0; other.bytes.len()];
+        let is_as_long = postcard::to_slice(memory, &mut bytes).is_ok_and(|used| used.len() == other.bytes.len());
+        if is_as_long && other.fits(&bytes) { Self { bytes, places: other.places.clone() } } else { Self::of(memory) }
     }
 
     /// How many numbers there are.
@@ -85,11 +86,69 @@ impl Leaves {
 /// The names of the numbers of a memory, in their order: those of its fields, joined by dots.
 pub fn names<M: Serialize>(memory: &M) -> Vec<String> {
     let mut finder = Finder { names: Some(Vec::new()), ..Finder::default() };
-    memory.serialize(&mut finder).expect("a memory holds plain data");
+    memory.serialize(Walk(&mut finder)).expect("a memory holds plain data");
     finder.names.unwrap_or_default()
 }
 
-/// Goes through a memory, counts bytes as postcard writes them, and notes where the numbers are.
+/// Adds the numbers of a memory to others, and returns what all else in it is: the same for memories that are alike.
+pub fn read<M: Serialize>(memory: &M, numbers: &mut Vec<f64>) -> u64 {
+    let mut reader = Reader { numbers, form: 0 };
+    memory.serialize(Walk(&mut reader)).expect("a memory holds plain data");
+    reader.form
+}
+
+/// Who looks at what is in a memory.
+trait Look {
+    /// A number.
+    fn number(&mut self, value: f64);
+    /// A whole number without a sign, a length, or the index of a variant.
+    fn whole(&mut self, value: u64);
+    /// A larger one.
+    fn wide(&mut self, value: u128);
+    /// Bytes as they are.
+    fn plain(&mut self, bytes: &[u8]);
+    /// What follows has a name.
+    fn enter(&mut self, _name: &str) {}
+    /// The end of that.
+    fn leave(&mut self) {}
+    /// Items follow.
+    fn begin_items(&mut self) {}
+    /// The next one, which is left by [`leave`](Self::leave).
+    fn enter_item(&mut self) {}
+    /// No more.
+    fn end_items(&mut self) {}
+}
+
+/// Takes the numbers of a memory, and mixes all else.
+struct Reader<'a> {
+    numbers: &'a mut Vec<f64>,
+    form: u64,
+}
+
+impl Look for Reader<'_> {
+    #[inline(always)]
+    fn number(&mut self, value: f64) {
+        self.numbers.push(value);
+        self.whole(1);
+    }
+
+    #[inline(always)]
+    fn whole(&mut self, value: u64) {
+        // As in the hash function of Firefox: all that differs must not look alike by chance.
+        self.form = (self.form.rotate_left(5) ^ value).wrapping_mul(0x517c_c1b7_2722_0a95);
+    }
+
+    fn wide(&mut self, value: u128) {
+        self.whole(value as u64);
+        self.whole((value >> u64::BITS) as u64);
+    }
+
+    fn plain(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.whole((*byte).into()));
+    }
+}
+
+/// Counts bytes as postcard writes them, and notes where the numbers are.
 #[derive(Debug, Default)]
 struct Finder {
     length: usize,
@@ -102,43 +161,74 @@ struct Finder {
     items: Vec<usize>,
 }
 
-impl Finder {
-    /// A whole number in groups of seven bits.
-    fn varint(&mut self, value: u128) {
+impl Look for Finder {
+    fn number(&mut self, _value: f64) {
+        self.places.push(self.length);
+        self.length += size_of::<f64>();
+        if let Some(names) = &mut self.names {
+            names.push(self.path.join(".").replace(".[", "["));
+        }
+    }
+
+    /// In groups of seven bits.
+    fn whole(&mut self, value: u64) {
+        self.wide(value.into());
+    }
+
+    fn wide(&mut self, value: u128) {
         let bits = u128::BITS - value.leading_zeros();
         self.length += bits.div_ceil(7).max(1) as usize;
     }
 
-    /// One with a sign, which postcard folds.
-    fn signed(&mut self, value: i128) {
-        self.varint(if value < 0 { ((-(value + 1)) as u128) * 2 + 1 } else { (value as u128) * 2 });
+    fn plain(&mut self, bytes: &[u8]) {
+        self.length += bytes.len();
     }
 
-    fn within<T: Serialize + ?Sized>(&mut self, name: &str, value: &T) -> Result<(), Never> {
+    fn enter(&mut self, name: &str) {
         if self.names.is_some() {
             self.path.push(name.to_owned());
         }
-        value.serialize(&mut *self)?;
-        if self.names.is_some() {
-            self.path.pop();
-        }
-        Ok(())
     }
 
-    fn item<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
+    fn leave(&mut self) {
+        self.path.pop();
+    }
+
+    fn begin_items(&mut self) {
+        self.items.push(0);
+    }
+
+    fn enter_item(&mut self) {
         let number = self.items.last_mut().map_or(0, |next| {
             *next += 1;
             *next
         });
-        if self.names.is_none() {
-            return value.serialize(&mut *self);
+        if self.names.is_some() {
+            self.path.push(format!("[{number}]"));
         }
-        self.within(&format!("[{number}]"), value)
     }
 
-    fn begin_items(&mut self) -> &mut Self {
-        self.items.push(0);
-        self
+    fn end_items(&mut self) {
+        self.items.pop();
+    }
+}
+
+/// Goes through a memory as postcard does.
+struct Walk<'a, L>(&'a mut L);
+
+impl<L: Look> Walk<'_, L> {
+    fn within<T: Serialize + ?Sized>(&mut self, name: &str, value: &T) -> Result<(), Never> {
+        self.0.enter(name);
+        value.serialize(Walk(self.0))?;
+        self.0.leave();
+        Ok(())
+    }
+
+    fn item<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
+        self.0.enter_item();
+        value.serialize(Walk(self.0))?;
+        self.0.leave();
+        Ok(())
     }
 }
 
@@ -161,62 +251,62 @@ impl ser::Error for Never {
 }
 
 macro_rules! whole_numbers {
-    ($($name:ident $number:ty, $how:ident;)*) => {$(
-        fn $name(self, value: $number) -> Result<(), Never> {
-            self.$how(value.into());
+    ($($name:ident $number:ty, |$value:ident| $how:ident($whole:expr);)*) => {$(
+        fn $name(self, $value: $number) -> Result<(), Never> {
+            self.0.$how($whole);
             Ok(())
         }
     )*};
 }
 
-impl<'a> Serializer for &'a mut Finder {
+/// A number with a sign, which postcard folds.
+fn folded(value: i128) -> u128 {
+    ((value << 1) ^ (value >> 127)) as u128
+}
+
+impl<'a, L: Look> Serializer for Walk<'a, L> {
     type Ok = ();
     type Error = Never;
-    type SerializeSeq = Items<'a>;
-    type SerializeTuple = Items<'a>;
-    type SerializeTupleStruct = Items<'a>;
-    type SerializeTupleVariant = Items<'a>;
-    type SerializeMap = Items<'a>;
-    type SerializeStruct = Items<'a>;
-    type SerializeStructVariant = Items<'a>;
+    type SerializeSeq = Walk<'a, L>;
+    type SerializeTuple = Walk<'a, L>;
+    type SerializeTupleStruct = Walk<'a, L>;
+    type SerializeTupleVariant = Walk<'a, L>;
+    type SerializeMap = Walk<'a, L>;
+    type SerializeStruct = Walk<'a, L>;
+    type SerializeStructVariant = Walk<'a, L>;
 
     whole_numbers! {
-        serialize_u16 u16, varint;
-        serialize_u32 u32, varint;
-        serialize_u64 u64, varint;
-        serialize_u128 u128, varint;
-        serialize_i16 i16, signed;
-        serialize_i32 i32, signed;
-        serialize_i64 i64, signed;
-        serialize_i128 i128, signed;
+        serialize_u16 u16, |value| whole(value.into());
+        serialize_u32 u32, |value| whole(value.into());
+        serialize_u64 u64, |value| whole(value);
+        serialize_u128 u128, |value| wide(value);
+        serialize_i16 i16, |value| wide(folded(value.into()));
+        serialize_i32 i32, |value| wide(folded(value.into()));
+        serialize_i64 i64, |value| wide(folded(value.into()));
+        serialize_i128 i128, |value| wide(folded(value));
     }
 
-    fn serialize_f64(self, _value: f64) -> Result<(), Never> {
-        self.places.push(self.length);
-        self.length += size_of::<f64>();
-        if let Some(names) = &mut self.names {
-            names.push(self.path.join(".").replace(".[", "["));
-        }
+    fn serialize_f64(self, value: f64) -> Result<(), Never> {
+        self.0.number(value);
         Ok(())
     }
 
-    fn serialize_f32(self, _value: f32) -> Result<(), Never> {
-        self.length += size_of::<f32>();
+    fn serialize_f32(self, value: f32) -> Result<(), Never> {
+        self.0.plain(&value.to_le_bytes());
         Ok(())
     }
 
-    fn serialize_bool(self, _value: bool) -> Result<(), Never> {
-        self.length += 1;
+    fn serialize_bool(self, value: bool) -> Result<(), Never> {
+        self.serialize_u8(value.into())
+    }
+
+    fn serialize_u8(self, value: u8) -> Result<(), Never> {
+        self.0.plain(&[value]);
         Ok(())
     }
 
-    fn serialize_u8(self, _value: u8) -> Result<(), Never> {
-        self.length += 1;
-        Ok(())
-    }
-
-    fn serialize_i8(self, _value: i8) -> Result<(), Never> {
-        self.length += 1;
+    fn serialize_i8(self, value: i8) -> Result<(), Never> {
+        self.0.plain(&value.to_le_bytes());
         Ok(())
     }
 
@@ -229,18 +319,18 @@ impl<'a> Serializer for &'a mut Finder {
     }
 
     fn serialize_bytes(self, value: &[u8]) -> Result<(), Never> {
-        self.varint(value.len() as u128);
-        self.length += value.len();
+        self.0.whole(value.len() as u64);
+        self.0.plain(value);
         Ok(())
     }
 
     fn serialize_none(self) -> Result<(), Never> {
-        self.length += 1;
+        self.0.plain(&[0]);
         Ok(())
     }
 
     fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Never> {
-        self.length += 1;
+        self.0.plain(&[1]);
         value.serialize(self)
     }
 
@@ -253,7 +343,7 @@ impl<'a> Serializer for &'a mut Finder {
     }
 
     fn serialize_unit_variant(self, _name: &'static str, index: u32, _variant: &'static str) -> Result<(), Never> {
-        self.varint(index.into());
+        self.0.whole(index.into());
         Ok(())
     }
 
@@ -262,27 +352,28 @@ impl<'a> Serializer for &'a mut Finder {
     }
 
     fn serialize_newtype_variant<T: Serialize + ?Sized>(
-        self,
+        mut self,
         _name: &'static str,
         index: u32,
         variant: &'static str,
         value: &T,
     ) -> Result<(), Never> {
-        self.varint(index.into());
+        self.0.whole(index.into());
         self.within(variant, value)
     }
 
-    fn serialize_seq(self, length: Option<usize>) -> Result<Items<'a>, Never> {
-        self.varint(length.unwrap_or_default() as u128);
-        Ok(Items(self.begin_items()))
+    fn serialize_seq(self, length: Option<usize>) -> Result<Self, Never> {
+        self.0.whole(length.unwrap_or_default() as u64);
+        self.serialize_tuple(0)
     }
 
-    fn serialize_tuple(self, _length: usize) -> Result<Items<'a>, Never> {
-        Ok(Items(self.begin_items()))
+    fn serialize_tuple(self, _length: usize) -> Result<Self, Never> {
+        self.0.begin_items();
+        Ok(self)
     }
 
-    fn serialize_tuple_struct(self, _name: &'static str, _length: usize) -> Result<Items<'a>, Never> {
-        Ok(Items(self.begin_items()))
+    fn serialize_tuple_struct(self, _name: &'static str, length: usize) -> Result<Self, Never> {
+        self.serialize_tuple(length)
     }
 
     fn serialize_tuple_variant(
@@ -290,18 +381,18 @@ impl<'a> Serializer for &'a mut Finder {
         _name: &'static str,
         index: u32,
         _variant: &'static str,
-        _length: usize,
-    ) -> Result<Items<'a>, Never> {
-        self.varint(index.into());
-        Ok(Items(self.begin_items()))
+        length: usize,
+    ) -> Result<Self, Never> {
+        self.0.whole(index.into());
+        self.serialize_tuple(length)
     }
 
-    fn serialize_map(self, length: Option<usize>) -> Result<Items<'a>, Never> {
+    fn serialize_map(self, length: Option<usize>) -> Result<Self, Never> {
         self.serialize_seq(length)
     }
 
-    fn serialize_struct(self, _name: &'static str, _length: usize) -> Result<Items<'a>, Never> {
-        Ok(Items(self.begin_items()))
+    fn serialize_struct(self, _name: &'static str, length: usize) -> Result<Self, Never> {
+        self.serialize_tuple(length)
     }
 
     fn serialize_struct_variant(
@@ -309,10 +400,10 @@ impl<'a> Serializer for &'a mut Finder {
         _name: &'static str,
         index: u32,
         _variant: &'static str,
-        _length: usize,
-    ) -> Result<Items<'a>, Never> {
-        self.varint(index.into());
-        Ok(Items(self.begin_items()))
+        length: usize,
+    ) -> Result<Self, Never> {
+        self.0.whole(index.into());
+        self.serialize_tuple(length)
     }
 
     fn is_human_readable(&self) -> bool {
@@ -320,21 +411,18 @@ impl<'a> Serializer for &'a mut Finder {
     }
 }
 
-/// What has several items.
-struct Items<'a>(&'a mut Finder);
-
 macro_rules! items {
     ($($trait:ident $name:ident;)*) => {$(
-        impl ser::$trait for Items<'_> {
+        impl<L: Look> ser::$trait for Walk<'_, L> {
             type Ok = ();
             type Error = Never;
 
             fn $name<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
-                self.0.item(value)
+                self.item(value)
             }
 
             fn end(self) -> Result<(), Never> {
-                self.0.items.pop();
+                self.0.end_items();
                 Ok(())
             }
         }
@@ -350,16 +438,16 @@ items! {
 
 macro_rules! fields {
     ($($trait:ident;)*) => {$(
-        impl ser::$trait for Items<'_> {
+        impl<L: Look> ser::$trait for Walk<'_, L> {
             type Ok = ();
             type Error = Never;
 
             fn serialize_field<T: Serialize + ?Sized>(&mut self, name: &'static str, value: &T) -> Result<(), Never> {
-                self.0.within(name, value)
+                self.within(name, value)
             }
 
             fn end(self) -> Result<(), Never> {
-                self.0.items.pop();
+                self.0.end_items();
                 Ok(())
             }
         }
@@ -371,20 +459,20 @@ fields! {
     SerializeStructVariant;
 }
 
-impl ser::SerializeMap for Items<'_> {
+impl<L: Look> ser::SerializeMap for Walk<'_, L> {
     type Ok = ();
     type Error = Never;
 
     fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Never> {
-        key.serialize(&mut *self.0)
+        key.serialize(Walk(self.0))
     }
 
     fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Never> {
-        self.0.item(value)
+        self.item(value)
     }
 
     fn end(self) -> Result<(), Never> {
-        self.0.items.pop();
+        self.0.end_items();
         Ok(())
     }
 }
@@ -427,6 +515,9 @@ mod tests {
     fn numbers_of_a_memory_are_found_in_their_places() {
         let leaves = Leaves::of(&memory(0.0));
         assert_eq!(leaves.values(), [-1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let mut numbers = Vec::new();
+        read(&memory(0.0), &mut numbers);
+        assert_eq!(leaves.values(), numbers);
         let moved = leaves.with(|leaf| leaves.value(leaf) + f64::from(u8::from(leaf == 1 || leaf == 4)));
         assert_eq!(moved.memory::<Memory>().expect("a memory"), memory(1.0));
     }
@@ -434,12 +525,20 @@ mod tests {
     #[test]
     fn memories_that_differ_in_numbers_alone_are_alike() {
         let (one, mut other) = (Leaves::of(&memory(0.0)), memory(3.0));
-        assert!(one.is_alike(&Leaves::of(&other)));
-        other.count += 1;
-        assert!(!one.is_alike(&Leaves::of(&other)));
-        other = memory(0.0);
-        other.modes[0] = Mode::Slides(1.0);
-        assert!(!one.is_alike(&Leaves::of(&other)));
+        let form = |memory: &Memory| read(memory, &mut Vec::new());
+        let mut are_alike = |change: fn(&mut Memory)| {
+            change(&mut other);
+            let is_alike = one.is_alike(&Leaves::of(&other));
+            assert_eq!(Leaves::like(&other, &one), Leaves::of(&other));
+            assert_eq!(is_alike, form(&memory(0.0)) == form(&other));
+            other = memory(3.0);
+            is_alike
+        };
+        assert!(are_alike(|_| {}));
+        assert!(!are_alike(|other| other.count += 1));
+        assert!(!are_alike(|other| other.modes[0] = Mode::Slides(1.0)));
+        assert!(!are_alike(|other| other.fall = None));
+        assert!(!are_alike(|other| other.note.push('!')));
     }
 
     #[test]

@@ -20,25 +20,18 @@ pub(super) fn moved(memory: &Leaves, slopes: &[f64], share: f64) -> Leaves {
     if slopes.iter().any(|slope| moves(*slope)) { memory.with(moved) } else { memory.clone() }
 }
 
-/// A memory of which all numbers are moved by steps of their own, by a share of about their magnitude.
-pub(super) fn moved_apart(memory: &Leaves, share: f64) -> Leaves {
-    memory.with(|leaf| {
-        let here = memory.value(leaf);
-        here + if here.is_finite() { share * magnitude(here) * own_size(leaf) } else { 0.0 }
-    })
-}
-
 /// How large the step of a number is, so that none makes up for another.
 fn own_size(leaf: usize) -> f64 {
     1.0 + 0.1 * (leaf % 7) as f64
 }
 
-/// A memory of which some numbers are moved by steps of their own, so that none makes up for another.
-pub(super) fn shifted(memory: &Leaves, is_chosen: impl Fn(usize) -> bool) -> Leaves {
-    let step = |leaf: usize, here: f64| SHARE * magnitude(here) * own_size(leaf);
+/// A memory of which some numbers are moved by a share of about their magnitude, by steps of their own, so that none makes up
+/// for another.
+pub(super) fn shifted(memory: &Leaves, share: f64, is_chosen: impl Fn(usize) -> bool) -> Leaves {
     memory.with(|leaf| {
         let here = memory.value(leaf);
-        here + if is_chosen(leaf) && here.is_finite() { step(leaf, here) } else { 0.0 }
+        let moves = is_chosen(leaf) && here.is_finite();
+        here + if moves { share * magnitude(here) * own_size(leaf) } else { 0.0 }
     })
 }
 
@@ -66,7 +59,7 @@ impl Dependence {
             if half.is_empty() {
                 continue;
             }
-            spare.remember(&shifted(memory, |leaf| half.contains(&leaf)));
+            spare.remember(&shifted(memory, SHARE, |leaf| half.contains(&leaf)));
             if evaluate(spare) == present {
                 continue;
             }
@@ -75,6 +68,11 @@ impl Dependence {
                 _ => halves.extend([half.split_at(half.len() / 2).0, half.split_at(half.len() / 2).1]),
             }
         }
+    }
+
+    /// Whether slopes of a memory, or missing ones, are among those on which something depends.
+    pub fn matters(&self, slopes: &[f64]) -> bool {
+        self.leaves.iter().any(|leaf| slopes[*leaf] != 0.0)
     }
 
     /// Slopes of a memory without those on which nothing depends, and the places of those that are not known.

@@ -39,6 +39,7 @@ mod direction;
 mod equations;
 mod leaves;
 mod memory;
+mod neighbours;
 mod passage;
 mod slopes;
 mod transition;

@@ -2,10 +2,9 @@
 
 use super::Crossing;
 use super::companion::Companion;
-use super::difference::{Evaluation, Move, Outcome, SHARE, TIME_SCALE};
+use super::difference::{Move, Outcome, TIME_SCALE};
 use super::equations::{Act, At, Equations};
 use super::leaves::Leaves;
-use super::memory::moved_apart;
 use super::slopes::{along, any};
 
 /// Events that one change sets off, before a run gives up.
@@ -16,16 +15,6 @@ const GRAZING: f64 = 1e-7;
 const AT_LIMIT: f64 = 1e-10;
 /// How far behind its limit, relative to its nominal value, an indicator is where both sides of it are.
 const BEHIND: f64 = 1e-7;
-
-/// An act that hands numbers on as they are or sets them.
-struct Carried {
-    /// States and memory at the points by which it is known.
-    points: [(Vec<f64>, Leaves); 2],
-    /// What it leads to from there.
-    outcomes: [Outcome; 2],
-    /// Which states and numbers of the memory stay in their places.
-    kept: Vec<bool>,
-}
 
 impl Companion {
     /// An event happens: the later, the later its indicator comes to zero.
@@ -130,47 +119,25 @@ impl Companion {
         }
     }
 
-    /// What an act hands on as it is or sets, if it does nothing else: seen by points to both sides, at which all states and numbers
-    /// of the memory are others.
-    fn carried(&mut self, base: &Outcome, landing: Evaluation) -> Option<Carried> {
-        let (time, u) = (self.time, self.inputs.at(self.time));
-        let shifts: Vec<f64> =
-            self.scales.iter().enumerate().map(|(i, scale)| scale * (1.0 + 0.1 * i as f64)).collect();
-        let points = [SHARE, -SHARE].map(|share| (along(&self.x, &shifts, share), moved_apart(&self.memory, share)));
-        let outcomes = points.each_ref().map(|(x, memory)| {
-            self.spare.remember(memory);
-            landing(self.spare.as_mut(), At { time, x, u: &u })
-        });
-        let [above, below] = outcomes.each_ref().map(|outcome| outcome.kept(base));
-        let kept = above.filter(|above| Some(above) == below.as_ref())?;
-        Some(Carried { points, outcomes, kept })
-    }
-
-    /// Hands on the slopes of a direction, if its parameter does not matter either; `false`, and nothing is changed, otherwise.
-    fn carry(&mut self, direction: usize, carried: &Carried, landing: Evaluation) -> bool {
-        let (way, u) = (&mut self.ways[direction], self.inputs.at(self.time));
-        if any(&way.inputs) || way.one_sided.is_some() && way.has_beside() {
-            return false;
+    /// Hands on the slopes of the directions for which acts on the memory alone do nothing else, and tells which these are, with the
+    /// memory behind the acts; `None` if these do more.
+    fn hand_on(&mut self, acts: &[Act]) -> Option<(Vec<bool>, Leaves)> {
+        let mut after = Vec::with_capacity(self.memory.count());
+        if self.equations.numbers(&mut after) != self.form {
+            return None;
         }
-        if way.has_beside() {
-            for ((x, memory), (outcome, share)) in
-                carried.points.iter().zip(carried.outcomes.iter().zip([SHARE, -SHARE]))
-            {
-                let offset = share * way.magnitude;
-                let Some(beside) = way.beside(offset) else { return false };
-                beside.remember(memory);
-                if landing(beside, At { time: self.time, x, u: &u }).numbers != outcome.numbers {
-                    return false;
-                }
+        let kept = self.handed_on(acts, &after)?;
+        let mut is_done = Vec::with_capacity(self.ways.len());
+        for direction in 0..self.ways.len() {
+            is_done.push(self.heeds_neither(direction, acts) || self.slopes[direction].lost.is_some());
+            if is_done[direction] {
+                let slopes = self.slopes[direction].memory.iter_mut().zip(&kept);
+                slopes.filter(|(_, kept)| !**kept).for_each(|(slope, _)| *slope = 0.0);
             }
         }
-        let slopes = &mut self.slopes[direction];
-        let before = [&slopes.states[..], &slopes.memory].concat();
-        let after: Vec<f64> =
-            carried.kept.iter().enumerate().map(|(place, kept)| if *kept { before[place] } else { 0.0 }).collect();
-        let (states, memory) = after.split_at(slopes.states.len());
-        (slopes.states, slopes.memory) = (states.to_vec(), memory.to_vec());
-        true
+        let (mut states, u) = (self.x.clone(), self.inputs.at(self.time));
+        acts.iter().for_each(|act| self.mirror.enact(*act, self.time, &mut states, &u));
+        Some((is_done, self.memory.with(|leaf| after[leaf])))
     }
 
     /// Does something to states and memory, with what it sets off, at a time that moves with delays or stays.
@@ -182,10 +149,8 @@ impl Companion {
     fn pass_ahead(&mut self, mut acts: Vec<Act>, settles: bool, delays: Option<&[f64]>, ahead: f64) {
         let (time, u) = (self.time, self.inputs.at(self.time));
         let before = if delays.is_some() { self.equations.rates(At { time, x: &self.x, u: &u }) } else { Vec::new() };
-        let (mut x, mut is_changed) = (self.x.clone(), false);
-        for act in &acts {
-            is_changed |= self.equations.enact(*act, time, &mut x, &u);
-        }
+        let mut x = self.x.clone();
+        acts.iter().for_each(|act| self.equations.enact(*act, time, &mut x, &u));
         for _ in 0..if settles { MAX_SWITCHES } else { 0 } {
             let indicators = self.equations.indicators(At { time, x: &x, u: &u });
             if let Some(before) = self.jumped_from.take() {
@@ -196,15 +161,27 @@ impl Companion {
                 }
             }
             let Some(event) = indicators.iter().position(|value| *value < 0.0) else { break };
-            is_changed |= self.equations.enact(Act::Switch(event), time, &mut x, &u);
+            self.equations.enact(Act::Switch(event), time, &mut x, &u);
             acts.push(Act::Switch(event));
         }
         // What is added to inputs is followed from the begin on, even where they rest.
         let is_first = acts.first() == Some(&Act::Follow) && std::mem::take(&mut self.is_new);
+        let is_changed = !self.equations.holds(self.mirror.held());
         if delays.is_none() && !is_changed && x == self.x && !is_first {
             return;
         }
-        let after = if is_changed { self.equations.memory() } else { self.memory.clone() };
+        let does_little = delays.is_none() && x == self.x && !is_first;
+        let handed_on = if does_little { self.hand_on(&acts) } else { None };
+        let is_handed_on = handed_on.is_some();
+        let (is_done, after) = handed_on.unwrap_or_else(|| {
+            let after = if is_changed { self.equations.memory() } else { self.memory.clone() };
+            (vec![false; self.ways.len()], after)
+        });
+        if is_done.iter().all(|is_done| *is_done) {
+            (self.memory, self.here) = (after, None);
+            self.forget_rounded();
+            return;
+        }
         let behind = if delays.is_some() { self.equations.rates(At { time, x: &x, u: &u }) } else { Vec::new() };
         let base = Outcome::landing(At { time, x: &self.x, u: &u }, &self.memory, &x, after.clone());
         let memory = self.memory.clone();
@@ -216,13 +193,8 @@ impl Companion {
             Outcome::landing(at, &before, &states, equations.memory_like(&after))
         };
         let (n, scales) = (x.len(), self.scales.clone());
-        let is_in_place = delays.is_none() && after.is_alike(&memory);
-        let carried = if is_in_place { self.carried(&base, &landing) } else { None };
         for direction in 0..self.ways.len() {
-            if self.slopes[direction].lost.is_some() {
-                continue;
-            }
-            if carried.as_ref().is_some_and(|carried| self.carry(direction, carried, &landing)) {
+            if self.slopes[direction].lost.is_some() || is_done[direction] {
                 continue;
             }
             let delay = delays.map_or(0.0, |delays| delays[direction]);
@@ -264,7 +236,10 @@ impl Companion {
             (self.of_rates, self.of_outputs) = Default::default();
         }
         (self.x, self.memory, self.here) = (x, after, None);
-        self.remember();
+        if !is_handed_on {
+            self.neighbours = None;
+            self.remember();
+        }
         self.forget_rounded();
     }
 }

@@ -24,8 +24,8 @@ const MOST_PARTS: u32 = 1 << 14;
 pub struct Node {
     /// The Jacobian of the rates, column by column.
     pub jacobian: Vec<f64>,
-    /// What each direction does to the rates besides.
-    pub forcing: Vec<Vec<f64>>,
+    /// What each direction does to the rates besides, one direction after the other.
+    pub forcing: Vec<f64>,
 }
 
 /// A piece of a step.
@@ -72,39 +72,42 @@ fn slopes(has_quarters: bool, at: f64) -> [f64; 5] {
 }
 
 impl Piece<'_> {
-    /// The nodes that are known, with their weights.
-    fn weighted(&self, weights: [f64; 5]) -> impl Iterator<Item = (&Node, f64)> {
-        self.nodes.into_iter().chain(self.quarters.into_iter().flatten()).zip(weights)
-    }
-
     fn jacobian<const N: usize>(&self, weights: [f64; 5]) -> SMatrix<f64, N, N> {
         let mut sum = SMatrix::<f64, N, N>::zeros();
-        for (node, weight) in self.weighted(weights).filter(|(_, weight)| *weight != 0.0) {
-            sum.iter_mut().zip(&node.jacobian).for_each(|(slot, entry)| *slot += weight * entry);
+        let [start, middle, end] = self.nodes.map(|node| node.jacobian.as_chunks::<N>().0);
+        for (column, ((start, middle), end)) in sum.data.0.iter_mut().zip(start.iter().zip(middle).zip(end)) {
+            *column = mix([start, middle, end], weights);
+        }
+        for (node, weight) in self.quarters.into_iter().flatten().zip(&weights[3..]) {
+            for (sum, column) in sum.data.0.iter_mut().zip(node.jacobian.as_chunks::<N>().0) {
+                add(sum, column, *weight);
+            }
         }
         sum
     }
 
     fn forcing<const N: usize>(&self, direction: usize, weights: [f64; 5]) -> [f64; N] {
-        let mut sum = [0.0; N];
-        for (node, weight) in self.weighted(weights).filter(|(_, weight)| *weight != 0.0) {
-            sum.iter_mut().zip(&node.forcing[direction]).for_each(|(slot, entry)| *slot += weight * entry);
+        let of = |node: &'_ Node| node.forcing.as_chunks::<N>().0[direction];
+        let [start, middle, end] = self.nodes.map(of);
+        let mut sum = mix([&start, &middle, &end], weights);
+        for (node, weight) in self.quarters.into_iter().flatten().zip(&weights[3..]) {
+            add(&mut sum, &of(node), *weight);
         }
         sum
     }
 
     /// How much the linear equations bend between its three nodes, relative to weights: the rule of Simpson less that of the
     /// trapezoids.
-    pub fn bend(&self, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
+    pub fn bend(&self, states: usize, columns: &[f64], weights: &[f64]) -> f64 {
         let off = |[start, middle, end]: [f64; 3]| (2.0 * middle - start - end) / 12.0;
         let jacobian = self.of_nodes(|node| &node.jacobian, off);
-        let forcing = |direction: usize| self.of_nodes(|node| &node.forcing[direction], off);
-        self.length * largest(&jacobian, forcing, columns, weights)
+        let forcing = self.of_nodes(|node| &node.forcing, off);
+        self.length * largest(&jacobian, forcing, (states, columns), weights)
     }
 
     /// How much faster slopes change than parabolas through the linear equations tell, relative to weights: the rule of Boole,
     /// which looks at quarters, less that of Simpson.
-    pub fn roughness(&self, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
+    pub fn roughness(&self, states: usize, columns: &[f64], weights: &[f64]) -> f64 {
         let Some(quarters) = self.quarters else { return 0.0 };
         let off = |[start, middle, end]: [f64; 3]| -(0.25 * (start + end) + 1.5 * middle) * (32.0 / 90.0);
         let with = |mut sum: Vec<f64>, of: &dyn Fn(&Node) -> &Vec<f64>| {
@@ -114,10 +117,8 @@ impl Piece<'_> {
             sum
         };
         let jacobian = with(self.of_nodes(|node| &node.jacobian, off), &|node| &node.jacobian);
-        let forcing = |direction: usize| {
-            with(self.of_nodes(|node| &node.forcing[direction], off), &|node| &node.forcing[direction])
-        };
-        self.length * largest(&jacobian, forcing, columns, weights)
+        let forcing = with(self.of_nodes(|node| &node.forcing, off), &|node| &node.forcing);
+        self.length * largest(&jacobian, forcing, (states, columns), weights)
     }
 
     /// Numbers made of those of its nodes.
@@ -126,22 +127,21 @@ impl Piece<'_> {
         start.iter().zip(middle).zip(end).map(|((start, middle), end)| combine([*start, *middle, *end])).collect()
     }
 
-    /// Where all directions are behind it, and in how many parts that is: the error of each part, relative to what each state of
-    /// each direction weighs, is at most 1. `None` if no number of parts is enough.
+    /// Where all directions are behind it, one after the other, and in how many parts that is: the error of each part, relative to
+    /// what each state of each direction weighs, is at most 1. `None` if no number of parts is enough.
     pub fn cross<const N: usize>(
         &self,
         structure: Structure,
-        columns: &[Vec<f64>],
-        weights: &[Vec<f64>],
-    ) -> Option<(Vec<Vec<f64>>, u32)> {
-        let start: Vec<[f64; N]> = columns.iter().map(|column| std::array::from_fn(|i| column[i])).collect();
+        columns: &[f64],
+        weights: &[f64],
+    ) -> Option<(Vec<f64>, u32)> {
         let mut parts = self.parts.clamp(1, MOST_PARTS);
         while parts <= MOST_PARTS {
-            let (mut crossed, width) = (start.clone(), 1.0 / f64::from(parts));
+            let (mut crossed, width) = (columns.to_vec(), 1.0 / f64::from(parts));
             let mut errors = (0..parts)
-                .map(|part| self.cross_part(structure, [f64::from(part) * width, width], &mut crossed, weights));
+                .map(|part| self.cross_part::<N>(structure, [f64::from(part) * width, width], &mut crossed, weights));
             if errors.all(|error| error.is_some_and(|error| error <= 1.0)) {
-                return Some((crossed.into_iter().map(Vec::from).collect(), parts));
+                return Some((crossed, parts));
             }
             parts *= 2;
         }
@@ -154,8 +154,8 @@ impl Piece<'_> {
         &self,
         (groups, is_chain): Structure,
         [from, width]: [f64; 2],
-        columns: &mut [[f64; N]],
-        weights: &[Vec<f64>],
+        columns: &mut [f64],
+        weights: &[f64],
     ) -> Option<f64> {
         let h = self.length * width;
         let has_quarters = self.quarters.is_some();
@@ -166,7 +166,8 @@ impl Piece<'_> {
         let slope = self.jacobian(slope_weights);
         let solver = Solver::new(&of_stages[0], 1.0 / (RODAS.gamma * h), groups, is_chain)?;
         let mut largest = 0.0f64;
-        for (direction, column) in columns.iter_mut().enumerate() {
+        let weights = weights.as_chunks::<N>().0;
+        for (direction, (column, weights)) in columns.as_chunks_mut::<N>().0.iter_mut().zip(weights).enumerate() {
             let mut stages = [[0.0; N]; 6];
             let mut drift = self.forcing(direction, slope_weights);
             add_product(&mut drift, &slope, column);
@@ -191,32 +192,37 @@ impl Piece<'_> {
                 stages[stage] = solver.solve(&right, groups);
             }
             // The last stage is the difference between the solutions of order 4 and 3.
-            for (error, weight) in stages[5].iter().zip(&weights[direction]) {
+            for (error, weight) in stages[5].iter().zip(weights) {
                 largest = largest.max(error.abs() / weight);
             }
             *column = argument;
             add(column, &stages[5], 1.0);
         }
-        columns.iter().flatten().all(|value| value.is_finite()).then_some(largest)
+        columns.iter().all(|value| value.is_finite()).then_some(largest)
     }
 }
 
-/// The largest rate at which a part of the linear equations changes states, relative to weights.
-fn largest(jacobian: &[f64], forcing: impl Fn(usize) -> Vec<f64>, columns: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
-    let of = |(direction, (column, weights)): (usize, (&Vec<f64>, &Vec<f64>))| {
-        let mut rates = forcing(direction);
-        for (entries, state) in jacobian.chunks_exact(column.len()).zip(column).filter(|(_, state)| **state != 0.0) {
+/// The largest rate at which a part of the linear equations, of so many states, changes states, relative to weights.
+fn largest(jacobian: &[f64], mut forcing: Vec<f64>, (states, columns): (usize, &[f64]), weights: &[f64]) -> f64 {
+    for (rates, column) in forcing.chunks_exact_mut(states).zip(columns.chunks_exact(states)) {
+        for (entries, state) in jacobian.chunks_exact(states).zip(column).filter(|(_, state)| **state != 0.0) {
             rates.iter_mut().zip(entries).for_each(|(rate, entry)| *rate += entry * state);
         }
-        rates.iter().zip(weights).fold(0.0f64, |largest, (rate, weight)| largest.max(rate.abs() / weight))
-    };
-    columns.iter().zip(weights).enumerate().map(of).fold(0.0, f64::max)
+    }
+    forcing.iter().zip(weights).fold(0.0f64, |largest, (rate, weight)| largest.max(rate.abs() / weight))
 }
 
+#[inline(always)]
 fn add<const N: usize>(sum: &mut [f64; N], other: &[f64; N], weight: f64) {
     for (slot, value) in sum.iter_mut().zip(other) {
         *slot += weight * value;
     }
+}
+
+/// The sum of three vectors with the first weights.
+#[inline(always)]
+fn mix<const N: usize>([start, middle, end]: [&[f64; N]; 3], [of_start, of_middle, of_end, ..]: [f64; 5]) -> [f64; N] {
+    std::array::from_fn(|i| of_start * start[i] + of_middle * middle[i] + of_end * end[i])
 }
 
 fn add_product<const N: usize>(sum: &mut [f64; N], matrix: &SMatrix<f64, N, N>, vector: &[f64; N]) {
@@ -235,21 +241,21 @@ mod tests {
     const DENSE: Structure = ([0, 0], false);
 
     fn node(jacobian: f64, forcing: f64) -> Node {
-        Node { jacobian: vec![jacobian], forcing: vec![vec![forcing]] }
+        Node { jacobian: vec![jacobian], forcing: vec![forcing] }
     }
 
     /// `dS/dt = -t*S + t`, whose solution from 0 is `1 - exp(-t^2/2)`, over one second in pieces.
     #[test]
     fn error_is_of_fourth_order() {
         let error = |pieces: u32| {
-            let (mut columns, h) = (vec![vec![0.0]], 1.0 / f64::from(pieces));
+            let (mut columns, h) = (vec![0.0], 1.0 / f64::from(pieces));
             for piece in 0..pieces {
                 let nodes = [0.0, 0.5, 1.0].map(|part| (f64::from(piece) + part) * h).map(|t| node(-t, t));
                 let [start, middle, end] = &nodes;
                 let piece = Piece { nodes: [start, middle, end], quarters: None, length: h, parts: 1 };
-                columns = piece.cross::<1>(DENSE, &columns, &[vec![f64::INFINITY]]).expect("solvable").0;
+                columns = piece.cross::<1>(DENSE, &columns, &[f64::INFINITY]).expect("solvable").0;
             }
-            (columns[0][0] - (1.0 - (-0.5f64).exp())).abs()
+            (columns[0] - (1.0 - (-0.5f64).exp())).abs()
         };
         let [coarse, fine] = [error(4), error(8)];
         assert!(coarse < 1e-4 && (12.0..24.0).contains(&(coarse / fine)), "{coarse} and {fine}");
@@ -261,17 +267,17 @@ mod tests {
     fn stiff_relaxation_ends_where_it_leads() {
         let stiff = node(-1e9, 3e9);
         let piece = Piece { nodes: [&stiff; 3], quarters: None, length: 1e-3, parts: 1 };
-        let (columns, _) = piece.cross::<1>(DENSE, &[vec![1.0]], &[vec![f64::INFINITY]]).expect("solvable");
-        assert!((columns[0][0] - 3.0).abs() < 2e-5, "{}", columns[0][0]);
+        let (columns, _) = piece.cross::<1>(DENSE, &[1.0], &[f64::INFINITY]).expect("solvable");
+        assert!((columns[0] - 3.0).abs() < 2e-5, "{}", columns[0]);
     }
 
     /// An oscillation that is far too fast for the piece: in as many parts as it takes.
     #[test]
     fn parts_are_as_many_as_the_error_asks_for() {
-        let swing = Node { jacobian: vec![0.0, -1e4, 1.0, 0.0], forcing: vec![vec![0.0; 2]] };
+        let swing = Node { jacobian: vec![0.0, -1e4, 1.0, 0.0], forcing: vec![0.0; 2] };
         let piece = Piece { nodes: [&swing; 3], quarters: None, length: 0.1, parts: 1 };
-        let (columns, _) = piece.cross::<2>(DENSE, &[vec![1.0, 0.0]], &[vec![1e-9, 1e-7]]).expect("parts enough");
-        assert!((columns[0][0] - 10.0f64.cos()).abs() < 1e-7, "{columns:?}");
+        let (columns, _) = piece.cross::<2>(DENSE, &[1.0, 0.0], &[1e-9, 1e-7]).expect("parts enough");
+        assert!((columns[0] - 10.0f64.cos()).abs() < 1e-7, "{columns:?}");
     }
 
     /// A polynomial through all nodes meets a power that it can, and its slope.

@@ -24,11 +24,13 @@ pub struct Way {
     pub(super) magnitude: f64,
     /// The side on which there are equations, where there are none on the other.
     pub(super) one_sided: Option<f64>,
-    /// Equations beside the present ones and their weights in the derivative; the present ones have the rest, so that all
+    /// Equations beside the present ones, with their memory, and their weights in the derivative; the present ones have the rest, so that all
     /// weights add up to 0.
     stencil: Vec<(Box<dyn Equations>, f64)>,
     /// What is added to the inputs.
     pub(super) inputs: Vec<f64>,
+    /// The present equations, with their memory, for inputs beside the present ones.
+    of_inputs: Vec<Box<dyn Equations>>,
 }
 
 impl Way {
@@ -36,7 +38,7 @@ impl Way {
     pub fn still(inputs: usize) -> Self {
         let (beside, varied, one_sided) = (None, None, None);
         let (built, stencil, inputs) = (Vec::new(), Vec::new(), vec![0.0; inputs]);
-        Self { beside, built, varied, magnitude: 1.0, one_sided, stencil, inputs }
+        Self { beside, built, varied, magnitude: 1.0, one_sided, stencil, inputs, of_inputs: Vec::new() }
     }
 
     /// The direction of an input among a number of them.
@@ -93,12 +95,22 @@ impl Way {
         Some(self.built[place].1.as_mut())
     }
 
-    /// Lets the equations that rates are evaluated with have a memory.
-    pub(super) fn remember(&mut self, memory: &Leaves) {
-        match &mut self.varied {
-            Some(varied) => varied.remember(memory),
-            None => self.stencil.iter_mut().for_each(|(equations, _)| equations.remember(memory)),
+    /// Lets a direction of inputs look at what inputs beside the present ones do.
+    pub(super) fn look_beside(&mut self, present: &dyn Equations) {
+        if any(&self.inputs) {
+            self.of_inputs = vec![present.twin(), present.twin()];
         }
+    }
+
+    /// All equations that have the memory of the present ones, with shares of the direction by which inputs are others.
+    pub(super) fn alike(&mut self) -> impl Iterator<Item = (&mut Box<dyn Equations>, f64)> {
+        let of_parameter = self.varied.iter_mut().chain(self.stencil.iter_mut().map(|(equations, _)| equations));
+        of_parameter.map(|equations| (equations, 0.0)).chain(self.of_inputs.iter_mut().zip([SHARE, -SHARE]))
+    }
+
+    /// Lets them have the memory of others of the model.
+    pub(super) fn adopt(&mut self, others: &dyn Equations) {
+        self.alike().for_each(|(equations, _)| equations.adopt(others.held()));
     }
 
     /// The derivative of numbers by the parameter, with states, inputs and memory held; nothing if there is none, or if the
