@@ -3,8 +3,7 @@
 use std::fmt;
 
 use super::Along;
-use crate::variables::{Entry, Kind, Place, Table};
-use crate::variables::{SettingError, find};
+use crate::variables::{Entry, Kind, Meaning, Place, SettingError, Table, find};
 
 /// A name along which no run can be differentiated.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +60,7 @@ fn along(entry: &Entry) -> Result<Along, &'static str> {
         (_, _, Kind::Enumeration(_)) => Err("it is a choice, which does not vary little by little"),
         (_, _, Kind::Integer) => Err("it is a whole number, which does not vary little by little"),
         (_, _, Kind::Boolean) => Err("it is true or false"),
-        (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.name.starts_with("solver.") => {
+        (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.meaning == Some(Meaning::Solving) => {
             Err("it changes how a run is computed, not what is computed")
         }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),

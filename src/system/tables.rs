@@ -6,7 +6,7 @@ use std::sync::{LazyLock, Mutex};
 
 use super::System;
 use crate::solver::{Counters, Tuning};
-use crate::variables::{ParameterError, Role, Table, Variable};
+use crate::variables::{Meaning, ParameterError, Role, Table, Variable};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
 /// the numbers that stand for enumerations.
@@ -69,7 +69,8 @@ pub fn table<E: System<U>, const U: usize>() -> &'static Table {
         let Tables { inputs, computed, parameters } = tables;
         let counters = Counters::table(references::COUNTERS);
         let own = [vec![Variable::time()], inputs, computed, counters, parameters].concat();
-        let table = Table::new([own, Tuning::grouped(references::SOLVER)].concat());
+        let solving = Tuning::grouped(references::SOLVER).into_iter().map(|it| it.meaning(Meaning::Solving));
+        let table = Table::new([own, solving.collect()].concat());
         Box::leak(Box::new(table.with_problem(problem)))
     })
 }

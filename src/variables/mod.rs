@@ -67,7 +67,8 @@ pub struct Chosen {
     pub of: &'static Enumeration,
 }
 
-/// What a parameter of a friction law means to a model that knows the friction of its contact itself.
+/// What a parameter means to those that would know it by its name otherwise: to a model that knows the friction of its contact
+/// itself, for example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meaning {
     /// The force at which sliding starts.
@@ -78,6 +79,8 @@ pub enum Meaning {
     StaticExcess,
     /// What grows in proportion to the velocity.
     ViscousFriction,
+    /// How a run is computed, not what is computed.
+    Solving,
 }
 
 /// What is added to the value reference of an enumeration parameter for that of the Integer that can choose for it; no
@@ -186,7 +189,8 @@ impl Variable {
             of.name
         );
         let number = Self::new(reference.saturating_add(NUMBERS), &format!("{name}Number"), Kind::Integer, self.role);
-        let number = Self { start: Some(0.0), chooses: Some(Chosen { reference, of }), ..number };
+        let number =
+            Self { start: Some(0.0), chooses: Some(Chosen { reference, of }), meaning: self.meaning, ..number };
         Some(number.range(0.0, largest.into()).text(&text))
     }
 

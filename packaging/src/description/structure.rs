@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use anyhow::{Context, Result};
-use pneumatic_servo::variables::{Role, Table, Variable};
+use pneumatic_servo::variables::{Meaning, Role, Table, Variable};
 
 /// The three lists of the section; variables are named by their index, which counts from 1.
 pub struct Structure {
@@ -70,7 +70,7 @@ impl Unknown {
     fn initial(variables: &Table, index: usize) -> Self {
         let known = variables.initial_dependencies(&variables[index - 1]);
         let is_used = |variable: &Variable| {
-            known.contains(&variable.reference) || variable.is_parameter() && !variable.name.starts_with("solver.")
+            known.contains(&variable.reference) || variable.is_parameter() && variable.meaning != Some(Meaning::Solving)
         };
         let dependencies = (1..).zip(variables).filter(|(_, variable)| is_used(variable)).map(|(index, _)| index);
         Self { index, dependencies: dependencies.collect() }
@@ -92,7 +92,7 @@ mod tests {
             Variable::output(31, "rise", units::METRE_PER_SECOND).local().derivative_of(30).depends_on(&[30, 10]),
             Variable::output(32, "spill", units::METRE).local(),
             Variable::parameter(40, "width", units::METRE, 1.0),
-            Variable::parameter(41, "solver.step", units::SECOND, 1.0),
+            Variable::parameter(41, "solver.step", units::SECOND, 1.0).meaning(Meaning::Solving),
         ])
     }
 

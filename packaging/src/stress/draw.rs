@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use anyhow::Result;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::numbers::random;
-use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo::variables::{Kind, Meaning, Variable};
 
 /// How far parameters are from their defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +59,7 @@ pub fn setup(model: &'static Model, law: Option<i32>, spread: Spread, time: f64,
     }
     for variable in random.shuffled((model.variables)().parameters().collect()) {
         // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
-        if variable.name == "friction.law" || variable.name.starts_with("solver.") || variable.chooses.is_some() {
+        if variable.name == "friction.law" || variable.meaning == Some(Meaning::Solving) || variable.chooses.is_some() {
             continue;
         }
         if let Some(value) = value(variable, spread, random) {
