@@ -175,7 +175,7 @@ def test_plan_that_is_interrupted_before_anything_is_judged_keeps_nothing(monkey
     def press(*_: object) -> None:
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("pneumatic_servo.identification.planning._imagined", press)
+    monkeypatch.setattr("pneumatic_servo.identification.planning.imagined", press)
     with pytest.raises(ps.Interrupted) as caught:
         ps.plan(**PLAN)
     assert caught.value.finished is None
