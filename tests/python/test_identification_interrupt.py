@@ -24,6 +24,18 @@ def stopping(after: int) -> Callable[[str], None]:
     return tell
 
 
+def stopping_in_the_second() -> Callable[[str], None]:
+    """A progress during whose second fit somebody presses Ctrl-C, at the last refinement."""
+    begun: list[str] = []
+
+    def tell(text: str) -> None:
+        begun.extend([text] * (text == "last refinement"))
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+
+    return tell
+
+
 def test_fit_that_is_interrupted_keeps_its_best() -> None:
     with pytest.raises(ps.Interrupted) as caught:
         ps.fit(bench(), law="Stribeck", progress=stopping(6), **GIVEN)  # type: ignore[arg-type]
@@ -40,15 +52,8 @@ def test_fit_that_is_interrupted_keeps_its_best() -> None:
 
 
 def test_comparison_that_is_interrupted_keeps_the_laws_that_are_done() -> None:
-    done: list[str] = []
-
-    def tell(text: str) -> None:
-        done.append(text)
-        if sum(one == "last refinement" for one in done) == 2:
-            raise KeyboardInterrupt
-
     with pytest.raises(ps.Interrupted) as caught:
-        ps.compare_fits(bench(), ["Coulomb", "Stribeck", "LuGre"], progress=tell, **GIVEN)  # type: ignore[arg-type]
+        ps.compare_fits(bench(), ["Coulomb", "Stribeck", "LuGre"], progress=stopping_in_the_second(), **GIVEN)  # type: ignore[arg-type]
     ranking = caught.value.finished
     assert isinstance(ranking, ps.Ranking)
     assert {fit.law: fit.converged for fit in ranking.fits} == {"Coulomb": True, "Stribeck": False}

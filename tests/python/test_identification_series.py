@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from test_identification import COLUMNS, write
+from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
 
 Array = NDArray[np.float64]
@@ -159,13 +160,7 @@ def test_bad_series_is_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_interrupt_leaves_the_records_that_are_done() -> None:
-    done: list[str] = []
-
-    def tell(text: str) -> None:
-        done.append(text)
-        if sum(one == "last refinement" for one in done) == 2:
-            raise KeyboardInterrupt
-
+    tell = stopping_in_the_second()
     with pytest.raises(ps.Interrupted) as caught:
         ps.fit_series([day(7.0, 1), day(7.0, 2)], law="Stribeck", changing=STRIBECK["Fc"], **GIVEN | {"progress": tell})
     assert isinstance(caught.value.finished, list) and [fit.converged for fit in caught.value.finished] == [True]

@@ -55,11 +55,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="what the columns are (default: those that have the names of signals)",
     )  # fmt: skip
     parser.add_argument("--hold-out", type=float, default=0.0, metavar="FRACTION", help="share at the end to predict")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
-    parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
-    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
-    parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
-    parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
+    add_search(parser)
     parser.add_argument("--width", type=float, default=0.04, metavar="S", help="width of smoothing (default: 0.04 s)")
     parser.add_argument("--inputs", default="held", help="between samples: held, or on straight lines (default: held)")
     parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber or cauchy (default: linear)")
@@ -69,6 +65,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
     parser.add_argument("--report", type=Path, metavar="HTML", help="page with tables and figures")
+
+
+def add_search(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every fit: where the search starts, and what the measured signals are taken for."""
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
+    parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
+    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
+    parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
+    parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
 
 
 def run(options: argparse.Namespace) -> None:

@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 
 from pneumatic_servo.cli.common import check_outputs
-from pneumatic_servo.cli.fit import EXPERIMENTS, identification, known
+from pneumatic_servo.cli.fit import EXPERIMENTS, add_search, identification, known
 from pneumatic_servo.errors import NotConverged
 from pneumatic_servo.files import write
 
@@ -31,11 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--shared", default="", metavar="NAME[=start][:low:high],...", help="what all records share")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE,...", help="known parameters")
     parser.add_argument("--columns", metavar="SIGNAL=column[unit],...", help="as for fit")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
-    parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
-    parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
-    parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
-    parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
+    add_search(parser)
     parser.add_argument("--out", type=Path, metavar="CSV", help="table of what may change")
     parser.add_argument("--plot", type=Path, metavar="PNG", help="figure of what may change")
 

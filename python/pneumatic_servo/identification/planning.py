@@ -40,8 +40,8 @@ LOUDEST = {"m": 0.01, "m/s": 1.0, "Pa": 1e5, "N": 1e3}
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """An excitation and what it would determine.
+class Excitation:
+    """An excitation.
 
     Attributes
     ----------
@@ -51,16 +51,31 @@ class Candidate:
         Which input it is given to.
     time, course : ndarray
         Points of the input, in SI units.
-    half : dict
-        Half of the 95 % interval to expect, by parameter; infinite where nothing is learned.
-    information : float
-        Logarithm of the determinant of the scaled information.
     """
 
     name: str
     input: str
     time: Array
     course: Array
+
+    def to_csv(self, file: str | Path) -> None:
+        """Write it as a table of its input."""
+        rows = zip(self.time.tolist(), self.course.tolist(), strict=True)
+        write_csv(Path(file), ["time", self.input], rows)
+
+
+@dataclass(frozen=True)
+class Candidate(Excitation):
+    """An excitation and what it would determine.
+
+    Attributes
+    ----------
+    half : dict
+        Half of the 95 % interval to expect, by parameter; infinite where nothing is learned.
+    information : float
+        Logarithm of the determinant of the scaled information.
+    """
+
     half: Mapping[str, float]
     information: float
 
@@ -86,8 +101,7 @@ class Plan:
 
     def to_csv(self, file: str | Path) -> None:
         """Write the best as a table of its input."""
-        rows = zip(self.best.time.tolist(), self.best.course.tolist(), strict=True)
-        write_csv(Path(file), ["time", self.best.input], rows)
+        self.best.to_csv(file)
 
     def __repr__(self) -> str:
         lines = ["excitations, the most telling first:"]
@@ -152,21 +166,11 @@ def plan(
     """
     if experiment not in ("rig", "motion"):
         raise ValueError(f"{said('experiment', experiment)}: a plan can be made for rig or motion")
-    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
-    stroke = quantities.number_in("m", "stroke", stroke)
-    if not duration >= 100 * step > 0.0:
-        raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
-    if not (stroke > 0.0 and np.isfinite(stroke)):
-        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
-    kind = make_experiment(experiment, law, settings, Options(play=0.0))
-    signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
-    kind.use(["time", *(signals if experiment == "rig" else ("position", "frictionForce"))])
+    time, driven, courses = excitations(experiment, duration, step, stroke)
+    kind = sensed(experiment, law, settings)
     free = free_parameters(kind, fit)
     values = {parameter.name: parameter.start for parameter in free}
-    time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     noises = {**NOISE, **noises_of(noise or {})}
-    courses = voltages(time) if experiment == "rig" else positions(time, stroke)
-    driven = "valveVoltage" if experiment == "rig" else "prescribedPosition"
     judge = _Judge(kind, tuple(free), noises, driven, time)
     candidates: list[Candidate] = []
     refusals: list[str] = []
@@ -187,6 +191,28 @@ def plan(
     if not candidates:
         raise ValueError(f"no excitation could be simulated with these values; {refusals[0]}")
     return Plan(_ranked(candidates), values, units)
+
+
+def sensed(experiment: str, law: str, settings: Parameters | None) -> Experiment:
+    """Return an experiment in which all is measured that such a rig has sensors for, without play."""
+    kind = make_experiment(experiment, law, settings, Options(play=0.0))
+    signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
+    kind.use(["time", *(signals if experiment == "rig" else ("position", "frictionForce"))])
+    return kind
+
+
+def excitations(experiment: str, duration: float, step: float, stroke: float) -> tuple[Array, str, dict[str, Array]]:
+    """Return times, the input that is driven, and its courses by what they are, in words."""
+    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
+    stroke = quantities.number_in("m", "stroke", stroke)
+    if not duration >= 100 * step > 0.0:
+        raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
+    if not (stroke > 0.0 and np.isfinite(stroke)):
+        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
+    time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
+    if experiment == "rig":
+        return time, "valveVoltage", voltages(time)
+    return time, "prescribedPosition", positions(time, stroke)
 
 
 @dataclass(frozen=True)

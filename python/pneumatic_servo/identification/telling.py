@@ -16,13 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import progress as shown_progress
-from pneumatic_servo import values as quantities
 from pneumatic_servo.errors import Interrupted
-from pneumatic_servo.files import write_csv
-from pneumatic_servo.identification.experiments import Experiment, Options
-from pneumatic_servo.identification.fitting import free_parameters, make_experiment
+from pneumatic_servo.identification.experiments import Experiment
+from pneumatic_servo.identification.fitting import free_parameters
 from pneumatic_servo.identification.parameters import Free
-from pneumatic_servo.identification.planning import NOISE, imagined, noises_of, positions, voltages
+from pneumatic_servo.identification.planning import NOISE, Excitation, excitations, imagined, noises_of, sensed
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
@@ -37,25 +35,15 @@ CLEAR = 5.0
 
 
 @dataclass(frozen=True)
-class Trial:
+class Trial(Excitation):
     """An excitation and how far apart two laws are under it.
 
     Attributes
     ----------
-    name : str
-        What it is, in words.
-    input : str
-        Which input it is given to.
-    time, course : ndarray
-        Points of the input, in SI units.
     distance : float
         Root of the sum of squares, in units of the noise, of what the second law leaves of the first.
     """
 
-    name: str
-    input: str
-    time: Array
-    course: Array
     distance: float
 
 
@@ -74,8 +62,7 @@ class Telling:
 
     def to_csv(self, file: str | Path) -> None:
         """Write the best as a table of its input."""
-        rows = zip(self.best.time.tolist(), self.best.course.tolist(), strict=True)
-        write_csv(Path(file), ["time", self.best.input], rows)
+        self.best.to_csv(file)
 
     def __repr__(self) -> str:
         lines = [f"excitations that tell {self.first} from {self.second}, with what is left in units of the noise:"]
@@ -93,17 +80,9 @@ def telling(
     name = first.problem.experiment.name
     if name not in ("rig", "motion"):
         raise ValueError(f"{said('experiment', name)}: what tells laws apart can be planned for rig or motion")
-    duration, step = quantities.seconds("duration", duration), quantities.seconds("step", step)
-    stroke = quantities.number_in("m", "stroke", stroke)
-    if not duration >= 100 * step > 0.0:
-        raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
-    if not (stroke > 0.0 and np.isfinite(stroke)):
-        raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
+    time, driven, courses = excitations(name, duration, step, stroke)
     noises = {**NOISE, **noises_of(noise or {})}
     sides = _side(first), _side(second)
-    time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
-    courses = voltages(time) if name == "rig" else positions(time, stroke)
-    driven = "valveVoltage" if name == "rig" else "prescribedPosition"
     trials: list[Trial] = []
     refusals: list[str] = []
     try:
@@ -134,9 +113,7 @@ def _side(fit: Fit) -> tuple[Experiment, tuple[Free, ...]]:
     experiment, table = fit.problem.experiment, fit.problem.experiment.table
     values = {name: value for name, value in fit.values.items() if name in table.variables}
     known = {name: value for name, value in experiment.settings.items() if name in table.variables}
-    kind = make_experiment(experiment.name, fit.law, known, Options(play=0.0))
-    signals = ("valveVoltage", "position", "chamberA.pressure", "chamberB.pressure")
-    kind.use(["time", *(signals if experiment.name == "rig" else ("position", "frictionForce"))])
+    kind = sensed(experiment.name, fit.law, known)
     free = free_parameters(kind, list(values))
     return kind, tuple(replace(one, is_given=False).at(values[one.name]) for one in free)
 
