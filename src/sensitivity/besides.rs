@@ -81,6 +81,7 @@ impl Companion {
         }
         Ok(())
     }
+
     /// The same where the memory does not matter.
     fn known_besides(&self, direction: usize, at: At, of: Of, found: &mut [f64]) {
         let way = &self.ways[direction];
