@@ -2,7 +2,7 @@
 
 use super::Start;
 use crate::solver::{Counters, Settings, Tuning};
-use crate::system::{MAX_KINKS, System, table};
+use crate::system::{System, table};
 use crate::variables::{ParameterError, ParameterSet, StateSet, Values};
 
 /// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
@@ -40,31 +40,22 @@ pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Res
     Ok((equations, settings.keeping_balance(keeps_balance)))
 }
 
-/// Checks that a run can begin with equations: every state has a magnitude and a rate, every indicator is told of.
+/// Checks that a run can begin with equations: every state has a magnitude and a rate.
 ///
 /// # Errors
-/// [`ParameterError`] with the name of a state that has none, or that counts indicators.
+/// [`ParameterError`] with the name of a state that has none.
 pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), ParameterError> {
-    let (events, told) = (E::Indicators::default().as_ref().len(), E::indicator_list().len());
-    if events != told {
-        let reason = format!("the equations have so many, and tell of {told}");
-        return Err(ParameterError::new("indicators", events as f64, &reason));
-    }
-    if E::kink_list().len() > MAX_KINKS {
-        let reason = format!("there may be {MAX_KINKS}");
-        return Err(ParameterError::new("kinks", E::kink_list().len() as f64, &reason));
-    }
+    let table = table::<E, U>();
     for state in E::State::ALL {
         // Models that count references from elsewhere have a state several times, or leave it out: a trolley that is not there.
         let (n, reference) = (equations.states(), state.reference());
         let is_counted_here = equations.state_at(reference, n) == Some(state.at(n));
-        if is_counted_here && !table::<E, U>().states().any(|other| other == reference) {
+        if is_counted_here && !table.states().any(|other| other == reference) {
             let reason = "no variable is the derivative of this state";
             return Err(ParameterError::new("the value reference", reference.into(), reason));
         }
         let scale = state.scale(equations.parameters());
         if !(scale.is_finite() && scale > 0.0) {
-            let table = table::<E, U>();
             let reference = table.states().find(|reference| E::State::of(*reference) == Some(*state));
             let name = reference.and_then(|reference| table.by_reference(reference)).map(|entry| &*entry.variable.name);
             let name = format!("the magnitude of {}", name.unwrap_or("a state without a variable"));

@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
 
-use super::System;
+use super::{MAX_KINKS, System};
 use crate::solver::{Counters, Tuning};
 use crate::variables::{Meaning, ParameterError, Role, Table, Variable};
 
@@ -65,7 +65,7 @@ pub fn table<E: System<U>, const U: usize>() -> &'static Table {
     let mut made = MADE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     made.entry(TypeId::of::<E>()).or_insert_with(|| {
         let tables = E::tables();
-        let problem = tables.problem(U);
+        let problem = tables.problem(U).or_else(untold::<E, U>);
         let Tables { inputs, computed, parameters } = tables;
         let counters = Counters::table(references::COUNTERS);
         let own = [vec![Variable::time()], inputs, computed, counters, parameters].concat();
@@ -73,6 +73,18 @@ pub fn table<E: System<U>, const U: usize>() -> &'static Table {
         let table = Table::new([own, solving.collect()].concat());
         Box::leak(Box::new(table.with_problem(problem)))
     })
+}
+
+/// What equations do not tell of their indicators and kinks.
+fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
+    let (events, told, kinks) =
+        (E::Indicators::default().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
+    if events != told {
+        let reason = format!("the equations have so many, and tell of {told}");
+        return Some(ParameterError::new("indicators", events as f64, &reason));
+    }
+    let reason = format!("there may be {MAX_KINKS}");
+    (kinks > MAX_KINKS).then(|| ParameterError::new("kinks", kinks as f64, &reason))
 }
 
 /// Name of the variable of a model that is a state, by its index among `n` states.
