@@ -5,7 +5,10 @@ from __future__ import annotations
 from importlib.metadata import version as installed
 from typing import TYPE_CHECKING, Any
 
+from sphinx.addnodes import pending_xref
+
 if TYPE_CHECKING:
+    from docutils.nodes import document
     from sphinx.application import Sphinx
 
 project = "Pneumatic servo cylinder"
@@ -57,10 +60,20 @@ copybutton_exclude = ".linenos, .gp, .go"
 
 
 def setup(app: Sphinx) -> None:
-    """Give the headings of the side bar a level, which a screen reader asks for."""
+    """Add what the pages need beyond the settings."""
     app.connect("html-page-context", _level, priority=900)
+    app.connect("doctree-read", _words_of_types)
 
 
 def _level(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _doctree: object) -> None:
+    """Give the headings of the side bar a level, which a screen reader asks for."""
     tree = context.get("furo_navigation_tree", "")
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
+
+
+def _words_of_types(_app: Sphinx, doctree: document) -> None:
+    """Leave the words of a type such as `ndarray of shape (runs,)` as text: Sphinx takes each for a name to link."""
+    for reference in list(doctree.findall(pending_xref)):
+        word = reference["reftarget"]
+        if reference.get("refdomain") == "py" and "refspecific" in reference and word.islower() and "." not in word:
+            reference.replace_self(reference.children)
