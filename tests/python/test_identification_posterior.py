@@ -112,6 +112,19 @@ def test_band_around_a_prediction_has_the_spread_of_its_draws(tmp_path: Path) ->
     assert figure.axes[0].get_ylabel() == "frictionForce (N)" and len(figure.axes[0].collections) == 1
 
 
+def test_band_beyond_the_data_is_told(recwarn: pytest.WarningsRecorder) -> None:
+    found = ps.fit(line()[0], **GIVEN, posterior=True)
+    assert found.posterior is not None
+    _, fastest = found.ranges.limits["velocity"]
+    given = {"number": 5, "stop": 0.1, "step": 0.01, "progress": False}
+    for outputs in (["velocity"], ["position"]):
+        common = {"bench.drive": "PrescribedMotion", "position0": 0.0}
+        found.posterior.predict(**given, common={**common, "driveVelocity": 0.9 * fastest}, outputs=outputs)
+        assert not [one for one in recwarn if "extrapolation" in str(one.message)]
+        with pytest.warns(ps.PlantWarning, match="is an extrapolation: velocity reaches"):
+            found.posterior.predict(**given, common={**common, "driveVelocity": 2.0 * fastest}, outputs=outputs)
+
+
 def test_command_writes_the_draws(tmp_path: Path) -> None:
     file = write(tmp_path / "bench.csv", bench())
     code = main([

@@ -24,6 +24,8 @@ FEWEST = 3
 RANK = 1e-7
 """Singular values below this share of the largest are no information."""
 LEVEL = 0.95
+AT_BOUND = 1e-6
+"""Relative distance, of what the solver sees, at which a value is at its bound."""
 
 
 @dataclass(frozen=True)
@@ -187,8 +189,20 @@ def _unseen(derivatives: Array) -> NDArray[np.bool_]:
     return np.asarray(np.any(np.abs(unseen) > 0.1, axis=0))
 
 
+def at_bounds(problem: Problem, x: Array) -> dict[str, float]:
+    """Return the parameters whose values have run to a bound, and the bound in SI units."""
+    least, most = problem.bounds
+    found = {}
+    for index, free in enumerate(problem.free):
+        for bound in (least[index], most[index]):
+            if abs(x[index] - bound) < AT_BOUND * max(1.0, abs(x[index])):
+                found[free.name] = free.outer(float(bound))
+    return found
+
+
 def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: NDArray[np.bool_]) -> dict[str, str]:
     reasons = {}
+    bounded = at_bounds(problem, x)
     least, most = problem.bounds
     for index, free in enumerate(problem.free):
         half = 0.5 * (high[index] - low[index])
@@ -199,7 +213,7 @@ def _undetermined(problem: Problem, x: Array, low: Array, high: Array, blind: ND
             reasons[free.name] = "its interval is wider than its bounds"
         elif free.is_logarithmic and half > 1.0:
             reasons[free.name] = "its interval is wider than from a third to three times its value"
-        elif min(x[index] - least[index], most[index] - x[index]) < 1e-6 * max(1.0, abs(x[index])):
+        elif free.name in bounded:
             reasons[free.name] = "it is at a bound"
     return reasons
 

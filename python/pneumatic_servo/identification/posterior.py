@@ -26,12 +26,13 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from pneumatic_servo.checks import whole_number
-from pneumatic_servo.errors import MissingPackage
+from pneumatic_servo.errors import MissingPackage, warn
 from pneumatic_servo.figures import BLUE, STYLE, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.intervals import LEVEL, RANK, covariance, linearised
 from pneumatic_servo.identification.problem import FAILED, Problem
+from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.identification.watch import Watch
 from pneumatic_servo.model import Model
@@ -82,6 +83,8 @@ class Posterior:
         Name of the model that the draws are for.
     settings : dict
         What all runs of it share: the law and known parameters.
+    ranges : Ranges
+        From where to where the data went that the posterior is of.
     """
 
     draws: dict[str, Array]
@@ -92,6 +95,7 @@ class Posterior:
     acceptance: float
     model: str
     settings: dict[str, Value]
+    ranges: Ranges
 
     @property
     def converged(self) -> bool:
@@ -154,13 +158,21 @@ class Posterior:
         Returns
         -------
         Band
+
+        Warns
+        -----
+        PlantWarning
+            Where inputs or runs leave the range of the data, so that the band is one of an extrapolation.
         """
         shared = {**self.settings, **(common or {})}
         drawn = self.settings_of(number)
         for name in drawn:
             if name in (common or {}):
                 raise ValueError(f"common {name} is refused: it is drawn from the posterior")
-        return Band(Model(self.model).simulate_many(drawn, common=shared, **options))
+        band = Band(Model(self.model).simulate_many(drawn, common=shared, **options))
+        for text in self.ranges.beyond(_asked(band.runs, options.get("inputs") or {})).values():
+            warn(f"this prediction is an extrapolation: {text}")
+        return band
 
     def __repr__(self) -> str:
         chains, draws = self.log_density.shape
@@ -224,6 +236,19 @@ class Band:
 def _check_level(level: float) -> None:
     if not 0.0 < level < 1.0:
         raise ValueError(f"level = {level} is refused: it must be between 0 and 1")
+
+
+def _asked(runs: Runs, inputs: Mapping[str, Any]) -> dict[str, Array]:
+    """Return what runs were asked: inputs that were given as numbers, and the courses that were recorded."""
+    found = {name: np.asarray(given, dtype=np.float64) for name, given in inputs.items() if _is_number(given)}
+    found |= {name: np.asarray(runs[name]) for name in runs.variables}
+    if "position" in found and "velocity" not in found:
+        found["velocity"] = np.gradient(found["position"], runs.time, axis=1)
+    return found
+
+
+def _is_number(given: Any) -> bool:
+    return isinstance(given, int | float) and not isinstance(given, bool)
 
 
 def emcee_of() -> Any:
@@ -338,6 +363,7 @@ def sample(problem: Problem, x: Array, seed: int, executor: Executor | None, wat
         dict(zip(names, effective.tolist(), strict=True)),
         {name: _r_hat(inner[..., k]) for k, name in enumerate(names)},
         float(np.mean(sampler.acceptance_fraction)), table.name, {"friction.law": problem.experiment.law, **known},
+        Ranges.of(problem, x),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from io import BytesIO
 from matplotlib.figure import Figure
 
 from pneumatic_servo.identification.figures import against, friction_map, overlay
+from pneumatic_servo.identification.regimes import regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.result import Fit
 
@@ -43,6 +44,14 @@ def page(fit: Fit) -> str:
                 [s, f"{rms:.6g}", f"{fit.hold_out_rms[s]:.6g}" if s in fit.hold_out_rms else "", residuals.unit(s),
                  "yes" if residuals.is_white(s) else "no"]
                 for s, rms in fit.rms.items()
+            ),
+        ),
+        _table(
+            ["by kind of motion", "signal", "samples", "rms", "unit", "white"],
+            (
+                [one.name, s, str(one.samples), f"{one.rms:.6g}", residuals.unit(s), "yes" if one.is_white else "no"]
+                for s in fit.rms
+                for one in regimes(residuals, s)
             ),
         ),
         _image(overlay(residuals), "measured and fitted signals"),

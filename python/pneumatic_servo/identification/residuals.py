@@ -32,6 +32,7 @@ class Residuals:
     """Measured minus fitted of all windows of a fit."""
 
     def __init__(self, fit: Fit) -> None:
+        self.problem = fit.problem
         self.windows = fit.problem.windows
         [self._differences] = fit.problem.differences([fit.x])
         self.signals = fit.problem.experiment.compared

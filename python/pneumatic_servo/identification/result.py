@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pneumatic_servo.files import whole
 from pneumatic_servo.identification.intervals import Certainty
@@ -22,6 +23,7 @@ from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.posterior import Posterior
+    from pneumatic_servo.identification.ranges import Ranges
     from pneumatic_servo.identification.verdict import Verdict
 
 Array = NDArray[np.float64]
@@ -100,6 +102,31 @@ class Fit:
 
         return verdict(self)
 
+    @cached_property
+    def ranges(self) -> Ranges:
+        """From where to where the fitted samples go: the rest is extrapolation."""
+        from pneumatic_servo.identification.ranges import Ranges
+
+        return Ranges.of(self.problem, self.x)
+
+    def beyond(self, asked: Mapping[str, ArrayLike]) -> tuple[str, ...]:
+        """Say what of something that the fitted model is asked lies beyond the data that it was fitted to.
+
+        Parameters
+        ----------
+        asked : mapping
+            Values or courses of measured signals, and ``velocity``, in SI units.
+
+        Raises
+        ------
+        ValueError
+            For a name that is no signal of this fit.
+        """
+        for signal in asked:
+            if signal not in self.ranges.limits:
+                raise ValueError(f"asked {signal}: this fit knows the ranges of {', '.join(self.ranges.limits)}")
+        return tuple(self.ranges.beyond(asked).values())
+
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""
         return {
@@ -112,6 +139,7 @@ class Fit:
             "hold_out_rms": {signal: _finite(rms) for signal, rms in self.hold_out_rms.items()},
             "undetermined": list(self.undetermined),
             "law": self.law,
+            "ranges": {signal: [low, high] for signal, (low, high) in self.ranges.limits.items()},
             "verdict": {"light": self.verdict.light, "text": self.verdict.text},
         }
 

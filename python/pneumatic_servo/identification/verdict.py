@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
-from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.intervals import at_bounds
+from pneumatic_servo.identification.ranges import beyond_of_held
+from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.signals import SIGNALS
-from pneumatic_servo.identification.smoothing import slope
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -22,14 +22,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LIGHTS = ("green", "yellow", "red")
-NEAR = 0.05
-"""Time in s about a reversal, or after a rest, that counts to it."""
-SLOW = 0.2
-"""Share of the fast velocities below which a motion is slow."""
-REST = 0.01
-"""The same below which there is none."""
-FEWEST = 20
-"""Samples without which nothing is said of a regime."""
 WORSE = 1.5
 """A regime whose rms is so many times that of all is named."""
 MISSED = 0.5
@@ -88,20 +80,28 @@ def verdict(fit: Fit) -> Verdict:
 def _of_search(fit: Fit) -> Iterator[Finding]:
     if not fit.converged:
         yield Finding("red", f"The search has not come to an end ({fit.message}).")
-    if fit.undetermined:
-        names = ", ".join(fit.undetermined)
-        yield Finding("yellow", f"The data do not tell {names}: give it, or measure what tells it.")
+    bounded = at_bounds(fit.problem, fit.x)
+    untold = ", ".join(name for name in fit.undetermined if name not in bounded)
+    if untold:
+        yield Finding("yellow", f"The data do not tell {untold}: give it, or measure what tells it.")
+    for name, bound in bounded.items():
+        estimate = fit.parameters[name]
+        yield Finding(
+            "yellow", f"{name} has run to its bound, {bound:.6g} {estimate.unit}: the data draw it beyond. Widen the "
+            "bound, or ask what else it stands for."
+        )  # fmt: skip
 
 
 def _of_misfit(fit: Fit) -> Iterator[Finding]:
     residuals = Residuals(fit)
-    regimes = _regimes(residuals)
     for signal, rms in fit.rms.items():
         unit = SIGNALS[signal]
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
         spread, sensor = float(np.std(measured)), Sensor.of([course.measured for course in residuals.courses(signal)])
         noise = float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
-        where = _worst(residuals.all(signal), regimes)
+        own = regimes(residuals, signal)
+        where = _worst(own, float(np.sqrt(np.mean(residuals.all(signal) ** 2))))
+        tied = _listed([one.name for one in own if not one.is_white])
         if not rms <= MISSED * spread:
             yield Finding(
                 "red", f"It leaves {rms:.3g} {unit} rms of {signal}, which varies by {spread:.3g} {unit}{where}: "
@@ -112,10 +112,16 @@ def _of_misfit(fit: Fit) -> Iterator[Finding]:
                 "yellow", f"It leaves {rms:.3g} {unit} rms of {signal}, {rms / noise:.2g} times the noise of its sensor"
                 f"{where}: the law, or what is held fixed, misses something."
             )  # fmt: skip
-        elif not residuals.is_white(signal):
+        elif loud := [one for one in own if one.rms > LOUD * noise and not one.is_white]:
+            yield Finding(
+                "yellow", f"What it leaves of {signal}, {rms:.3g} {unit} rms, is about as large as the noise of its "
+                f"sensor, but more {_listed([f'{one.name} ({one.rms:.3g})' for one in loud])}: there the law misses "
+                "something."
+            )  # fmt: skip
+        elif tied or not residuals.is_white(signal):
             yield Finding(
                 "green", f"What it leaves of {signal}, {rms:.3g} {unit} rms, is about as large as the noise of its "
-                f"sensor, but hangs together{where}."
+                f"sensor, but hangs together{f' {tied}' if tied else where}."
             )  # fmt: skip
         else:
             yield Finding("green", f"What it leaves of {signal}, {rms:.3g} {unit} rms, looks like noise.")
@@ -132,48 +138,17 @@ def _of_prediction(fit: Fit) -> Iterator[Finding]:
             light, f"Data held out are predicted to {rms:.3g} {unit} rms of {signal}, {ratio:.2g} times what is left "
             "of those fitted."
         )  # fmt: skip
+    for text in beyond_of_held(fit.problem, fit.x).values():
+        yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
 
 
-def _worst(rest: Array, regimes: dict[str, NDArray[np.bool_]]) -> str:
-    """Name the regime in which most is missed, if one stands out."""
-    whole = float(np.sqrt(np.mean(rest**2)))
-    own = {
-        name: float(np.sqrt(np.mean(rest[inside] ** 2))) for name, inside in regimes.items() if np.sum(inside) >= FEWEST
-    }
-    name = max(own, key=lambda one: own[one], default=None)
-    if name is None or not own[name] > WORSE * whole:
+def _worst(regimes: Sequence[Regime], whole: float) -> str:
+    """Name the kind of motion in which most is missed, if one stands out."""
+    worst = max(regimes, key=lambda one: one.rms, default=None)
+    if worst is None or not worst.rms > WORSE * whole:
         return ""
-    return f", most of it {name} ({own[name]:.3g})"
+    return f", most of it {worst.name} ({worst.rms:.3g})"
 
 
-def _regimes(residuals: Residuals) -> dict[str, NDArray[np.bool_]]:
-    """Tell which samples belong to which kind of motion, in the order of the residuals."""
-    parts: dict[str, list[NDArray[np.bool_]]] = {}
-    speeds = [_speed(window.record) for window in residuals.windows]
-    fast = float(np.quantile(np.abs(np.concatenate(speeds)), 0.98))
-    for window, speed in zip(residuals.windows, speeds, strict=True):
-        around = max(1, 2 * round(NEAR / window.record.step) + 1)
-        still = np.abs(speed) < REST * fast
-        turns = np.zeros(len(speed), dtype=bool)
-        moving = np.flatnonzero(~still)
-        signs = np.sign(speed[moving])
-        turns[moving[1:][signs[1:] != signs[:-1]]] = True
-        near = maximum_filter1d(turns, around).astype(bool)
-        leaves = np.concatenate([[False], still[:-1] & ~still[1:]])
-        breaks = maximum_filter1d(leaves, around).astype(bool) & ~still & ~near
-        slow = ~still & ~near & ~breaks & (np.abs(speed) < SLOW * fast)
-        for name, inside in (
-            ("at rest", still & ~near), ("at break-away", breaks), ("at reversals", near), ("in slow motion", slow),
-            ("in fast motion", ~still & ~near & ~breaks & ~slow),
-        ):  # fmt: skip
-            parts.setdefault(name, []).append(inside[window.used])
-    return {name: np.concatenate(inside) for name, inside in parts.items()}
-
-
-def _speed(record: Record) -> Array:
-    signals, time, step = record.signals, record.time, record.step
-    if "velocity" in signals:
-        return np.asarray(signals["velocity"])
-    if "position" not in signals:
-        return np.zeros(len(time))
-    return slope(np.asarray(signals["position"]), step, max(NEAR / 2.0, 5.0 * step))
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

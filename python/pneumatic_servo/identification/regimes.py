@@ -1,0 +1,134 @@
+"""What a fit leaves in each kind of motion, and whether it looks like noise there.
+
+A test over all samples says little where a carriage rests for most of a record: what is missed at break-away drowns. So
+each kind of motion is tested alone, by the portmanteau test of G. M. Ljung and G. E. P. Box ("On a measure of lack of
+fit in time series models", Biometrika, 1978), over pairs of samples that both belong to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.stats import chi2
+
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.smoothing import slope
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+NEAR = 0.05
+"""Time in s about a reversal, or after a rest, that counts to it."""
+SLOW = 0.2
+"""Share of the fast velocities below which a motion is slow."""
+REST = 0.01
+"""The same below which there is none."""
+FEWEST = 20
+"""Samples, and pairs of samples, without which nothing is said of a regime."""
+LAGS = 20
+"""Distances in samples over which what is left is looked at."""
+DOUBT = 1e-3
+"""Probability below which noise is no explanation: five regimes of three signals are rarely doubted by chance."""
+WEAK = 0.2
+"""Autocorrelations below this are not worth a word, however sure many samples make them."""
+
+
+@dataclass(frozen=True)
+class Regime:
+    """What is left of a signal in one kind of motion.
+
+    Attributes
+    ----------
+    name : str
+        ``at rest``, ``at break-away``, ``at reversals``, ``in slow motion`` or ``in fast motion``.
+    samples : int
+        How many samples there are of it.
+    rms : float
+        Root mean square of what is left, in SI units.
+    is_white : bool
+        Whether it looks like noise.
+    """
+
+    name: str
+    samples: int
+    rms: float
+    is_white: bool
+
+
+def regimes(residuals: Residuals, signal: str) -> tuple[Regime, ...]:
+    """Return what is left of a signal in each kind of motion of which there are enough samples."""
+    step = residuals.problem.sensors[signal].step
+    found = []
+    for name, masks in kinds(residuals.problem).items():
+        courses = [
+            np.where(inside, course.difference, np.nan)
+            for course, inside in zip(residuals.courses(signal), masks, strict=True)
+        ]
+        rest = np.concatenate(courses)
+        rest = rest[np.isfinite(rest)]
+        if len(rest) < FEWEST:
+            continue
+        rms = float(np.sqrt(np.mean(rest**2)))
+        # A converter rounds what hardly moves always to the same side, which is no fault of the law.
+        found.append(Regime(name, len(rest), rms, rms <= 0.5 * step or is_white(courses)))
+    return tuple(found)
+
+
+def kinds(problem: Problem) -> dict[str, list[Mask]]:
+    """Tell for each kind of motion which samples of each window belong to it."""
+    found: dict[str, list[Mask]] = {}
+    speeds = [measured_speed(window.record) for window in problem.windows]
+    fast = float(np.quantile(np.abs(np.concatenate(speeds)), 0.98))
+    for window, speed in zip(problem.windows, speeds, strict=True):
+        around = max(1, 2 * round(NEAR / window.record.step) + 1)
+        still = np.abs(speed) < REST * fast
+        turns = np.zeros(len(speed), dtype=bool)
+        moving = np.flatnonzero(~still)
+        signs = np.sign(speed[moving])
+        turns[moving[1:][signs[1:] != signs[:-1]]] = True
+        near = maximum_filter1d(turns, around).astype(bool)
+        leaves = np.concatenate([[False], still[:-1] & ~still[1:]])
+        breaks = maximum_filter1d(leaves, around).astype(bool) & ~still & ~near
+        slow = ~still & ~near & ~breaks & (np.abs(speed) < SLOW * fast)
+        for name, inside in (
+            ("at rest", still & ~near), ("at break-away", breaks), ("at reversals", near), ("in slow motion", slow),
+            ("in fast motion", ~still & ~near & ~breaks & ~slow),
+        ):  # fmt: skip
+            found.setdefault(name, []).append(inside & window.used)
+    return found
+
+
+def is_white(courses: list[Array]) -> bool:
+    """Tell whether courses look like noise about 0; what is NaN in them is left out, with all pairs it is part of."""
+    every = np.concatenate(courses)
+    power = float(np.nanmean(every**2))
+    if power == 0.0:
+        return True
+    # A gap as long as the largest distance keeps courses apart.
+    apart = np.full(LAGS, np.nan)
+    whole = np.concatenate([part for course in courses for part in (course, apart)])
+    correlations, pairs = [], []
+    for lag in range(1, LAGS + 1):
+        products = whole[lag:] * whole[:-lag]
+        products = products[np.isfinite(products)]
+        if len(products) >= FEWEST:
+            correlations.append(float(np.mean(products)) / power)
+            pairs.append(len(products))
+    if not pairs or np.max(np.abs(correlations)) < WEAK:
+        return True
+    return bool(chi2.sf(np.sum(np.array(pairs) * np.array(correlations) ** 2), len(pairs)) >= DOUBT)
+
+
+def measured_speed(record: Record) -> Array:
+    """Return the velocity of each sample as it was measured, or as the slope of the position; 0 without either."""
+    signals, time, step = record.signals, record.time, record.step
+    if "velocity" in signals:
+        return np.asarray(signals["velocity"])
+    if "position" not in signals:
+        return np.zeros(len(time))
+    return slope(np.asarray(signals["position"]), step, max(NEAR / 2.0, 5.0 * step))

@@ -1,0 +1,105 @@
+"""What a verdict says of kinds of motion, bounds and ranges."""
+
+from __future__ import annotations
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from numpy.typing import NDArray
+from pneumatic_servo.identification.regimes import is_white, regimes
+from pneumatic_servo.identification.residuals import Residuals
+from test_identification import bench
+from test_identification_verdict import fit
+
+Array = NDArray[np.float64]
+
+
+def test_noise_is_white_and_what_hangs_together_is_not() -> None:
+    random = np.random.default_rng(0)
+    doubted = [not is_white([random.standard_normal(200) for _ in range(5)]) for _ in range(200)]
+    assert sum(doubted) <= 2
+    for _ in range(20):
+        steps = random.standard_normal(1000)
+        tied = np.zeros(1000)
+        for k in range(1, 1000):
+            tied[k] = 0.5 * tied[k - 1] + steps[k]
+        assert not is_white([tied[:500], tied[500:]])
+    # An offset hangs together, too; a course of zeros has nothing that could.
+    assert not is_white([0.5 + 0.5 * random.standard_normal(300)])
+    assert is_white([np.zeros(300)])
+
+
+def test_pairs_over_gaps_do_not_count() -> None:
+    """Every other sample is NaN, or each course has a single one: no pair of neighbours is left."""
+    tied = np.repeat(np.random.default_rng(0).standard_normal(500), 2)
+    assert not is_white([tied])
+    assert is_white([np.where(np.arange(1000) % 2 == 0, tied, np.nan)])
+    assert is_white([tied[k : k + 1] for k in range(100)])
+
+
+def test_what_is_missed_at_reversals_does_not_drown() -> None:
+    """A force of eight times the noise for 0.05 s after each reversal, unseen in the rms of the record."""
+    data = bench()
+    speed = np.append(0.0, np.diff(data["position"]))
+    turns = np.flatnonzero(np.sign(speed[1:]) != np.sign(speed[:-1])) + 1
+    for turn in turns:
+        data["frictionForce"][turn : turn + 5] += 0.4 * np.sign(speed[min(turn + 2, 999)])
+    found = fit(data)
+    assert found.rms["frictionForce"] < 3.0 * 0.05
+    own = {one.name: one for one in regimes(Residuals(found), "frictionForce")}
+    assert not own["at reversals"].is_white
+    assert own["in fast motion"].rms < 1.5 * 0.05 < 3.0 * 0.05 < own["at reversals"].rms
+    assert found.verdict.light == "yellow"
+    assert any("but more at reversals (" in finding.text for finding in found.verdict.findings)
+
+
+def test_regimes_share_the_samples() -> None:
+    found = fit(bench())
+    own = regimes(Residuals(found), "frictionForce")
+    used = sum(int(np.sum(window.used)) for window in found.problem.windows)
+    assert sum(one.samples for one in own) == used
+    assert {"at reversals", "in slow motion", "in fast motion"} <= {one.name for one in own}
+    assert all(one.is_white for one in own if one.name != "at reversals")
+
+
+def test_parameter_at_its_bound_is_named() -> None:
+    free = [f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs")]
+    found = fit(bench(), fit=[*free, "friction.stribeck.sigma2=8:0:10"])
+    assert found.verdict.light == "yellow"
+    [finding] = [one for one in found.verdict.findings if "has run to its bound" in one.text]
+    assert "friction.stribeck.sigma2 has run to its bound, 10 N.s/m" in finding.text
+    assert not any("The data do not tell" in one.text for one in found.verdict.findings)
+
+
+def test_data_held_out_beyond_the_fitted_are_told() -> None:
+    slow, fast = bench(), bench(1)
+    fast["position"] = 3.0 * fast["position"]
+    speed = np.append(0.0, np.diff(fast["position"]) / 0.01)
+    fast["frictionForce"] = np.sign(speed) * (7.0 + 4.0 * np.exp(-((speed / 0.012) ** 2))) + 25.0 * speed
+    found = fit(slow, hold_out=0.0, hold_out_data=[fast])
+    assert any("extrapolation: velocity reaches" in one.text for one in found.verdict.findings)
+    inside = fit(slow, hold_out=0.0, hold_out_data=[bench(1)])
+    assert not any("extrapolation" in one.text for one in inside.verdict.findings)
+
+
+def test_what_is_asked_beyond_the_range_is_said() -> None:
+    found = fit(bench(), hold_out=0.0)
+    low, high = found.ranges.limits["velocity"]
+    assert low == -high and 0.04 < high < 0.07
+    assert found.beyond({"velocity": 0.9 * high}) == () == found.beyond({"velocity": np.linspace(-high, high, 50)})
+    [text] = found.beyond({"velocity": -2.0 * high})
+    assert text.startswith("velocity reaches") and f"up to {high:.4g} m/s was fitted" in text
+    with pytest.raises(ValueError, match=r"asked speed.*velocity"):
+        found.beyond({"speed": 1.0})
+    assert found.as_dict()["ranges"]["velocity"] == [low, high]
+
+
+def test_pressure_below_the_fitted_falls() -> None:
+    data = {**bench(), "pressure": 1e5 * np.linspace(3.0, 5.0, 1000)}
+    data["force"] = data.pop("frictionForce") + 4.9e-4 * data["pressure"]
+    found = ps.fit(data, experiment="motion", law="Stribeck", fit="friction.stribeck.Fc,area", play=0.0, starts=0,
+                   settings={"friction.stribeck.Fs": 11.0, "friction.stribeck.vs": 0.012}, progress=False)  # fmt: skip
+    assert found.beyond({"pressure": 4e5}) == ()
+    [text] = found.beyond({"pressure": 1e5})
+    # The first sample, at 3 bar, does not move.
+    assert text == "pressure falls to 1e+05 Pa, of which down to 3.002e+05 Pa was fitted"
