@@ -21,18 +21,23 @@ NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="an .fmu or .ssp")
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="an .fmu, .ssp or .ssv")
     return 1 if sum([check(file) for file in parser.parse_args().files]) else 0
 
 
 def check(file: Path) -> int:
     """Prints what is wrong with a file, and returns how much that is."""
-    rules = validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)
-    findings = [*rules, *invalid_terminals(file), *invalid_sets(file)]
+    findings = errors(etree.parse(file).getroot(), VALUES) if file.suffix == ".ssv" else invalid_contents(file)
     for finding in findings:
         print(f"{file.name}: {finding}", file=sys.stderr)
     print(f"{file.name}: {len(findings)} findings", flush=True)
     return len(findings)
+
+
+def invalid_contents(file: Path) -> list[str]:
+    """What is wrong within an archive."""
+    rules = validate_fmu(str(file)) if file.suffix == ".fmu" else invalid_systems(file)
+    return [*rules, *invalid_terminals(file), *invalid_sets(file)]
 
 
 def invalid_terminals(file: Path) -> list[str]:

@@ -36,17 +36,14 @@ mod sanitizer;
 mod site;
 mod soundness;
 mod sources;
-mod ssc;
 mod ssp;
 mod stress;
 mod tables;
 mod test;
-mod units;
 mod valgrind;
 mod venv;
 mod wheel;
 mod workspace;
-mod xml;
 
 pub use own::{Crate, package};
 

@@ -59,7 +59,7 @@ pub struct Mutants {
 enum Part {
     /// The plant and the instances of the FMU.
     Plant,
-    /// What builds, describes and checks the FMUs, and the library of the page.
+    /// What builds, describes and checks the FMUs, the library of the page, and what both write as SSV.
     Tools,
 }
 
@@ -72,13 +72,26 @@ impl Part {
         }
     }
 
-    /// Its packages, and the settings for them.
-    fn arguments(self) -> [&'static str; 6] {
-        let [one, other, settings] = match self {
-            Self::Plant => ["pneumatic-servo", "pneumatic-servo-fmu", ".cargo/mutants.toml"],
-            Self::Tools => ["pneumatic-servo-packaging", "pneumatic-servo-playground", ".cargo/mutants-tools.toml"],
-        };
-        ["--package", one, "--package", other, "--config", settings]
+    /// Its packages.
+    fn packages(self) -> &'static [&'static str] {
+        match self {
+            Self::Plant => &["pneumatic-servo", "pneumatic-servo-fmu"],
+            Self::Tools => &["pneumatic-servo-packaging", "pneumatic-servo-playground", "pneumatic-servo-ssp"],
+        }
+    }
+
+    /// The settings for them.
+    fn settings(self) -> &'static str {
+        match self {
+            Self::Plant => ".cargo/mutants.toml",
+            Self::Tools => ".cargo/mutants-tools.toml",
+        }
+    }
+
+    /// What tells cargo-mutants of both.
+    fn arguments(self) -> Vec<&'static str> {
+        let packages = self.packages().iter().flat_map(|package| ["--package", package]);
+        packages.chain(["--config", self.settings()]).collect()
     }
 }
 
@@ -240,11 +253,10 @@ mod tests {
         let workspace = Workspace::of_the_project()?;
         let metadata = cargo_metadata::MetadataCommand::new().no_deps().current_dir(&workspace.root).exec()?;
         for part in Part::value_variants() {
-            let arguments = part.arguments();
-            for name in [arguments[1], arguments[3]] {
-                assert!(metadata.packages.iter().any(|package| package.name.as_str() == name), "{name}");
+            for name in part.packages() {
+                assert!(metadata.packages.iter().any(|package| package.name.as_str() == *name), "{name}");
             }
-            assert!(workspace.root.join(arguments[5]).is_file(), "{}", arguments[5]);
+            assert!(workspace.root.join(part.settings()).is_file(), "{}", part.settings());
         }
         Ok(())
     }

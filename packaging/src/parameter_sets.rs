@@ -7,15 +7,14 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Kind, Role, Variable};
-use quick_xml::events::{BytesDecl, Event};
+use pneumatic_servo_ssp::xml::{Xml, document};
+use pneumatic_servo_ssp::{self as ssp, Parameter};
 use serde_json::{Map, Value, json};
 
+use crate::description::TOOL;
 use crate::files;
 use crate::moment::Moment;
 use crate::product::Parts;
-use crate::ssc;
-use crate::units;
-use crate::xml::{Element, Xml, real};
 
 /// Values for some variables of a model or of a system of models.
 pub struct ParameterSet {
@@ -27,7 +26,16 @@ pub struct ParameterSet {
     source: Option<String>,
     /// The experiment that the values belong to: start, inputs, what is seen; every set with a source has one.
     experiment: Option<String>,
-    values: Vec<(Variable, Value)>,
+    values: Vec<Given>,
+}
+
+/// A value as the file states it.
+struct Given {
+    /// The variable, under the name that the set has for it.
+    variable: Variable,
+    value: Value,
+    /// The number that stands for it.
+    number: f64,
 }
 
 /// The sets of a model, in the order of the files of all folders.
@@ -71,8 +79,8 @@ impl ParameterSet {
         let values = set["values"].as_object().with_context(|| format!("{name} has no values"))?;
         let values = values.iter().map(|(variable, value)| {
             let variable = Variable { name: variable.clone(), ..find(variable)? };
-            number(&variable, value)?;
-            Ok((variable, value.clone()))
+            let number = number(&variable, value)?;
+            Ok(Given { variable, value: value.clone(), number })
         });
         let values: Vec<_> = values.collect::<Result<_>>().with_context(|| format!("the set {name}"))?;
         ensure!(!values.is_empty(), "{name} is empty");
@@ -87,7 +95,7 @@ impl ParameterSet {
     /// When a value cannot be written.
     pub fn json(&self) -> Result<String> {
         let values: Map<String, Value> =
-            self.values.iter().map(|(variable, value)| (variable.name.clone(), value.clone())).collect();
+            self.values.iter().map(|given| (given.variable.name.clone(), given.value.clone())).collect();
         let set = json!({
             "name": self.name, "description": self.description, "source": self.source,
             "experiment": self.experiment, "values": values,
@@ -100,50 +108,33 @@ impl ParameterSet {
     /// # Errors
     /// When the text cannot be written.
     pub fn ssv(&self, moment: Moment) -> Result<String> {
-        let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
-        xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-        self.write(&mut xml, "", moment)?;
-        Ok(String::from_utf8(xml.into_inner()).context("the set is not UTF-8")? + "\n")
+        Ok(document(|xml| self.write(xml, "", moment))?)
     }
 
     /// Adds the start value of a variable under a name of its own.
     pub fn add_start(&mut self, name: &str, variable: &Variable) {
-        let start = json!(variable.start.unwrap_or_default());
-        self.values.push((Variable { name: name.to_owned(), ..variable.clone() }, start));
+        let number = variable.start.unwrap_or_default();
+        let variable = Variable { name: name.to_owned(), ..variable.clone() };
+        self.values.push(Given { variable, value: json!(number), number });
     }
 
     /// Whether there are values for variables whose names start with `prefix`.
     pub fn has(&self, prefix: &str) -> bool {
-        self.values.iter().any(|(variable, _)| variable.name.starts_with(prefix))
+        self.values.iter().any(|given| given.variable.name.starts_with(prefix))
     }
 
     /// The element of SSV with the values whose names start with `prefix`, which is left out.
     pub fn write(&self, xml: &mut Xml, prefix: &str, moment: Moment) -> io::Result<()> {
-        let values = || {
-            let named =
-                self.values.iter().map(|(variable, value)| (variable.name.strip_prefix(prefix), variable, value));
-            named.filter_map(|(name, variable, value)| Some((name?, variable, value)))
-        };
+        let parameters = self.values.iter().filter_map(|given| {
+            let name = given.variable.name.strip_prefix(prefix)?;
+            Some(Parameter::new(name, &given.variable, given.number))
+        });
+        let parameters = parameters.collect::<Result<_, _>>().map_err(io::Error::other)?;
         let parts = [Some(&self.description), self.source.as_ref(), self.experiment.as_ref()];
         let description = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join("; ");
-        let root = Element::new("ssv:ParameterSet")
-            .with("xmlns:ssc", ssc::COMMON)
-            .with("xmlns:ssv", ssc::PARAMETER_VALUES)
-            .with("version", "1.0")
-            .with("name", &self.name)
-            .with("description", &description)
-            .with("generationTool", ssc::TOOL)
-            .with("generationDateAndTime", &moment.iso());
-        root.contain(xml, |xml| {
-            Element::new("ssv:Parameters").contain(xml, |xml| {
-                values().try_for_each(|(name, variable, value)| {
-                    let parameter = Element::new("ssv:Parameter").with("name", name);
-                    parameter.contain(xml, |xml| typed(variable, value).write(xml))
-                })
-            })?;
-            let used = units::used(values().map(|(_, variable, _)| variable));
-            ssc::write_units(xml, "ssv:Units", &used)
-        })
+        let time = moment.iso();
+        ssp::ParameterSet { name: &self.name, description: &description, tool: TOOL, time: Some(&time), parameters }
+            .write(xml)
     }
 }
 
@@ -170,19 +161,6 @@ fn number(variable: &Variable, value: &Value) -> Result<f64> {
     };
     variable.check(number)?;
     Ok(number)
-}
-
-fn typed(variable: &Variable, value: &Value) -> Element {
-    match (variable.kind, value) {
-        (Kind::Real(unit), value) => {
-            Element::new("ssv:Real").with("value", &real(value.as_f64().unwrap_or(f64::NAN))).with("unit", unit.name)
-        }
-        (Kind::Integer, value) => Element::new("ssv:Integer").with("value", &value.to_string()),
-        (Kind::Boolean, value) => Element::new("ssv:Boolean").with("value", &value.to_string()),
-        (Kind::Enumeration(_), value) => {
-            Element::new("ssv:Enumeration").with("value", value.as_str().unwrap_or_default())
-        }
-    }
 }
 
 #[cfg(test)]

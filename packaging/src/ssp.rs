@@ -7,15 +7,14 @@ use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 use pneumatic_servo::variables::{Kind, Unit, Variable};
-use quick_xml::events::{BytesDecl, Event};
+use pneumatic_servo_ssp::xml::{Element, Xml, document};
+use pneumatic_servo_ssp::{COMMON, units, write_units};
 
 use crate::archive::Archive;
+use crate::description::TOOL;
 use crate::files;
 use crate::moment::Moment;
 use crate::parameter_sets::{self, ParameterSet};
-use crate::ssc::{self, COMMON, TOOL};
-use crate::units;
-use crate::xml::{Element, Xml};
 
 /// The name of the system.
 pub const NAME: &str = "PneumaticServoDrive";
@@ -177,8 +176,6 @@ fn description(variant: Variant, moment: Moment) -> Result<String> {
         connections.retain(|connection| connection.start.component.is_some() && connection.end.component.is_some());
     }
     let ends = || connections.iter().flat_map(|connection| [&connection.start, &connection.end]);
-    let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let root = Element::new("ssd:SystemStructureDescription")
         .with("xmlns:ssc", COMMON)
         .with("xmlns:ssd", DESCRIPTION)
@@ -189,41 +186,42 @@ fn description(variant: Variant, moment: Moment) -> Result<String> {
         .with("license", env!("CARGO_PKG_LICENSE"))
         .with("generationTool", TOOL)
         .with("generationDateAndTime", &moment.iso());
-    root.contain(&mut xml, |xml| {
-        Element::new("ssd:System").with("name", NAME).contain(xml, |xml| {
-            if let Variant::System = variant {
-                connectors(xml, &connections, None)?;
-                Element::new("ssd:ParameterBindings").contain(xml, |xml| {
-                    let source = format!("resources/{DEFAULT_SET}.ssv");
-                    Element::new("ssd:ParameterBinding").with("source", &source).write(xml)
+    Ok(document(|xml| {
+        root.contain(xml, |xml| {
+            Element::new("ssd:System").with("name", NAME).contain(xml, |xml| {
+                if let Variant::System = variant {
+                    connectors(xml, &connections, None)?;
+                    Element::new("ssd:ParameterBindings").contain(xml, |xml| {
+                        let source = format!("resources/{DEFAULT_SET}.ssv");
+                        Element::new("ssd:ParameterBinding").with("source", &source).write(xml)
+                    })?;
+                }
+                Element::new("ssd:Elements").contain(xml, |xml| {
+                    COMPONENTS.iter().enumerate().try_for_each(|(place, (name, model))| {
+                        Element::new("ssd:Component")
+                            .with("name", name)
+                            .with("type", "application/x-fmu-sharedlibrary")
+                            .with("source", &format!("resources/{model}.fmu"))
+                            .with("implementation", "CoSimulation")
+                            .contain(xml, |xml| {
+                                connectors(xml, &connections, Some(name))?;
+                                geometry(place).write(xml)?;
+                                match variant {
+                                    Variant::System => Ok(()),
+                                    Variant::Components(set) => binding(xml, name, set, moment),
+                                }
+                            })
+                    })
                 })?;
-            }
-            Element::new("ssd:Elements").contain(xml, |xml| {
-                COMPONENTS.iter().enumerate().try_for_each(|(place, (name, model))| {
-                    Element::new("ssd:Component")
-                        .with("name", name)
-                        .with("type", "application/x-fmu-sharedlibrary")
-                        .with("source", &format!("resources/{model}.fmu"))
-                        .with("implementation", "CoSimulation")
-                        .contain(xml, |xml| {
-                            connectors(xml, &connections, Some(name))?;
-                            geometry(place).write(xml)?;
-                            match variant {
-                                Variant::System => Ok(()),
-                                Variant::Components(set) => binding(xml, name, set, moment),
-                            }
-                        })
-                })
+                Element::new("ssd:Connections")
+                    .contain(xml, |xml| connections.iter().try_for_each(|connection| connect(xml, connection)))?;
+                simulation_information(xml)
             })?;
-            Element::new("ssd:Connections")
-                .contain(xml, |xml| connections.iter().try_for_each(|connection| connect(xml, connection)))?;
-            simulation_information(xml)
-        })?;
-        let used: Vec<Unit> = units::used(ends().map(|end| end.variable));
-        ssc::write_units(xml, "ssd:Units", &used)?;
-        Element::new("ssd:DefaultExperiment").with("startTime", "0.0").with("stopTime", STOP_TIME).write(xml)
-    })?;
-    Ok(String::from_utf8(xml.into_inner()).context("the system is not UTF-8")? + "\n")
+            let used: Vec<Unit> = units::used(ends().map(|end| end.variable));
+            write_units(xml, "ssd:Units", &used)?;
+            Element::new("ssd:DefaultExperiment").with("startTime", "0.0").with("stopTime", STOP_TIME).write(xml)
+        })
+    })?)
 }
 
 /// The connectors of a component or of the system, each once. Where a connection starts within a component there is an

@@ -145,6 +145,8 @@ impl Checks<'_> {
             "pneumatic-servo-packaging",
             "--package",
             "pneumatic-servo-sources",
+            "--package",
+            "pneumatic-servo-ssp",
         ])
     }
 

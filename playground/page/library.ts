@@ -1,6 +1,6 @@
 // The plant: the WebAssembly module, its texts and its numbers.
 
-import type { Tables } from "./tables";
+import type { Model, Tables } from "./tables";
 import { model } from "./tables";
 
 interface Exports extends WebAssembly.Exports {
@@ -13,6 +13,7 @@ interface Exports extends WebAssembly.Exports {
   playground_set(slot: number, count: number): number;
   playground_advance(slot: number, end: number): number;
   playground_read(slot: number, count: number): number;
+  playground_ssv(count: number, bytes: number): number;
 }
 
 /** What the library says when it does not accept something. */
@@ -20,6 +21,13 @@ export class Refusal extends Error {}
 
 /** Values by the names of variables. */
 export type Values = ReadonlyMap<string, number>;
+
+/** Values of a model, and what stands before their names. */
+export interface Part {
+  model: string;
+  prefix: string;
+  values: Values;
+}
 
 /** How many numbers the buffer of the module holds. */
 const BUFFER = 4096;
@@ -44,10 +52,27 @@ export class Library {
   /** Starts a model at time 0; what ran in the slot before is gone. Throws a refusal, and changes nothing then. */
   start(slot: number, name: string, values: Values): Plant {
     const of = model(this.tables, name);
-    const places = new Map(of.variables.map((variable, place) => [variable.name, place]));
+    const places = placesOf(of);
     const count = this.write(pairs(places, values));
     this.demand(this.exports.playground_start(slot, this.tables.models.indexOf(of), count));
     return new Plant(this, slot, places);
+  }
+
+  /** Values as a file of the standard SSP 1.0, which hosts of the FMU read. Throws a refusal. */
+  ssv(name: string, description: string, parts: readonly Part[], now: Date): string {
+    const numbers = parts.flatMap((part) => {
+      const of = model(this.tables, part.model);
+      const values = pairs(placesOf(of), part.values);
+      return [this.tables.models.indexOf(of), values.length, ...values];
+    });
+    const texts = [name, description, now.toISOString().replace(/\.\d+/, ""), ...parts.map((part) => part.prefix)];
+    const bytes = new TextEncoder().encode(texts.map((text) => `${text}\0`).join(""));
+    const count = this.write(numbers);
+    const { buffer, byteOffset } = this.buffer().subarray(count);
+    if (bytes.length > 8 * (BUFFER - count)) throw new Error(`${bytes.length} bytes do not fit into the buffer`);
+    new Uint8Array(buffer, byteOffset).set(bytes);
+    this.demand(this.exports.playground_ssv(count, bytes.length));
+    return this.text();
   }
 
   /** Writes numbers into the buffer. */
@@ -108,6 +133,9 @@ export class Plant {
     };
   }
 }
+
+const placesOf = (of: Model): Map<string, number> =>
+  new Map(of.variables.map((variable, place) => [variable.name, place]));
 
 function pairs(places: ReadonlyMap<string, number>, values: Values): number[] {
   return [...values].flatMap(([name, value]) => [place(places, name), value]);

@@ -7,8 +7,6 @@ export interface DisplayUnit {
 }
 
 export interface Unit {
-  /** Exponents of kg, m, s, A, K, mol, cd, rad. */
-  base: number[];
   display: DisplayUnit[];
 }
 

@@ -21,6 +21,8 @@ pub enum CallError {
         /// How many.
         count: usize,
     },
+    /// Bytes that are no text.
+    NoText,
     /// A step that ends at no time, or in the past.
     Time {
         /// Where it was to end.
@@ -37,6 +39,7 @@ impl fmt::Display for CallError {
         match self {
             Self::NoSuch { what, number } => write!(f, "there is no {what} {number}"),
             Self::TooMany { count } => write!(f, "{count} numbers are more than the buffer has"),
+            Self::NoText => write!(f, "the texts are not UTF-8"),
             Self::Time { end } => write!(f, "a step cannot end at t = {end} s: it must be a time that is not past"),
             Self::Setting(error) => error.fmt(f),
             Self::Step(error) => error.fmt(f),

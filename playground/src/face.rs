@@ -79,3 +79,13 @@ pub extern "C" fn playground_advance(slot: usize, end: f64) -> u32 {
 pub extern "C" fn playground_read(slot: usize, count: usize) -> u32 {
     answer(|session| session.read(slot, count))
 }
+
+/// Makes [`Session::ssv`] the text.
+// SAFETY: as for `playground_buffer`.
+#[unsafe(no_mangle)]
+pub extern "C" fn playground_ssv(count: usize, bytes: usize) -> u32 {
+    answer(|session| {
+        TEXT.set(session.ssv(count, bytes)?);
+        Ok(())
+    })
+}

@@ -6,6 +6,7 @@
 mod error;
 mod face;
 mod session;
+mod ssv;
 mod tables;
 
 pub use error::CallError;

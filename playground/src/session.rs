@@ -3,9 +3,9 @@
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
-use pneumatic_servo::variables::Variable;
 
 use crate::CallError;
+use crate::ssv::ssv;
 
 /// How many numbers the buffer holds.
 pub const BUFFER: usize = 4096;
@@ -35,7 +35,7 @@ impl Session {
         let model: &'static Model = models::ALL.get(model).ok_or(no_such("model", model))?;
         let mut setup = Setup::of(model);
         for pair in self.numbers(count)?.chunks_exact(2) {
-            let variable = variable((model.variables)(), pair[0])?;
+            let variable = of_place((model.variables)(), "variable", pair[0])?;
             setup.change(&variable.name, pair[1])?;
         }
         let plant = setup.start(0.0)?;
@@ -51,7 +51,7 @@ impl Session {
         self.numbers(count)?;
         let (plant, buffer) = self.plant(slot)?;
         for pair in buffer[..count].chunks_exact(2) {
-            let variable = variable(plant.table(), pair[0])?;
+            let variable = of_place(plant.table(), "variable", pair[0])?;
             plant.set(&variable.name, pair[1])?;
         }
         Ok(())
@@ -77,10 +77,23 @@ impl Session {
         self.numbers(count)?;
         let (plant, buffer) = self.plant(slot)?;
         for number in &mut buffer[..count] {
-            let variable = variable(plant.table(), *number)?;
+            let variable = of_place(plant.table(), "variable", *number)?;
             *number = plant.get(&variable.name)?;
         }
         Ok(())
+    }
+
+    /// The first `count` numbers in the buffer, and the texts in the `bytes` behind them, as SSV: for each part of a system
+    /// model, how many numbers follow, then variable and value in turn; name, description and time of the set, then what
+    /// stands before the names of each part, with a zero behind each text.
+    ///
+    /// # Errors
+    /// [`CallError`] for what is not there, a value that is not legal, or bytes that are no text.
+    pub fn ssv(&self, count: usize, bytes: usize) -> Result<String, CallError> {
+        let numbers = self.numbers(count)?;
+        let behind: Vec<u8> = self.buffer[count..].iter().flat_map(|number| number.to_le_bytes()).collect();
+        let texts = behind.get(..bytes).ok_or(CallError::TooMany { count: count + bytes.div_ceil(8) })?;
+        ssv(numbers, str::from_utf8(texts).map_err(|_| CallError::NoText)?)
     }
 
     fn numbers(&self, count: usize) -> Result<&[f64], CallError> {
@@ -93,15 +106,15 @@ impl Session {
     }
 }
 
-/// The variable in a place of a table, given as the page gives numbers.
-fn variable(table: &'static [Variable], place: f64) -> Result<&'static Variable, CallError> {
+/// What is in a place of a list, given as the page gives numbers.
+pub fn of_place<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<&'a T, CallError> {
     // The cast saturates and makes 0 of what is no number; only a place that it leaves as it is counts.
     let index = place as usize;
-    let found = table.get(index).filter(|_| index as f64 == place);
-    found.ok_or(CallError::NoSuch { what: "variable", number: place })
+    let found = list.get(index).filter(|_| index as f64 == place);
+    found.ok_or(CallError::NoSuch { what, number: place })
 }
 
-fn no_such(what: &'static str, number: usize) -> CallError {
+pub fn no_such(what: &'static str, number: usize) -> CallError {
     CallError::NoSuch { what, number: number as f64 }
 }
 
@@ -165,8 +178,28 @@ mod tests {
             let _ = session.read(0, 1);
             let _ = session.read(0, BUFFER + 1);
             let _ = session.advance(usize::MAX, number);
+            let _ = session.ssv(2, 8);
+            let _ = session.ssv(BUFFER, 1);
+            let _ = session.ssv(0, usize::MAX);
+            let _ = session.ssv(usize::MAX, 0);
             assert_eq!(session.advance(0, number).is_ok(), (0.0..1.0).contains(&number), "{number}");
         }
+    }
+
+    #[test]
+    fn texts_stand_behind_the_numbers() {
+        let mut session = with(&[0.0, 2.0, place("supplyPressure"), 6e5]);
+        let texts = "Däs\0\0now\0a.\0".as_bytes();
+        let words = texts.chunks(8).enumerate();
+        words.for_each(|(place, bytes)| {
+            let mut word = [0; 8];
+            word[..bytes.len()].copy_from_slice(bytes);
+            session.buffer[4 + place] = f64::from_le_bytes(word);
+        });
+        let text = session.ssv(4, texts.len()).expect("a text");
+        assert!(text.contains("name=\"Däs\" ") && text.contains("\"a.supplyPressure\""), "{text}");
+        assert_eq!(session.ssv(4, 2), Err(CallError::NoText), "half a letter");
+        assert_eq!(session.ssv(4, 8 * BUFFER), Err(CallError::TooMany { count: BUFFER + 4 }));
     }
 
     #[test]

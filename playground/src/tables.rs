@@ -72,7 +72,7 @@ fn variable(variable: &Variable) -> Value {
 fn unit(unit: &Unit) -> Value {
     let display =
         unit.display.iter().map(|shown| json!({ "name": shown.name, "factor": shown.factor, "offset": shown.offset }));
-    json!({ "base": unit.base, "display": display.collect::<Vec<_>>() })
+    json!({ "display": display.collect::<Vec<_>>() })
 }
 
 fn enumeration(enumeration: &Enumeration) -> Value {

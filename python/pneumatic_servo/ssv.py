@@ -6,8 +6,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
+from pneumatic_servo import _native
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
@@ -22,26 +22,7 @@ LINEAR = {"factor": "1", "offset": "0"}
 
 def ssv(name: str, text: str, model: Model, settings: Mapping[str, Value]) -> str:
     """Return settings of a model, parameters or inputs, described by a text; numbers are in the variables' SI units."""
-    lines = [
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<ssv:ParameterSet xmlns:ssc="{COMMON}" xmlns:ssv="{VALUES}" version="1.0" name={quoteattr(name)}',
-        f'    description={quoteattr(text)} generationTool="pneumatic-servo">',
-        "  <ssv:Parameters>",
-    ]
-    for variable, value in settings.items():
-        lines.append(f"    <ssv:Parameter name={quoteattr(variable)}>{_typed(model, variable, value)}</ssv:Parameter>")
-    return "\n".join([*lines, "  </ssv:Parameters>", "</ssv:ParameterSet>", ""])
-
-
-def _typed(model: Model, name: str, value: Value) -> str:
-    kind = model.variables[name].kind
-    if kind == "enumeration":
-        return f"<ssv:Enumeration value={quoteattr(str(value))}/>"
-    if kind == "boolean":
-        return f'<ssv:Boolean value="{str(bool(value)).lower()}"/>'
-    if kind == "integer":
-        return f'<ssv:Integer value="{int(value)}"/>'
-    return f'<ssv:Real value="{float(value)!r}"/>'
+    return _native.ssv(_native.Model(model.name), name, text, list(settings.items()))
 
 
 def read_ssv(file: str | os.PathLike[str], model: Model | str = "PneumaticServoCylinder") -> dict[str, Value]:

@@ -13,6 +13,7 @@ mod signal;
 mod simulation;
 mod single;
 mod slopes;
+mod ssv;
 mod transition;
 mod value;
 mod watch;
@@ -34,6 +35,8 @@ mod _native {
     use crate::simulation::{SavedState, Simulation};
     #[pymodule_export]
     use crate::single::simulate;
+    #[pymodule_export]
+    use crate::ssv::ssv;
 
     /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
     #[pymodule_init]

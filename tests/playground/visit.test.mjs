@@ -220,7 +220,7 @@ test("the files repeat the setting for the FMU and for Python", async () => {
   const { name, text } = await download(page, "SSV");
   assert.equal(name, "stick-slip.ssv");
   assert.match(text, /<ssv:Parameter name="friction.law">\s*<ssv:Enumeration value="LuGre"\/>/);
-  assert.match(text, /<ssv:Real value="600000" unit="Pa"\/>/);
+  assert.match(text, /<ssv:Real value="600000.0" unit="Pa"\/>/);
   assert.match(text, /<ssc:BaseUnit kg="1" m="-1" s="-2"\/>/);
   const parts = [`plant = ps.Model("${CYLINDER}")`, '"friction.law": "LuGre"', '"supplyPressure": 600000'];
   const python = await download(page, "Python");

@@ -87,7 +87,7 @@ def test_number_of_a_file_that_is_none_is_named(plant: ps.Model, tmp_path: Path,
         f'<ssc:Unit name="{unit}"><ssc:BaseUnit m="1" factor="{factor}"/></ssc:Unit>'
         for unit, factor in [("mm", "x"), ("km", "1e300")]
     )
-    text = (tmp_path / "a.ssv").read_text(encoding="utf-8").replace('"0.032"', value, 1)
+    text = (tmp_path / "a.ssv").read_text(encoding="utf-8").replace('"0.032" unit="m"', value, 1)
     text = text.replace("</ssv:Parameters>", f"</ssv:Parameters><ssv:Units>{units}</ssv:Units>")
     (tmp_path / "a.ssv").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=re.escape(f"a.ssv: cylinder.bore: {words}")):

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pneumatic_servo as ps
 import pytest
-from check import VALUES, errors, invalid_sets
+from check import check, invalid_sets
 from client import Client, Value
 from fmpy.ssp.ssd import read_ssv
-from lxml import etree
 from pneumatic_servo.ssv import ssv
 
 SOURCE = Path(__file__).parents[2] / "modelDescription" / "parameter_sets.json"
@@ -43,12 +42,40 @@ def test_set_is_taken_by_the_fmu(fmu: Path, client: Client, name: str) -> None:
     assert client.get(["position"]) != before
 
 
-def test_sets_that_the_package_writes_are_valid(tmp_path: Path) -> None:
+def test_sets_that_the_package_writes_are_valid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ps.DataSheet(bore=32, rod=12, stroke=200, mass=5, qn=700).to_ssv(tmp_path / "sheet.ssv")
     of_all_kinds = {"friction.law": "LuGre", "mass.moving": 1.5, "valve.polarity": -1, "balance.enabled": True}
     text = ssv("Kinds", 'of <all> "kinds" & more', ps.Model(), of_all_kinds)
+    (tmp_path / "kinds.ssv").write_text(text, encoding="utf-8")
     assert ps.read_ssv(tmp_path / "sheet.ssv")["cylinder.bore"] == 0.032
-    for written in ((tmp_path / "sheet.ssv").read_text(encoding="utf-8"), text):
-        assert errors(etree.fromstring(written.encode()), VALUES) == []
-    broken = etree.fromstring(text.replace("<ssv:Integer", "<ssv:Whole").encode())
-    assert any("Whole" in error for error in errors(broken, VALUES))
+    for name in ("sheet.ssv", "kinds.ssv"):
+        assert check(tmp_path / name) == 0
+    (tmp_path / "broken.ssv").write_text(text.replace("<ssv:Integer", "<ssv:Whole"), encoding="utf-8")
+    assert check(tmp_path / "broken.ssv") > 0
+    assert "Whole" in capsys.readouterr().err
+
+
+def test_sets_that_the_package_writes_have_units(tmp_path: Path) -> None:
+    """A host that counts masses in grams knows what is meant."""
+    text = ssv("Kinds", "", ps.Model(), {"mass.moving": 1.5, "supplyPressure": 6e5, "friction.law": "LuGre"})
+    (tmp_path / "kinds.ssv").write_text(text, encoding="utf-8")
+    assert [(p.name, p.type, p.value, p.unit) for p in read_ssv(str(tmp_path / "kinds.ssv")).parameters] == [
+        ("mass.moving", "Real", "1.5", "kg"),
+        ("supplyPressure", "Real", "600000.0", "Pa"),
+        ("friction.law", "Enumeration", "LuGre", None),
+    ]
+    assert '<ssc:Unit name="Pa">\n      <ssc:BaseUnit kg="1" m="-1" s="-2"/>' in text
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"mass.moving": -1.0}, "mass.moving = -1"),
+        ({"friction.law": "Sticky"}, "friction.law = "),
+        ({"position": 0.1}, "position cannot be set: it is computed"),
+        ({"mass.movin": 1.0}, "there is no variable mass.movin; did you mean mass.moving"),
+    ],
+)
+def test_what_a_model_cannot_have_is_not_written(settings: dict[str, Value], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ssv("Wrong", "", ps.Model(), settings)

@@ -3,8 +3,7 @@
 use std::io;
 
 use pneumatic_servo::variables::{Enumeration, Kind, Variable};
-
-use crate::xml::{Element, Xml};
+use pneumatic_servo_ssp::xml::{Element, Xml};
 
 /// Writes the section, unless there is nothing in it.
 pub fn write(

@@ -13,12 +13,11 @@ use std::io;
 use anyhow::{Context, Result, anyhow};
 use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::LOG_CATEGORIES;
-use quick_xml::events::{BytesDecl, Event};
+use pneumatic_servo_ssp::xml::{Element, Xml, document};
 
 pub use self::enumerations::used as enumerations;
 use self::structure::Structure;
 pub use self::terminals::xml as terminals;
-use crate::xml::{Element, Xml};
 
 /// What changes from build to build.
 pub struct Stamp {
@@ -33,6 +32,9 @@ pub struct Stamp {
     /// Its licence; empty if none is stated.
     pub licence: String,
 }
+
+/// What the files say they were made by.
+pub const TOOL: &str = concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION"));
 
 /// A version of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,23 +74,10 @@ pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
     let structure = Structure::new((model.variables)()).with_context(|| format!("the table of {}", model.name))?;
     let variables =
         model.started_variables().map_err(|error| anyhow!("the defaults of {} do not fit: {error}", model.name))?;
-    document(|xml| match version {
+    Ok(document(|xml| match version {
         Version::Fmi2 => fmi2::write(xml, model, &variables, stamp, &structure),
         Version::Fmi3 => fmi3::write(xml, model, &variables, stamp, &structure),
-    })
-}
-
-/// The text of a document with one element.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn document(root: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String> {
-    let mut xml = Xml::new_with_indent(Vec::new(), b' ', 2);
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    root(&mut xml)?;
-    let mut text = String::from_utf8(xml.into_inner()).context("the description is not UTF-8")?;
-    text.push('\n');
-    Ok(text)
+    })?)
 }
 
 /// The root, with what the versions of FMI call by the same names, around what is told by `contents`.
@@ -100,7 +89,7 @@ fn root(version: &str, token: &str, model: &Model, stamp: &Stamp) -> Element {
         .with("description", model.description)
         .with("version", &stamp.version)
         .with_some("license", (!stamp.licence.is_empty()).then(|| stamp.licence.clone()))
-        .with("generationTool", concat!("pneumatic-servo-fmu ", env!("CARGO_PKG_VERSION")))
+        .with("generationTool", TOOL)
         .with("generationDateAndTime", &stamp.date)
         .with("variableNamingConvention", "structured")
 }

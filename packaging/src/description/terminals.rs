@@ -4,9 +4,7 @@ use std::io;
 
 use anyhow::Result;
 use pneumatic_servo::model::Model;
-
-use super::document;
-use crate::xml::{Element, Xml};
+use pneumatic_servo_ssp::xml::{Element, Xml, document};
 
 /// Variables that belong together.
 struct Terminal {
@@ -42,7 +40,7 @@ const TERMINALS: [Terminal; 2] = [
 /// # Errors
 /// None but those of writing XML.
 pub fn xml(model: &Model, has_icon: bool) -> Result<String> {
-    document(|xml| {
+    Ok(document(|xml| {
         Element::new("fmiTerminalsAndIcons").with("fmiVersion", "3.0").contain(xml, |xml| {
             if has_icon {
                 graphics(xml)?;
@@ -55,7 +53,7 @@ pub fn xml(model: &Model, has_icon: bool) -> Result<String> {
             }
             Element::new("Terminals").contain(xml, |xml| terminals.iter().try_for_each(|it| write_terminal(xml, it)))
         })
-    })
+    })?)
 }
 
 /// The icon fills a square of 20 mm.

@@ -3,9 +3,8 @@
 use std::io;
 
 use pneumatic_servo::variables::{Unit, Variable};
-
-use crate::units::{base_unit, used};
-use crate::xml::{Element, Xml};
+use pneumatic_servo_ssp::units::{base_unit, used};
+use pneumatic_servo_ssp::xml::{Element, Xml};
 
 /// Writes the section.
 pub fn write<'a>(xml: &mut Xml, variables: impl IntoIterator<Item = &'a Variable>) -> io::Result<()> {
@@ -17,7 +16,7 @@ fn write_unit(xml: &mut Xml, unit: Unit) -> io::Result<()> {
     Element::new("Unit").with("name", unit.name).contain(xml, |xml| {
         base_unit("BaseUnit", unit.base).write(xml)?;
         unit.display.iter().try_for_each(|display| {
-            let offset = (display.offset != 0.0).then(|| crate::xml::real(display.offset));
+            let offset = (display.offset != 0.0).then(|| pneumatic_servo_ssp::xml::real(display.offset));
             Element::new("DisplayUnit")
                 .with("name", display.name)
                 .with_number("factor", display.factor)

@@ -1,8 +1,7 @@
 //! What both versions of FMI say of a variable in the same words.
 
 use pneumatic_servo::variables::{Kind, Role, Variable};
-
-use crate::xml::Element;
+use pneumatic_servo_ssp::xml::Element;
 
 /// Adds name, value reference, description, causality, variability and initial.
 pub fn describe(element: Element, name: &str, description: &str, variable: &Variable) -> Element {

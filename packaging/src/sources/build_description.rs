@@ -2,9 +2,7 @@
 
 use anyhow::Result;
 use pneumatic_servo::model::Model;
-
-use crate::description::document;
-use crate::xml::Element;
+use pneumatic_servo_ssp::xml::{Element, document};
 
 /// The description of one build, which is that of a shared library: without the definition all functions begin with the
 /// model's name, so that several models can be linked into one program.
@@ -12,7 +10,7 @@ use crate::xml::Element;
 /// # Errors
 /// When it cannot be written.
 pub fn xml(model: &Model, compiled: &[String]) -> Result<String> {
-    document(|xml| {
+    Ok(document(|xml| {
         Element::new("fmiBuildDescription").with("fmiVersion", "3.0").contain(xml, |xml| {
             Element::new("BuildConfiguration")
                 .with("modelIdentifier", model.name)
@@ -30,5 +28,5 @@ pub fn xml(model: &Model, compiled: &[String]) -> Result<String> {
                     })
                 })
         })
-    })
+    })?)
 }

@@ -13,7 +13,6 @@ import { STEP, type Exchange, type Member, type Run } from "../run";
 import { CONTROLLER, CYLINDER } from "../settings";
 import { at } from "../signal";
 import type { Scale } from "../signal-editor";
-import { ssv } from "../ssv";
 import { model, variable } from "../tables";
 import { FRICTION, frictionOverVelocity, position } from "./charts";
 
@@ -127,7 +126,7 @@ export class ClosedLoop extends LivePage {
     return {
       name: "closed-loop",
       csv: recording.csv(),
-      ssv: ssv(library.tables, "Playground", "Set in the playground", parts, new Date()),
+      ssv: library.ssv("Playground", "Set in the playground", parts, new Date()),
       python: closedLoop(
         library.tables,
         cylinder,

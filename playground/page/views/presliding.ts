@@ -12,7 +12,6 @@ import { Run, STEP, type Member } from "../run";
 import { BENCH, nestedLoops } from "../settings";
 import { along, POINTS, type Signal } from "../signal";
 import { sketch } from "../sketch";
-import { ssv } from "../ssv";
 import { short } from "../tables";
 import { FRICTION, friction } from "./charts";
 
@@ -109,7 +108,7 @@ export class Presliding implements Page {
     return {
       name: "presliding",
       csv: recording.csv(),
-      ssv: ssv(library.tables, "Playground", "Set in the playground", [{ model: BENCH, prefix: "", values }], new Date()),
+      ssv: library.ssv("Playground", "Set in the playground", [{ model: BENCH, prefix: "", values }], new Date()),
       python: oneModel(library.tables, BENCH, [["run", values]], input, recording.rows, "presliding.csv"),
     };
   }

@@ -12,7 +12,6 @@ import type { Exchange, Member, Run } from "../run";
 import { CYLINDER } from "../settings";
 import { at } from "../signal";
 import type { Scale } from "../signal-editor";
-import { ssv } from "../ssv";
 import { FRICTION, friction, frictionOverVelocity, position } from "./charts";
 
 export const VOLTAGE: Scale = {
@@ -93,7 +92,7 @@ export class StickSlip extends LivePage {
     return {
       name: "stick-slip",
       csv: recording.csv(),
-      ssv: ssv(library.tables, "Playground", "Set in the playground", parts, new Date()),
+      ssv: library.ssv("Playground", "Set in the playground", parts, new Date()),
       python: oneModel(library.tables, CYLINDER, [["run", values]], input, recording.rows, "stick-slip.csv"),
     };
   }

@@ -12,7 +12,6 @@ import { Readouts } from "../readouts";
 import type { Exchange, Member, Run } from "../run";
 import { CYLINDER } from "../settings";
 import { at } from "../signal";
-import { ssv } from "../ssv";
 import { lawName, model, variable } from "../tables";
 import { friction, frictionOverVelocity, position } from "./charts";
 import { VOLTAGE, WATCHED } from "./stick-slip";
@@ -113,7 +112,7 @@ export class TwoLaws extends LivePage {
     return {
       name: "two-laws",
       csv: recording.csv(),
-      ssv: ssv(library.tables, "Playground", about, parts, new Date()),
+      ssv: library.ssv("Playground", about, parts, new Date()),
       python: oneModel(library.tables, CYLINDER, runs, input, recording.rows, "two-laws.csv"),
     };
   }

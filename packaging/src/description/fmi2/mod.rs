@@ -7,10 +7,10 @@ use std::io;
 
 use pneumatic_servo::model::Model;
 use pneumatic_servo::variables::{Enumeration, Variable};
+use pneumatic_servo_ssp::xml::{Element, Xml};
 
 use super::structure::Structure;
 use super::{Attribute, Stamp, default_experiment, enumerations, is_exchanged, kind, log_categories, root, units};
-use crate::xml::{Element, Xml};
 
 /// Writes the whole.
 pub fn write(

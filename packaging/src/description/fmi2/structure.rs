@@ -1,9 +1,9 @@
 //! `ModelStructure`: unknowns in three lists, by the index of their variables.
 
+use pneumatic_servo_ssp::xml::{Element, Xml};
 use std::io;
 
 use crate::description::structure::{Structure, Unknown};
-use crate::xml::{Element, Xml};
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, structure: &Structure) -> io::Result<()> {

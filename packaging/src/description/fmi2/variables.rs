@@ -3,10 +3,10 @@
 use std::io;
 
 use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo_ssp::xml::{Element, Xml, real};
 
 use crate::description::structure::index_of;
 use crate::description::variability::{describe, is_state, whole};
-use crate::xml::{Element, Xml, real};
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, variables: &[Variable]) -> io::Result<()> {

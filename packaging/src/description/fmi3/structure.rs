@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::io;
 
 use pneumatic_servo::variables::{Table, Variable};
+use pneumatic_servo_ssp::xml::{Element, Xml};
 
 use crate::description::structure::{Structure, Unknown};
-use crate::xml::{Element, Xml};
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, structure: &Structure, table: &Table, indicators: &[Variable]) -> io::Result<()> {

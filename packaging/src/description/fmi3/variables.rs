@@ -3,9 +3,9 @@
 use std::io;
 
 use pneumatic_servo::variables::{Kind, Table, Variable, array_name};
+use pneumatic_servo_ssp::xml::{Element, Xml, real};
 
 use crate::description::variability::{describe, is_state, whole};
-use crate::xml::{Element, Xml, real};
 
 /// Writes the section.
 pub fn write(xml: &mut Xml, table: &Table, variables: &[Variable], indicators: &[Variable]) -> io::Result<()> {
