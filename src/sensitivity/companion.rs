@@ -181,10 +181,12 @@ impl Companion {
         let of_outputs = std::mem::take(&mut self.of_outputs);
         let mut shown = Vec::with_capacity(self.ways.len());
         for direction in 0..self.ways.len() {
-            let Slopes { states, lost, .. } = &self.slopes[direction];
-            shown.push(match lost {
-                Some(lost) => Err(lost.clone()),
-                None => {
+            let Slopes { states, memory, lost, .. } = &self.slopes[direction];
+            let equations = self.ways[direction].varied.as_ref().unwrap_or(&self.equations);
+            shown.push(match (lost, equations.shown_slopes(memory)) {
+                (Some(lost), _) => Err(lost.clone()),
+                (None, Some(exact)) => Ok(exact),
+                (None, None) => {
                     let mut sum = self.equations.output_slopes(at, (states, &vec![0.0; u.len()]));
                     let is_plain =
                         self.ways[direction].is_still() && !of_outputs.matters(&self.slopes[direction].memory);

@@ -53,6 +53,11 @@ struct Rest {
 impl Companion {
     /// Goes along a step.
     pub(super) fn cross(&mut self, time: f64, end: &[f64]) {
+        if end.is_empty() {
+            // Nothing is integrated.
+            self.time = time;
+            return;
+        }
         let start = self.time;
         let u = [start, time].map(|time| self.inputs.at(time));
         let rates = [

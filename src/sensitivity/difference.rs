@@ -178,7 +178,7 @@ impl Around<'_> {
     ) -> Result<Vec<f64>, String> {
         let mut way = way.filter(|way| way.has_beside());
         let share = part * self.share(movement, way.as_deref());
-        self.refuse_unknown(&movement.memory, base, evaluate)?;
+        let unknown = self.unknown(&movement.memory, base, evaluate)?;
         let here = &base.numbers;
         let one_sided = way.as_deref().and_then(|way| way.one_sided);
         let mut side = |share: f64| self.side(movement, way.as_deref_mut(), base, evaluate, share);
@@ -190,13 +190,15 @@ impl Around<'_> {
                     [&near, &far].map(|it| if it.numbers[i] == here[i] { 0.0 } else { it.numbers[i] - here[i] });
                 copies.speed(i).unwrap_or(sign * (4.0 * near - far) / (2.0 * share))
             };
-            return Ok((0..here.len()).map(slope).collect());
+            return Ok((0..here.len()).map(|i| if unknown.contains(&i) { f64::NAN } else { slope(i) }).collect());
         }
         // First farther away, where rounding counts less: as a rule nothing bends there.
         let (mut slopes, rough) = match (both(&mut side, WIDE * share), both(&mut side, 0.5 * WIDE * share)) {
             (Ok(whole), Ok(half)) => wide_slopes(movement, (base, magnitudes), [&whole, &half], share),
             _ => (vec![0.0; here.len()], (0..here.len()).collect()),
         };
+        unknown.iter().for_each(|i| slopes[*i] = f64::NAN);
+        let rough: Vec<usize> = rough.into_iter().filter(|i| !unknown.contains(i)).collect();
         if rough.is_empty() {
             return Ok(slopes);
         }
@@ -220,18 +222,22 @@ impl Around<'_> {
         Ok(slopes)
     }
 
-    /// Refuses what depends on a number of the memory that has no slope.
-    fn refuse_unknown(&mut self, slopes: &[f64], base: &Outcome, evaluate: Evaluation) -> Result<(), String> {
+    /// The places of what depends on a number of the memory that has no slope, and has none either. They are in the memory.
+    ///
+    /// # Errors
+    /// If anything else depends on one.
+    fn unknown(&mut self, slopes: &[f64], base: &Outcome, evaluate: Evaluation) -> Result<Vec<usize>, String> {
         if !slopes.iter().any(|slope| slope.is_nan()) {
-            return Ok(());
+            return Ok(Vec::new());
         }
         self.spare.remember(&shifted(self.memory, SHARE, |leaf| slopes[leaf].is_nan()));
         let outcome = evaluate(self.spare, self.at);
         let states = if base.form.is_some() { self.at.x.len() } else { base.numbers.len() };
-        if outcome.numbers[..states] == base.numbers[..states] {
-            return Ok(());
+        if !outcome.is_alike(base) || outcome.numbers[..states] != base.numbers[..states] {
+            return Err("it depends on a number of the memory that has no slope".to_owned());
         }
-        Err("it depends on a number of the memory that has no slope".to_owned())
+        let differs = |place: &usize| outcome.numbers[*place].to_bits() != base.numbers[*place].to_bits();
+        Ok((states..base.numbers.len()).filter(differs).collect())
     }
 }
 
@@ -314,7 +320,35 @@ impl<'a> Copies<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::power_of_two;
+    use super::{Around, Move, Outcome, power_of_two};
+    use crate::model::Setup;
+    use crate::models::position_controller;
+    use crate::sensitivity::{Act, At, Equations};
+
+    /// A sample leaves the integral part of the one before in the command.
+    #[test]
+    fn numbers_that_follow_from_one_without_a_slope_have_none() {
+        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let equations = plant.simulation().equations().expect("equations");
+        let (memory, names) = (equations.memory(), equations.memory_names());
+        let at = At { time: 0.0, x: &[], u: &[0.25, 0.0, 0.24, 0.0] };
+        let sample = |equations: &mut dyn Equations, at: At| {
+            let before = equations.memory();
+            equations.enact(Act::Sample { due: 0.0, now: 0.0 }, at.time, &mut [], at.u);
+            Outcome::landing(at, &before, &[], equations.memory())
+        };
+        let base = sample(equations.twin().as_mut(), at);
+        let slope = |name: &String| if name == "integral" { f64::NAN } else { 0.0 };
+        let movement =
+            Move { time: 0.0, x: Vec::new(), inputs: vec![0.0; 4], memory: names.iter().map(slope).collect() };
+        let mut spare = equations.twin();
+        let mut around = Around { at, memory: &memory, scales: &[], spare: spare.as_mut() };
+        let slopes = around.slope_of(&movement, None, (&base, &[]), &sample).expect("no states depend on it");
+        for (name, slope) in names.iter().zip(slopes) {
+            let follows = ["integral", "command", "effort"].contains(&name.as_str());
+            assert!(if follows { slope.is_nan() } else { slope == 0.0 }, "{name}: {slope}");
+        }
+    }
 
     #[test]
     fn powers_of_two_are_at_or_below() {

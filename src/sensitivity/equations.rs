@@ -94,6 +94,17 @@ pub trait Equations: Send {
     fn indicators(&self, at: At) -> Vec<f64>;
     /// Does something to the states and the memory.
     fn enact(&mut self, act: Act, time: f64, x: &mut [f64], u: &[f64]);
+    /// The derivatives of the numbers of the memory behind a sample, along the second of the inputs, along slopes of the memory and
+    /// the parameters that vary: exactly, with the reason if there are none. Nothing if samples are no formulas here; then they are
+    /// differenced.
+    fn sample_slopes(&self, _u: [&[f64]; 2], _memory: &[f64]) -> Option<Result<Vec<f64>, String>> {
+        None
+    }
+    /// The derivatives of the computed variables along slopes of the memory and the parameters that vary, where they depend on
+    /// nothing else; nothing otherwise.
+    fn shown_slopes(&self, _memory: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
     /// The time in s of the next sample.
     fn next_sample(&self) -> f64;
     /// The name of the event in a place of the indicators.

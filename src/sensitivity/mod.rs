@@ -57,8 +57,10 @@ pub use self::differentiable::Differentiable;
 pub use self::direction::{DirectionError, directions};
 pub use self::equations::{Act, At, Equations, Erased};
 pub use self::leaves::Leaves;
+pub(crate) use self::leaves::{names, read};
 pub use self::slopes::{Driven, Slopes};
 pub use self::transition::{States, Transition, columns};
+pub(crate) use self::variation::Piece;
 pub use self::way::{Beside, Way};
 
 /// An event that a run with slopes has come through.

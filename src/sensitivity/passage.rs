@@ -78,6 +78,19 @@ impl Companion {
         self.pass(vec![Act::Sample { due, now }], true, moves.then_some(&delays[..]));
     }
 
+    /// The derivatives of the numbers of the memory behind a sample that the present equations have taken, where they are a formula.
+    fn sample_slopes(&mut self, direction: usize, u: &[f64]) -> Option<Result<Vec<f64>, String>> {
+        let way = &mut self.ways[direction];
+        if way.has_beside() && way.varied.is_none() {
+            return None;
+        }
+        let equations = way.varied.as_mut().unwrap_or(&mut self.spare);
+        equations.remember(&self.memory);
+        let slopes = equations.sample_slopes([u, &way.inputs], &self.slopes[direction].memory);
+        equations.adopt(self.equations.held());
+        slopes
+    }
+
     /// Numbers of the memory that are rounded change in jumps: they have no slopes.
     pub(super) fn forget_rounded(&mut self) {
         self.rounded = self.equations.rounded();
@@ -167,7 +180,9 @@ impl Companion {
         // What is added to inputs is followed from the begin on, even where they rest.
         let is_first = acts.first() == Some(&Act::Follow) && std::mem::take(&mut self.is_new);
         let is_changed = !self.equations.holds(self.mirror.held());
-        if delays.is_none() && !is_changed && x == self.x && !is_first {
+        // A sample that changes nothing may do so just here.
+        let is_sample = matches!(acts[..], [Act::Sample { .. }, ..]);
+        if delays.is_none() && !is_changed && x == self.x && !is_first && !is_sample {
             return;
         }
         let does_little = delays.is_none() && x == self.x && !is_first;
@@ -205,7 +220,12 @@ impl Companion {
                 inputs: along(&still.inputs, &self.inputs.slopes, delay),
                 memory: still.memory,
             };
-            let mut landed = self.slope_along(&movement, Some(direction), (&base, &scales), &landing);
+            let exact = match acts[..] {
+                [Act::Sample { .. }] if delays.is_none() => self.sample_slopes(direction, &u),
+                _ => None,
+            };
+            let mut landed =
+                exact.unwrap_or_else(|| self.slope_along(&movement, Some(direction), (&base, &scales), &landing));
             if landed.is_err() && ahead > 0.0 {
                 let (time, x) = (time + ahead, along(&self.x, &before, ahead));
                 let at = At { time, x: &x, u: &self.inputs.at(time) };

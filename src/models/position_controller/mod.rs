@@ -14,6 +14,8 @@
 //! The voltage is held until the next sample. It answers the inputs of the sample before, as that of a digital
 //! controller does, so that a loop with the plant is no algebraic one.
 
+mod equations;
+
 use std::sync::LazyLock;
 
 use std::f64::consts::PI;
@@ -23,9 +25,9 @@ use serde::{Deserialize, Serialize};
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
-use crate::numbers::sign;
-use crate::sensitivity::Differentiable;
-use crate::solver::StepError;
+use crate::numbers::{Scalar, sign};
+use crate::sensitivity::{Differentiable, Equations};
+use crate::solver::{Mark, StepError};
 use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
@@ -152,8 +154,9 @@ parameters! {
 }
 
 impl Parameters {
-    fn checked(values: &[f64]) -> Result<Self, ParameterError> {
-        let parameters = Self::read(&TABLE.chosen(values, &[]))?;
+    /// Those of values, which vary with slopes or (without any) not at all.
+    fn checked(values: &[f64], slopes: &[f64]) -> Result<Self, ParameterError> {
+        let parameters = Self::read(&TABLE.chosen(values, slopes))?;
         if parameters.polarity == 0 {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
@@ -162,11 +165,86 @@ impl Parameters {
 
     /// Distance from the neutral voltage that gives a valve with the dead zone the opening that `command` gives one
     /// without; exact for commands from `transition` on.
-    fn invert_dead_zone(&self, command: f64) -> f64 {
-        let Self { dead_zone, range, transition, .. } = self;
-        let side = if command.abs() < transition.value { command / *transition } else { sign(command) };
-        command * (1.0 - *dead_zone) + side * (*dead_zone * *range)
+    fn invert_dead_zone<S: Scalar>(&self, command: S) -> S {
+        let [dead_zone, range, transition] = [self.dead_zone, self.range, self.transition].map(S::along);
+        let is_small = command.value().abs() < transition.value();
+        let side = if is_small { command / transition } else { S::of(sign(command.value())) };
+        command * (S::of(1.0) - dead_zone) + side * (dead_zone * range)
     }
+
+    /// The control law: what a sample of inputs makes of what the last one has left.
+    fn sample<S: Scalar>(&self, input: &Inputs<S>, last: &mut Last<S>) -> Kinks<S> {
+        let [integral_gain, range, transition] = [self.integral_gain, self.range, self.transition].map(S::along);
+        let slope = match self.source {
+            Source::Input => input.reference_velocity,
+            Source::Difference => (input.reference - last.reference) / S::of(self.sample_time),
+        };
+        last.reference = input.reference;
+        last.error = input.reference - input.position;
+        let [wanted, velocity_limit] =
+            [slope + last.error * S::along(self.position_gain), S::along(self.velocity_limit)];
+        last.wanted = clamp(wanted, velocity_limit);
+        let lack = last.wanted - input.velocity;
+        last.command = last.wanted * S::along(self.feed_forward) + lack * S::along(self.velocity_gain) + last.integral;
+        let inverted = self.invert_dead_zone(last.command);
+        last.effort = clamp(inverted, range);
+        let is_within = last.effort.value() == inverted.value();
+        let mut kinks = Kinks {
+            wanted: left(wanted, velocity_limit),
+            command: if self.dead_zone.value == 0.0 { S::of(1.0) } else { left(last.command, transition) },
+            voltage: left(inverted, range),
+            lack: if is_within { S::of(1.0) } else { lack },
+            integral: S::of(1.0),
+        };
+        if is_within || lack.value() * inverted.value() < 0.0 {
+            let integral = last.integral + S::of(self.sample_time) * integral_gain * lack;
+            let integral_limit = S::along(self.integral_limit);
+            last.integral = clamp(integral, integral_limit);
+            kinks.integral = left(integral, integral_limit);
+        }
+        kinks
+    }
+
+    /// What is shown of it.
+    fn shown<S: Scalar>(&self, last: &Last<S>) -> Outputs<S> {
+        Outputs {
+            voltage: S::of(f64::from(self.polarity)) * last.effort + S::along(self.neutral),
+            error: last.error,
+            wanted: last.wanted,
+            command: last.command,
+            integral: last.integral,
+        }
+    }
+}
+
+/// How far a sample is from where its formula changes: 0 just there.
+struct Kinks<S> {
+    /// The wanted velocity from its limit.
+    wanted: S,
+    /// The command from where the line across the dead zone ends.
+    command: S,
+    /// The voltage from an end of its range, where the integral part begins to be held.
+    voltage: S,
+    /// The lack of velocity from none, where that decides whether the integral part is held.
+    lack: S,
+    /// The integral part from its limit.
+    integral: S,
+}
+
+/// A number within a limit to both sides.
+fn clamp<S: Scalar>(number: S, limit: S) -> S {
+    if number.value() < -limit.value() {
+        -limit
+    } else if number.value() > limit.value() {
+        limit
+    } else {
+        number
+    }
+}
+
+/// What is left to the nearer limit, on either side of it.
+fn left<S: Scalar>(number: S, limit: S) -> S {
+    if number.value() < 0.0 { limit + number } else { limit - number }
 }
 
 /// The voltage at which the valve is closed, which the output voltage counts from.
@@ -178,78 +256,106 @@ struct PositionController {
     time: f64,
     inputs: Held<{ Inputs::LEN }>,
     memory: Memory,
+    /// What has been done, where somebody follows.
+    trail: Option<Vec<Mark>>,
 }
 
-/// What the last sample left.
+/// What has been sampled.
 #[derive(Serialize, Deserialize)]
 struct Memory {
     /// Time of the first sample in s.
     start: f64,
     /// Samples taken since.
     count: u64,
+    last: Last,
+}
+
+/// What the last sample left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Last<S = f64> {
     /// Reference in m.
-    reference: f64,
-    error: f64,
-    wanted: f64,
-    command: f64,
-    integral: f64,
+    reference: S,
+    error: S,
+    wanted: S,
+    command: S,
+    integral: S,
     /// Distance from the neutral voltage in V, before polarity.
-    effort: f64,
+    effort: S,
+}
+
+impl Last {
+    /// What there is before the first sample, under inputs.
+    fn none(input: &Inputs<f64>) -> Self {
+        Self { reference: input.reference, error: 0.0, wanted: 0.0, command: 0.0, integral: 0.0, effort: 0.0 }
+    }
 }
 
 impl Memory {
     fn is_finite(&self) -> bool {
-        let &Self { start, count: _, reference, error, wanted, command, integral, effort } = self;
+        let &Self { start, count: _, last: Last { reference, error, wanted, command, integral, effort } } = self;
         [start, reference, error, wanted, command, integral, effort].iter().all(|value| value.is_finite())
     }
 }
 
 impl PositionController {
     fn new(start: &Start) -> Result<Self, ParameterError> {
-        let p = Parameters::checked(start.parameters)?;
+        let p = Parameters::checked(start.parameters, &[])?;
         let values: [f64; Inputs::LEN] = std::array::from_fn(|i| start.inputs[i]);
-        let memory = Memory {
-            start: start.time,
-            count: 0,
-            reference: Inputs::read(&values).reference,
-            error: 0.0,
-            wanted: 0.0,
-            command: 0.0,
-            integral: 0.0,
-            effort: 0.0,
-        };
+        let memory = Memory { start: start.time, count: 0, last: Last::none(&Inputs::read(&values)) };
         let inputs = Held::new(start.time, values, [0.0; Inputs::LEN]);
-        Ok(Self { p, time: start.time, inputs, memory })
+        Ok(Self { p, time: start.time, inputs, memory, trail: None })
     }
 
     fn next_sample(&self) -> Sample {
         Sample::periodic(self.memory.start + self.memory.count as f64 * self.p.sample_time, self.p.sample_time)
     }
 
-    /// The control law.
+    /// Takes the sample that is due.
     fn sample(&mut self) {
-        let (p, memory) = (&self.p, &mut self.memory);
-        let input = Inputs::read(&self.inputs.at(self.time));
-        let slope = match p.source {
-            Source::Input => input.reference_velocity,
-            Source::Difference => (input.reference - memory.reference) / p.sample_time,
-        };
-        memory.reference = input.reference;
-        memory.error = input.reference - input.position;
-        memory.wanted = (slope + memory.error * p.position_gain).clamp(-p.velocity_limit.value, p.velocity_limit.value);
-        let lack = memory.wanted - input.velocity;
-        memory.command = memory.wanted * p.feed_forward + lack * p.velocity_gain + memory.integral;
-        let inverted = p.invert_dead_zone(memory.command);
-        memory.effort = inverted.clamp(-p.range.value, p.range.value);
-        if memory.effort == inverted || lack * inverted < 0.0 {
-            let integral = memory.integral + p.sample_time * p.integral_gain * lack;
-            memory.integral = integral.clamp(-p.integral_limit.value, p.integral_limit.value);
+        let due = self.next_sample().time;
+        self.time = self.time.max(due);
+        self.mark_move();
+        self.mark(|controller| Mark::Samples(due - controller.memory.start));
+        self.p.sample(&Inputs::read(&self.inputs.at(self.time)), &mut self.memory.last);
+        self.memory.count += 1;
+    }
+
+    fn mark_move(&mut self) {
+        self.mark(|controller| Mark::Moves { time: controller.elapsed(), end: Vec::new() });
+    }
+
+    /// Leaves a mark, if somebody follows.
+    fn mark(&mut self, mark: impl FnOnce(&Self) -> Mark) {
+        if let Some(mut trail) = self.trail.take() {
+            trail.push(mark(self));
+            self.trail = Some(trail);
         }
-        memory.count += 1;
+    }
+
+    /// Time in s since the start.
+    fn elapsed(&self) -> f64 {
+        self.time - self.memory.start
     }
 }
 
-impl Differentiable for PositionController {}
+impl Differentiable for PositionController {
+    fn equations(&self) -> Option<Box<dyn Equations>> {
+        Some(Box::new(equations::Sampled { law: self.p.clone(), last: self.memory.last.clone() }))
+    }
+
+    fn leave_trail(&mut self, leaves: bool) {
+        self.trail = leaves.then(Vec::new);
+    }
+
+    /// Nothing is integrated, with whatever tolerance.
+    fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
+        Some((self.elapsed(), Vec::new(), 0.0))
+    }
+
+    fn take_trail(&mut self) -> Vec<Mark> {
+        self.trail.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+}
 
 impl Simulation for PositionController {
     fn time(&self) -> f64 {
@@ -262,7 +368,7 @@ impl Simulation for PositionController {
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
-        self.p = Parameters::checked(parameters)?;
+        self.p = Parameters::checked(parameters, &[])?;
         Ok(())
     }
 
@@ -273,11 +379,11 @@ impl Simulation for PositionController {
             if samples == limit {
                 return Err(StepError::TooManySamples { time: self.time, limit });
             }
-            self.time = self.time.max(self.next_sample().time);
             self.sample();
             samples += 1;
         }
         self.time = end;
+        self.mark_move();
         Ok(())
     }
 
@@ -286,18 +392,10 @@ impl Simulation for PositionController {
     }
 
     fn values(&self, computed: &mut [f64]) {
-        let (p, memory) = (&self.p, &self.memory);
-        let outputs = Outputs {
-            voltage: f64::from(p.polarity) * memory.effort + p.neutral,
-            error: memory.error,
-            wanted: memory.wanted,
-            command: memory.command,
-            integral: memory.integral,
-        };
-        let saturated = f64::from(memory.effort.abs() == p.range.value);
+        let saturated = f64::from(self.memory.last.effort.abs() == self.p.range.value);
         // FMI integers have 32 bits; a run that exceeds them shows the largest.
-        let samples = f64::from(i32::try_from(memory.count).unwrap_or(i32::MAX));
-        outputs.write(computed).copy_from_slice(&[saturated, samples]);
+        let samples = f64::from(i32::try_from(self.memory.count).unwrap_or(i32::MAX));
+        self.p.shown(&self.memory.last).write(computed).copy_from_slice(&[saturated, samples]);
     }
 
     /// Between samples nothing moves.
