@@ -69,10 +69,19 @@ def seal(folder: Path, ring: str) -> Seal:
     return Seal(ring, found, levels)
 
 
-def friction(files: Sequence[Path], free: str, predicted: Sequence[Path] = ()) -> ps.Fit:
+def left_out(folder: Path, ring: str) -> ps.CrossValidation:
+    """Leave out each pressure in turn, and predict it by the same law from the three others."""
+    files = [folder / f"{ring}_{pressure}bar.csv" for pressure in (*FITTED, PREDICTED)]
+    found = friction(files, "friction.coulomb.Fc,friction.kappaA,area", by="pressure")
+    assert found.cross_validation is not None
+    return found.cross_validation
+
+
+def friction(files: Sequence[Path], free: str, predicted: Sequence[Path] = (), by: str = "") -> ps.Fit:
     """Coulomb friction of records, without a viscous part, which such speeds do not show."""
     return ps.fit(list(files), experiment="motion", law="Coulomb", fit=free, columns=SEAL_COLUMNS, starts=0,
-                  settings={"friction.coulomb.sigma2": 0.0}, hold_out_data=list(predicted))  # fmt: skip
+                  settings={"friction.coulomb.sigma2": 0.0}, hold_out_data=list(predicted),
+                  cross_validate=by)  # fmt: skip
 
 
 def level(found: ps.Fit, pressure: float) -> tuple[float, float, float]:
@@ -167,6 +176,24 @@ def write_seals(seals: Sequence[Seal], output: Path) -> None:
     draw_seals(seals).savefig(output / "seals.png", metadata={"Software": None})
 
 
+def write_left_out(rings: dict[str, ps.CrossValidation], output: Path) -> None:
+    """Write the table of each pressure of each ring as the three others predict it."""
+    head = ["ring", "pressure left out (bar)", "friction predicted (N)", "low", "high", "measured (N)", "low", "high",
+            "rms predicted (N)", "rms fitted along (N)", "within"]  # fmt: skip
+    rows = []
+    for ring, found in rings.items():
+        for case in found.cases:
+            told = case.friction
+            assert told is not None
+            predicted = (told.predicted, told.low, told.high, told.measured, told.measured_low, told.measured_high)
+            left = (case.rms["force"], case.fitted["force"])
+            rows.append([ring, f"{1e-5 * case.condition.value:.1f}", *numbers(predicted, 2), *numbers(left, 2),
+                         "yes" if told.is_within else "no"])  # fmt: skip
+            print(*rows[-1])
+    print(sum(row[-1] == "yes" for row in rows), "of", len(rows), "within")
+    write_csv(output / "seals_left_out.csv", head, rows)
+
+
 def write_tribometer(fits: Sequence[ps.Fit], output: Path) -> None:
     """Write table and figure of the tribometer."""
     rows = [
@@ -192,6 +219,8 @@ def main() -> int:
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     write_seals([seal(options.data / "seals", ring) for ring in tqdm(RINGS, disable=None)], options.output)
+    rings = {ring: left_out(options.data / "seals", ring) for ring in tqdm(RINGS, disable=None)}
+    write_left_out(rings, options.output)
     data = tribometer(options.data / "presliding" / "tribometer.csv", options.every)
     write_tribometer(ranking(data, options.laws), options.output)
     return 0

@@ -14,9 +14,9 @@ from pneumatic_servo.cli import parser
 
 MODULES: tuple[ModuleType, ...] = (ps, identification, envs)
 MADE = {
-    "Band", "Comparison", "Crossing", "Estimate", "Evidence", "Fit", "Gradient", "Linearisation", "MissingPackage",
-    "NoDerivative", "Plan", "Posterior", "Ranking", "Refused", "Run", "Runs", "SavedState", "Sensitivities",
-    "Series", "Simulation", "Telling", "Transition", "Unit", "Variable", "Variables",
+    "Band", "Comparison", "CrossValidation", "Crossing", "Estimate", "Evidence", "Fit", "Gradient", "Linearisation",
+    "MissingPackage", "NoDerivative", "Plan", "Posterior", "Ranking", "Refused", "Run", "Runs", "SavedState",
+    "Sensitivities", "Series", "Simulation", "Telling", "Transition", "Unit", "Variable", "Variables",
 }  # fmt: skip
 """Classes that the package makes and users only read: what they are made from is no argument of anybody's."""
 INNER = {"Comparison.of_begun", "Refused.with_unit", "Runs.of", "Task.in_si", "Variable.of"}

@@ -62,6 +62,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--intervals", default="jacobian", help="jacobian, profile or bootstrap (default: jacobian)")
     parser.add_argument("--evidence", action="store_true", help="say whether the data can tell the laws (needs ArviZ)")
     parser.add_argument("--posterior", type=Path, metavar="CSV", help="draws from the posterior (needs emcee)")
+    parser.add_argument(
+        "--cross-validate", default="", metavar="QUANTITY,...",
+        help="predict each condition from the others: record, pressure, load, amplitude, speed, supplyPressure",
+    )  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
     parser.add_argument("--report", type=Path, metavar="HTML", help="page with tables and figures")
@@ -85,7 +89,7 @@ def run(options: argparse.Namespace) -> None:
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
-        "posterior": options.posterior is not None, "progress": True,
+        "posterior": options.posterior is not None, "cross_validate": options.cross_validate, "progress": True,
     }  # fmt: skip
     laws = options.law.split(",")
     if options.evidence and len(laws) < 2:
@@ -113,6 +117,8 @@ def run(options: argparse.Namespace) -> None:
     if found.posterior is not None:
         found.posterior.to_csv(options.posterior)
         print(found.posterior)
+    if found.cross_validation is not None:
+        print(found.cross_validation)
     for name, reason in found.undetermined.items():
         print(f"warning: {name} is not determined: {reason}", file=sys.stderr)
     print(found)

@@ -6,6 +6,7 @@
 >>> found.to_ssv("rig.ssv")                                                  # doctest: +SKIP
 """
 
+from pneumatic_servo.identification.cross_validation import CrossValidation
 from pneumatic_servo.identification.evidence import Evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import fit
@@ -17,6 +18,6 @@ from pneumatic_servo.identification.series import Series, fit_series
 from pneumatic_servo.identification.telling import Telling
 
 __all__ = [
-    "EXPERIMENTS", "Band", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking", "Series",
-    "Telling", "compare_fits", "fit", "fit_series", "plan",
+    "EXPERIMENTS", "Band", "CrossValidation", "Estimate", "Evidence", "Fit", "Options", "Plan", "Posterior", "Ranking",
+    "Series", "Telling", "compare_fits", "fit", "fit_series", "plan",
 ]  # fmt: skip

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import checks, values
 from pneumatic_servo.errors import Interrupted
+from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
+from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
@@ -70,6 +72,7 @@ def fit(
     loss: str = "linear",
     intervals: str = "jacobian",
     posterior: bool = False,
+    cross_validate: str | Sequence[str] = (),
     workers: int | None = None,
     executor: Executor | None = None,
     cluster: Any = None,
@@ -116,6 +119,10 @@ def fit(
         ``jacobian``, ``profile`` or ``bootstrap``.
     posterior : bool
         Whether to draw from the posterior, too: see `Posterior`. It needs emcee, and takes thousands of runs.
+    cross_validate : str or sequence of str
+        What is left out and predicted, one condition after the other: ``record``, ``pressure``, ``load``,
+        ``amplitude``, ``speed``, ``supplyPressure``, or several of them; see `CrossValidation`. A record is cut at gaps
+        only, so that each stretch has one pressure.
     workers : int, optional
         Threads; by default one per core.
     executor : concurrent.futures.Executor, optional
@@ -166,7 +173,8 @@ def fit(
         return _fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, settings=settings, hold_out=hold_out,
             hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width, play=play, window=window,
-            inputs=inputs, loss=loss, intervals=intervals, posterior=posterior, workers=workers,
+            inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
+            cross_validate=cross_validate, workers=workers,
             executor=executor if cluster is None else cluster.get_executor(), watch=watch,
         )  # fmt: skip
 
@@ -175,7 +183,7 @@ def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
     settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int, rated: float,
     width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
-    posterior: bool, workers: int | None, executor: Executor | None, watch: Watch,
+    posterior: bool, cross_validate: str | Sequence[str], workers: int | None, executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
@@ -213,6 +221,7 @@ def _fit(
     compare(kind, problem.windows)
     problem = started(problem)
     fitted = problem.trained()
+    groups = _conditions(fitted, records, cross_validate)
     _check_start(fitted)
     fitted = fitted.bounded()
     notes += assumed(kind, [parameter.name for parameter in free])
@@ -225,20 +234,30 @@ def _fit(
     except KeyboardInterrupt:
         raise _interrupted(problem, fitted, watch, notes) from None
     found = _finished(problem, fitted, best, sure, [*notes, *dict.fromkeys(kind.notes)])
-    return _with_posterior(found, fitted, best.x, seed, executor, watch) if posterior else found
-
-
-def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: Executor | None, watch: Watch) -> Fit:
-    """Return a fit with draws from its posterior; an interrupt leaves it as it was."""
     try:
-        watch.stage("posterior")
-        if found.undetermined:
-            watch.say(f"the posterior of {', '.join(found.undetermined)} is hardly more than its bounds")
-        return replace(found, posterior=sample(fitted, x, seed, executor, watch))
+        if groups:
+            watch.stage("cross-validation")
+            found = replace(found, cross_validation=cross_validate_by(fitted, best.x, groups, loss, watch))
+        if posterior:
+            found = _with_posterior(found, fitted, best.x, seed, executor, watch)
     except KeyboardInterrupt:
         interrupted = Interrupted("interrupted")
         interrupted.finished = found
         raise interrupted from None
+    return found
+
+
+def _conditions(problem: Problem, records: list[Record], quantities: str | Sequence[str]) -> list[Condition]:
+    words = split(quantities) if isinstance(quantities, str) else checks.names("cross_validate", quantities)
+    return [group for quantity in dict.fromkeys(words) for group in conditions(problem, records, quantity)]
+
+
+def _with_posterior(found: Fit, fitted: Problem, x: Array, seed: int, executor: Executor | None, watch: Watch) -> Fit:
+    """Return a fit with draws from its posterior."""
+    watch.stage("posterior")
+    if found.undetermined:
+        watch.say(f"the posterior of {', '.join(found.undetermined)} is hardly more than its bounds")
+    return replace(found, posterior=sample(fitted, x, seed, executor, watch))
 
 
 def _told_early(problem: Problem, watch: Watch) -> list[str]:

@@ -68,6 +68,8 @@ class Problem:
     """Relative tolerance of the solver."""
     most: int | None = None
     """Solver steps after which a run is given up."""
+    scale: float = 1.0
+    """Factor of all friction, where the model takes its load level as an input."""
     refusals: list[str] = field(default_factory=list, compare=False)
     """Why a single vector could not be simulated, last time."""
 
@@ -158,8 +160,8 @@ class Problem:
         """
         steps = 0.0
         every = [(self.values(self.start), self.begins(self.start))]
-        for group in self._groups():
-            runs = self._run(group, every, COUNTED, None)
+        for group in self.groups():
+            runs = self.run(group, every, COUNTED)
             steps = max(steps, float(np.nanmax(sum(runs[name] for name in COUNTED))))
         return replace(self, most=int(WORK * steps))
 
@@ -171,7 +173,7 @@ class Problem:
         """Return measured minus simulated for each vector and window, by signal; NaN where a run failed."""
         every = [(self.values(x), self.begins(x)) for x in vectors]
         found: list[list[dict[str, Array]]] = [[{} for _ in self.windows] for _ in every]
-        for group in self._groups():
+        for group in self.groups():
             self._simulate(group, every, found)
         return found
 
@@ -273,7 +275,7 @@ class Problem:
             np.full(window.fitted * compared, names.index(window.record.name)) for window in self.windows
         ])  # fmt: skip
 
-    def _groups(self) -> list[list[int]]:
+    def groups(self) -> list[list[int]]:
         """Windows of the same times, which are simulated in one call."""
         groups: dict[tuple[int, float], list[int]] = {}
         for index, window in enumerate(self.windows):
@@ -282,7 +284,7 @@ class Problem:
 
     def _simulate(self, group: list[int], every: Vectors, found: list[list[dict[str, Array]]]) -> None:
         outputs = self.experiment.outputs
-        runs = self._run(group, every, outputs, self.most)
+        runs = self.run(group, every, outputs, self.most)
         pairs = _pairs(group, every)
         if len(pairs) == len(group) and runs.failures:
             self.refusals[:] = [next(iter(runs.failures.values()))]
@@ -290,7 +292,7 @@ class Problem:
             courses = {name: runs[name][run] for name in outputs}
             found[vector][index] = self._compare(self.windows[index], courses, every[vector][0])
 
-    def _run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None) -> Runs:
+    def run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None = None) -> Runs:
         """Make the runs of a group of windows under vectors."""
         experiment = self.experiment
         settings: list[Mapping[str, Value]] = []
@@ -299,7 +301,8 @@ class Problem:
             values, begins = every[vector]
             settings.append({**begins[index], **experiment.start(self.windows[index], values)})
             for name, course in experiment.inputs(self.windows[index], values).items():
-                driven.setdefault(name, []).append(course)
+                scaled = self.scale * course if name == "friction.level" and self.scale != 1.0 else course
+                driven.setdefault(name, []).append(scaled)
         record = self.windows[group[0]].record
         grid = record.grid
         return experiment.simulated._run_many(

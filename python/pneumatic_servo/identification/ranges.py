@@ -73,6 +73,11 @@ def beyond_of_held(problem: Problem, x: Array) -> dict[str, str]:
     return Ranges.of(problem, x).beyond({signal: course for signal, course in held.items() if len(course)})
 
 
+def asked_of(problem: Problem, x: Array) -> dict[str, Array]:
+    """Return the samples at which a problem asks its model, in SI units."""
+    return _courses(problem, x, lambda window: window.used)
+
+
 def _courses(problem: Problem, x: Array, of: Callable[[Window], Mask]) -> dict[str, Array]:
     """Return the samples of what the model is asked at, in SI units."""
     experiment = problem.experiment

@@ -9,6 +9,7 @@ from io import BytesIO
 
 from matplotlib.figure import Figure
 
+from pneumatic_servo.identification.cross_validation import COLUMNS
 from pneumatic_servo.identification.figures import against, friction_map, overlay
 from pneumatic_servo.identification.regimes import regimes
 from pneumatic_servo.identification.residuals import Residuals
@@ -57,6 +58,7 @@ def page(fit: Fit) -> str:
         _image(overlay(residuals), "measured and fitted signals"),
         _image(against(residuals), "what remains against velocity, position and lag"),
         "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
+        *_conditions(fit),
         "<h2>Correlations of the errors</h2>",
         _table(["", *names], ([n, *(f"{c:.2f}" for c in row)] for n, row in zip(names, correlation, strict=True))),
         "<h2>What was done to the data</h2>",
@@ -64,6 +66,19 @@ def page(fit: Fit) -> str:
     ]  # fmt: skip
     head = f"<!doctype html><meta charset=utf-8><title>{escape(fit.law)}</title><style>{STYLE}</style>"
     return head + "\n".join(parts) + "\n"
+
+
+def _conditions(fit: Fit) -> list[str]:
+    found = fit.cross_validation
+    if found is None:
+        return []
+    beyond = [f"{case.condition.name}: {text}" for case in found.cases for text in case.beyond]
+    return [
+        "<h2>Each condition predicted by the others</h2>",
+        _table(COLUMNS, found.texts()),
+        *(f"<p>An extrapolation. {escape(text)}.</p>" for text in beyond),
+        _image(found.plot(), "friction of each condition, predicted and measured"),
+    ]
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -22,6 +22,7 @@ from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
+    from pneumatic_servo.identification.cross_validation import CrossValidation
     from pneumatic_servo.identification.posterior import Posterior
     from pneumatic_servo.identification.ranges import Ranges
     from pneumatic_servo.identification.verdict import Verdict
@@ -62,6 +63,8 @@ class Fit:
         What was done to the data.
     posterior : Posterior or None
         Draws from the posterior, where they were asked for.
+    cross_validation : CrossValidation or None
+        Each operating condition as the others predict it, where that was asked for.
     """
 
     converged: bool
@@ -77,6 +80,7 @@ class Fit:
     certainty: Certainty = field(repr=False)
     message: str = ""
     posterior: Posterior | None = field(default=None, repr=False)
+    cross_validation: CrossValidation | None = field(default=None, repr=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -140,6 +144,7 @@ class Fit:
             "undetermined": list(self.undetermined),
             "law": self.law,
             "ranges": {signal: [low, high] for signal, (low, high) in self.ranges.limits.items()},
+            **({} if self.cross_validation is None else {"crossValidation": self.cross_validation.as_list()}),
             "verdict": {"light": self.verdict.light, "text": self.verdict.text},
         }
 

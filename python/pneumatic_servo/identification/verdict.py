@@ -73,7 +73,7 @@ class Verdict:
 
 def verdict(fit: Fit) -> Verdict:
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
-    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit)]
+    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit)]
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
@@ -140,6 +140,33 @@ def _of_prediction(fit: Fit) -> Iterator[Finding]:
         )  # fmt: skip
     for text in beyond_of_held(fit.problem, fit.x).values():
         yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
+
+
+def _of_conditions(fit: Fit) -> Iterator[Finding]:
+    if fit.cross_validation is None:
+        return
+    cases = fit.cross_validation.cases
+    for case in cases:
+        name, told = case.condition.name, case.friction
+        if not case.holds:
+            what = str(told) if told is not None else ", ".join(
+                f"{signal} is predicted to {rms:.3g} {SIGNALS[signal]} rms, and fitted to {case.fitted[signal]:.3g}"
+                for signal, rms in case.rms.items()
+            )  # fmt: skip
+            friction = "" if told is None else "friction is "
+            yield Finding("red", f"The law does not hold at {name}: from the others {friction}{what}.")
+        elif told is not None and told.is_wide:
+            yield Finding(
+                "yellow", f"The others hardly tell {name}: friction there is predicted as {told.low:.3g} to "
+                f"{told.high:.3g} N."
+            )  # fmt: skip
+    spreads = [case.friction.spread for case in cases if case.friction is not None]
+    spreads = [spread for spread in spreads if np.isfinite(spread)]
+    apart = f"; between them friction differs from the law by {100.0 * np.median(spreads):.2g} %" if spreads else ""
+    yield Finding(
+        "green", f"Left out one after the other, {fit.cross_validation.holds} of {len(cases)} conditions are predicted "
+        f"as well as that is told{apart}."
+    )  # fmt: skip
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:
