@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
+from pneumatic_servo.identification.figures import worst_misfit
 from pneumatic_servo.identification.regimes import is_white, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from test_identification import bench
@@ -103,3 +107,26 @@ def test_pressure_below_the_fitted_falls() -> None:
     [text] = found.beyond({"pressure": 1e5})
     # The first sample, at 3 bar, does not move.
     assert text == "pressure falls to 1e+05 Pa, of which down to 3.002e+05 Pa was fitted"
+
+
+def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:
+    """A force that is 1 N too large from 4.2 to 4.4 s, in a record that begins at 100 s."""
+    data = bench()
+    data["frictionForce"][420:440] += 1.0
+    data["time"] = data["time"] + 100.0
+    found = fit(data, hold_out=0.0)
+    worst = Residuals(found).worst()
+    assert worst is not None and worst.signal == "frictionForce"
+    assert 420 <= worst.sample < 440 and worst.size > 9.0
+    assert re.search(r"Most is missed of frictionForce at 104\.[2-4]\d? s of ", found.verdict.text)
+    figure = worst_misfit(Residuals(found))
+    assert figure is not None
+    measured, fitted = (np.asarray(line.get_ydata()) for line in figure.axes[0].get_lines()[:2])
+    assert 0.5 < np.max(measured - fitted) < 1.3
+    found.to_report(tmp_path / "a.html")
+    assert "Where it misses most" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    figure.savefig(tmp_path / "a.png")
+
+
+def test_noise_has_no_place() -> None:
+    assert "Most is missed" not in fit(bench(), hold_out=0.0).verdict.text

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
+from pneumatic_servo.identification.regimes import measured_speed
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.result import Fit
 
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 
 POINTS = 4000
 """Points that a line of a figure has at most."""
+SHOWN = 60
+"""Samples before and after the worst misfit that its picture has."""
 UNITS = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "Pa": ("bar", 1e-5), "N": ("N", 1.0)}
 """What figures show."""
 
@@ -39,6 +42,30 @@ def overlay(residuals: Residuals) -> Figure:
         axes[0].plot([], [], color=BLUE, label="fitted")
         axes[0].legend(ncols=2, loc="upper right")
         axes[-1].set_xlabel("time (s), records one after the other")
+    return figure
+
+
+def worst_misfit(residuals: Residuals) -> Figure | None:
+    """Draw the signal that is missed most about the place where it is, with the velocity there."""
+    worst = residuals.worst()
+    if worst is None:
+        return None
+    window, course = residuals.windows[worst.window], list(residuals.courses(worst.signal))[worst.window]
+    record, (unit, factor) = window.record, UNITS[residuals.unit(worst.signal)]
+    near = slice(max(0, worst.sample - SHOWN), worst.sample + SHOWN + 1)
+    time = record.begin + record.time[near]
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(WIDTH, 3.2), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        upper.plot(time, factor * course.measured[near], color=GREY, lw=2.0, label="measured")
+        upper.plot(time, factor * (course.measured - course.difference)[near], color=BLUE, lw=1.0, label="fitted")
+        upper.set_ylabel(f"{worst.signal} ({unit})")
+        upper.set_title(f"{record.name}: worst at {record.begin + record.time[worst.sample]:.4g} s")
+        upper.legend(ncols=2, loc="best")
+        lower.plot(time, 1e3 * measured_speed(record)[near], color=VERMILION, lw=1.0)
+        lower.set(xlabel="time of the record (s)", ylabel="velocity (mm/s)")
+        for axis in (upper, lower):
+            axis.axvline(record.begin + record.time[worst.sample], color=GREY, lw=0.7, ls=":")
     return figure
 
 

@@ -10,7 +10,7 @@ from io import BytesIO
 from matplotlib.figure import Figure
 
 from pneumatic_servo.identification.cross_validation import COLUMNS
-from pneumatic_servo.identification.figures import against, friction_map, overlay
+from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.regimes import regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.result import Fit
@@ -28,7 +28,7 @@ def page(fit: Fit) -> str:
     verdict = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
     names = list(fit.parameters)
     correlation = fit.certainty.correlation
-    friction = friction_map(fit)
+    friction, worst = friction_map(fit), worst_misfit(residuals)
     parts = [
         f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{verdict} {escape(fit.message)}</p>",
         f"<p class={fit.verdict.light}><b>{fit.verdict.light.capitalize()}.</b> {escape(fit.verdict.text)}</p>",
@@ -56,6 +56,7 @@ def page(fit: Fit) -> str:
             ),
         ),
         _image(overlay(residuals), "measured and fitted signals"),
+        "<h2>Where it misses most</h2>" + _image(worst, "measured and fitted at the worst misfit") if worst else "",
         _image(against(residuals), "what remains against velocity, position and lag"),
         "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
         *_conditions(fit),

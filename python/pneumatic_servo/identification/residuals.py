@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from pneumatic_servo.identification.signals import SIGNALS
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LAGS = 100
+AROUND = 11
+"""Samples over which a misfit has to last to be the worst: a single sample is noise."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,16 @@ class Course:
     time: Array
     measured: Array
     difference: Array
+
+
+@dataclass(frozen=True)
+class Worst:
+    """Where most is missed: signal, window, sample, and the mean square there in units of the noise."""
+
+    signal: str
+    window: int
+    sample: int
+    size: float
 
 
 class Residuals:
@@ -53,6 +66,19 @@ class Residuals:
         """Return what remains of a signal in all windows."""
         parts = [d[signal][w.used] for w, d in zip(self.windows, self._differences, strict=True)]
         return np.concatenate(parts)
+
+    def worst(self) -> Worst | None:
+        """Return where most is missed for a while; nothing where nothing is compared."""
+        found = None
+        for place, (window, difference) in enumerate(zip(self.windows, self._differences, strict=True)):
+            for signal in self.signals:
+                noise = self.problem.sensors[signal].noise
+                size = np.where(window.used, difference[signal] / noise, 0.0) ** 2
+                around = uniform_filter1d(np.nan_to_num(size), min(AROUND, len(size)), mode="constant")
+                sample = int(np.argmax(around))
+                if window.used.any() and (found is None or around[sample] > found.size):
+                    found = Worst(signal, place, sample, float(around[sample]))
+        return found
 
     @property
     def position(self) -> Array:

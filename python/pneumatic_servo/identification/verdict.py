@@ -125,6 +125,18 @@ def _of_misfit(fit: Fit) -> Iterator[Finding]:
             )  # fmt: skip
         else:
             yield Finding("green", f"What it leaves of {signal}, {rms:.3g} {unit} rms, looks like noise.")
+    yield from _worst_place(residuals)
+
+
+def _worst_place(residuals: Residuals) -> Iterator[Finding]:
+    """Say where a misfit is that noise cannot be."""
+    worst = residuals.worst()
+    if worst is not None and worst.size > LOUD**2:
+        record = residuals.windows[worst.window].record
+        yield Finding(
+            "green", f"Most is missed of {worst.signal} at {record.begin + record.time[worst.sample]:.4g} s of "
+            f"{record.name}."
+        )  # fmt: skip
 
 
 def _of_prediction(fit: Fit) -> Iterator[Finding]:
