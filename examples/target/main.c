@@ -2,7 +2,7 @@
 
    Unpack the folder `sources` of PneumaticServoCylinder.fmu (FMI 2.0, made by `cargo xtask package --sources`), then
 
-       cc -std=c99 -O2 -I sources main.c sources/plant.c sources/loop.c sources/code*.c -lm
+       cc -std=c99 -O2 -I sources main.c sources/plant.c sources/operators.c sources/loop.c sources/code*.c -lm
 
    docs/target.md says how to build for a microcontroller. A proportional controller moves the carriage to 0.3 m; the last
    lines are the bits of the results, which are the same on every target. */

@@ -35,10 +35,13 @@ Function module_entry(Module *s, u32 of, u32 place);
 NO_RETURN void module_trap(Module *s, int why);
 /* Takes so many pages into use; the number before, or ~0 if there are not so many. */
 u32 module_grow(Module *s, u32 pages);
+/* The sum, computed by integers. */
+f64 module_sum64(f64 x, f64 y);
 
 #define trap module_trap
 #define entry module_entry
 #define grow module_grow
+#define sum64 module_sum64
 
 /* Memory. The offset is a constant and always less than MEMORY. */
 #if defined(__BYTE_ORDER__) && defined(__ORDER_BIG_ENDIAN__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
@@ -194,6 +197,17 @@ INLINE u64 clz64(u64 x) {
 INLINE u64 ctz64(u64 x) { return popcnt64(~x & (x - 1)); }
 INLINE u32 clz32(u32 x) { return (u32)clz64(x) - 32; }
 INLINE u32 ctz32(u32 x) { return x ? (u32)ctz64(x) : 32; }
+#endif
+
+/* Sums in double precision. The library of GCC for Arm without hardware for them rounds some to the wrong side where exponents
+   differ by 32 or 33. */
+#if defined(__arm__) && !(defined(__ARM_FP) && (__ARM_FP & 8))
+#define SUMS_BY_INTEGERS
+#define add64(a, b) sum64(a, b)
+#define sub64(a, b) sum64(a, -(b))
+#else
+#define add64(a, b) ((a) + (b))
+#define sub64(a, b) ((a) - (b))
 #endif
 
 /* Floating-point numbers: -0 is less than +0, and what is no number stays none. */

@@ -60,8 +60,8 @@ pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8
 /// # Errors
 /// When a file cannot be read, or the module holds what is not translated.
 pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
-    let mut compiled = vec!["plant.c".to_owned()];
-    let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.h"];
+    let mut compiled = vec!["plant.c".to_owned(), "operators.c".to_owned()];
+    let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.c", "operators.h"];
     let mut roots = ROOTS.to_vec();
     for version in versions {
         let (face, functions) = match version {

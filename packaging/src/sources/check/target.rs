@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use pneumatic_servo::friction::LAWS;
 
 use super::compiled::{Compiler, Written};
@@ -23,6 +23,8 @@ pub enum Target {
     CortexM7,
     /// A Cortex-M4, which computes double precision by calls, without an operating system.
     CortexM4,
+    /// A Cortex-M4 with hardware for single precision, without an operating system.
+    CortexM4Single,
     /// Linux on 32-bit Arm with hardware for floating-point numbers.
     Arm32,
     /// Linux on IBM Z, which keeps the big end of numbers first.
@@ -38,10 +40,11 @@ type Emulator = Option<(&'static str, &'static str)>;
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Linux,
         Self::CortexM7,
         Self::CortexM4,
+        Self::CortexM4Single,
         Self::Arm32,
         Self::BigEndian,
         Self::Arm64,
@@ -55,7 +58,8 @@ impl Target {
             Self::Linux => "Linux on x86_64",
             Self::Clang => "Linux on x86_64, compiled by Clang",
             Self::CortexM7 => "Cortex-M7 without operating system under QEMU",
-            Self::CortexM4 => "Cortex-M4 without operating system and hardware for double precision under QEMU",
+            Self::CortexM4 => "Cortex-M4 without operating system and floating-point unit under QEMU",
+            Self::CortexM4Single => "Cortex-M4 without operating system, with single precision, under QEMU",
             Self::Arm32 => "Linux on 32-bit Arm under QEMU",
             Self::BigEndian => "Linux on IBM Z (big-endian) under QEMU",
             Self::Arm64 => "Linux on 64-bit Arm under QEMU",
@@ -73,7 +77,7 @@ impl Target {
         }
     }
 
-    /// Its compiler.
+    /// Its compiler. For a microcontroller it makes small code, as its users do, since that is measured.
     pub fn compiler(self) -> Compiler {
         let of = |program, folder, always, compiling, linking| Compiler { program, folder, always, compiling, linking };
         const NO_SYSTEM: &[&str] = &["--specs=rdimon.specs"];
@@ -90,14 +94,21 @@ impl Target {
             Self::CortexM7 => of(
                 "arm-none-eabi-gcc",
                 "cortex-m7",
-                &["-mcpu=cortex-m7", "-mfloat-abi=hard", "-mfpu=fpv5-d16", "-mthumb", "-DPLANT_INSTANCES=1"],
+                &["-Os", "-mcpu=cortex-m7", "-mfloat-abi=hard", "-mfpu=fpv5-d16", "-mthumb", "-DPLANT_INSTANCES=1"],
                 &[],
                 NO_SYSTEM,
             ),
             Self::CortexM4 => of(
                 "arm-none-eabi-gcc",
                 "cortex-m4",
-                &["-mcpu=cortex-m4", "-mfloat-abi=soft", "-mthumb", "-DPLANT_INSTANCES=1"],
+                &["-Os", "-mcpu=cortex-m4", "-mfloat-abi=soft", "-mthumb", "-DPLANT_INSTANCES=1"],
+                &[],
+                NO_SYSTEM,
+            ),
+            Self::CortexM4Single => of(
+                "arm-none-eabi-gcc",
+                "cortex-m4-single",
+                &["-Os", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-mthumb", "-DPLANT_INSTANCES=1"],
                 &[],
                 NO_SYSTEM,
             ),
@@ -105,7 +116,7 @@ impl Target {
     }
 
     fn has_no_system(self) -> bool {
-        matches!(self, Self::CortexM7 | Self::CortexM4)
+        matches!(self, Self::CortexM7 | Self::CortexM4 | Self::CortexM4Single)
     }
 
     /// The Debian packages of its compiler.
@@ -117,7 +128,7 @@ impl Target {
             Self::Arm32 => "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross",
             Self::BigEndian => "gcc-s390x-linux-gnu libc6-dev-s390x-cross",
             Self::Windows => "gcc-mingw-w64-x86-64-posix",
-            Self::CortexM7 | Self::CortexM4 => "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+            Self::CortexM7 | Self::CortexM4 | Self::CortexM4Single => "gcc-arm-none-eabi libnewlib-arm-none-eabi",
         }
     }
 
@@ -127,7 +138,7 @@ impl Target {
             Self::Arm64 => Some(("qemu-aarch64", "qemu-user")),
             Self::Arm32 => Some(("qemu-arm", "qemu-user")),
             Self::BigEndian => Some(("qemu-s390x", "qemu-user")),
-            Self::CortexM7 | Self::CortexM4 => Some(("qemu-system-arm", "qemu-system-arm")),
+            Self::CortexM7 | Self::CortexM4 | Self::CortexM4Single => Some(("qemu-system-arm", "qemu-system-arm")),
         }
     }
 
@@ -139,14 +150,17 @@ impl Target {
         compiler.into_iter().chain(emulator).chain(wine).collect()
     }
 
-    /// Runs the control loop of `examples/target`, and all laws; returns the bits that come out, and prints what was measured.
+    /// Runs many sums and products, the control loop of `examples/target`, and all laws; returns the bits that come out, and prints what was measured.
     ///
     /// # Errors
     /// When a program cannot be compiled, or ends with an error.
     pub fn run(self, workspace: &Workspace, written: &Written, plant: &[PathBuf]) -> Result<String> {
         let mut bits = String::new();
-        for (name, file) in [("loop", "examples/target/main.c"), ("laws", "tests/sources/laws.c")] {
+        for (name, file) in PROGRAMS {
             let program = self.program(workspace, written, name, &workspace.root.join(file), plant)?;
+            if self.has_no_system() {
+                println!("{}: {name}, text and data: {}", self.name(), size(&program)?);
+            }
             let printed = process::output(&mut self.start(&written.folder, &program))?.replace('\r', "");
             for line in printed.lines() {
                 match line.strip_prefix("measured ") {
@@ -180,7 +194,7 @@ impl Target {
 
     fn start(self, folder: &Path, program: &Path) -> Command {
         let mut command = match (self, self.emulator()) {
-            (Self::CortexM7 | Self::CortexM4, _) => {
+            (Self::CortexM7 | Self::CortexM4 | Self::CortexM4Single, _) => {
                 // The board of the Cortex-M7 runs code for the Cortex-M4, too.
                 let mut qemu = Command::new("qemu-system-arm");
                 qemu.args(["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", "none"]);
@@ -206,6 +220,22 @@ impl Target {
         command
     }
 }
+
+/// The bytes of a program for Arm that are written into the memory of the target.
+fn size(program: &Path) -> Result<u64> {
+    let printed = process::output(Command::new("arm-none-eabi-size").arg(program))?;
+    let mut columns = printed.lines().nth(1).unwrap_or_default().split_whitespace();
+    let mut next = || columns.next()?.parse::<u64>().ok();
+    let (text, data) = (next(), next());
+    text.zip(data).map(|(text, data)| text + data).with_context(|| format!("no size of a program: {printed}"))
+}
+
+/// What is run on each target.
+const PROGRAMS: [(&str, &str); 3] = [
+    ("arithmetic", "tests/sources/arithmetic.c"),
+    ("loop", "examples/target/main.c"),
+    ("laws", "tests/sources/laws.c"),
+];
 
 /// QEMU lets an instruction take 1 ns, and the timer of the board ticks with 25 MHz.
 const INSTRUCTIONS_PER_TICK: u32 = 40;

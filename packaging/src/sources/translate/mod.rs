@@ -195,7 +195,7 @@ fn header(
     let globals = module.globals.iter().enumerate().map(|(place, (of, _))| format!("{} g{place};", of.in_c()));
     writeln!(text, "#define MODULE_GLOBALS {}", globals.collect::<String>())?;
     writeln!(text, "#include \"wasm.h\"")?;
-    for name in ["module_start", "module_entry", "module_trap", "module_grow"] {
+    for name in ["module_start", "module_entry", "module_trap", "module_grow", "module_sum64"] {
         writeln!(text, "#define {name} {prefix}_{name}")?;
     }
     for import in &module.imports {

@@ -79,7 +79,7 @@ pub fn access(name: &str) -> Option<Access> {
 }
 
 /// Name, number of arguments, result (`c` of a comparison), expression. Integers are unsigned in C; what would overflow,
-/// divide by zero or depend on the sign of zero is a function of `wasm.h`.
+/// divide by zero, depend on the sign of zero or round wrongly on some processor is a function of `operators.h`.
 const OPERATORS: &str = "\
 I32Eqz 1 c !A
 I32Eq 2 c (A==B)
@@ -172,8 +172,8 @@ F64Floor 1 d floor(A)
 F64Trunc 1 d trunc(A)
 F64Nearest 1 d rint(A)
 F64Sqrt 1 d sqrt(A)
-F64Add 2 d (A+B)
-F64Sub 2 d (A-B)
+F64Add 2 d add64(A,B)
+F64Sub 2 d sub64(A,B)
 F64Mul 2 d (A*B)
 F64Div 2 d (A/B)
 F64Min 2 d min64(A,B)
