@@ -17,8 +17,8 @@ const OF_TWO_MODELS: [&str; 3] = [
     "model_without_continuous_states_is_there_for_co_simulation_only",
 ];
 /// What the names of tests of all models have in common; most tests are about the cylinder.
-const OF_ALL_MODELS: [&str; 5] =
-    ["every_model", "all_models", "nominals_are_those", "start_values_of_states", "version"];
+const OF_ALL_MODELS: [&str; 6] =
+    ["every_model", "all_models", "nominals_are_those", "start_values_of_states", "version_is", "version_and_platform"];
 
 /// Runs the tests, and saves states in one library and goes on with them in the other, both ways.
 ///
