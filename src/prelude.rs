@@ -9,9 +9,9 @@
 //! | an actuator of the cylinder | [`Actuating`] | a line in [`actuators!`](crate::actuators) |
 //! | a model | [`System`], and [`Shortcuts`], which may stay empty | [`Model::of`](crate::model::Model::of) |
 //!
-//! Numbers of equations are generic ([`Scalar`]): evaluated with dual numbers they give exact derivatives. In products and
-//! differences a number of the equations comes before a parameter (`v * self.damping`), and a parameter before a plain number
-//! (`-self.b + 1.0`): a plain number on the left would lose the slope by the parameter.
+//! Numbers of equations are generic ([`Scalar`]): evaluated with dual numbers they give exact derivatives, and with
+//! [`Real`] ones, as in a run, values alone. A number of the equations comes before a parameter: `v * self.damping`. An `f64` is
+//! none of them: `Real::of(value)` makes one of it, and `.value` gives it back.
 
 pub use crate::friction::parts::of_velocity::{OfVelocity, VelocityLaw};
 pub use crate::friction::parts::one_bristle::{BristleLaw, OneBristle};
@@ -19,7 +19,7 @@ pub use crate::friction::parts::stick_slip::{SetValued, StickSlip};
 pub use crate::friction::{Contact, Drive, FrictionContact, FrictionLaw, Laws, StateKind, Stiction};
 pub use crate::hybrid::{Sample, UNUSED};
 pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
-pub use crate::numbers::{Number, Scalar, sign};
+pub use crate::numbers::{Number, Real, Scalar, sign};
 pub use crate::pneumatics::actuator::{Actuating, Actuators};
 pub use crate::system::{Event, Shortcuts, System, Tables};
 pub use crate::variables::{

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::hybrid::Sample;
-use crate::numbers::{Scalar, random};
+use crate::numbers::{Real, Scalar, random};
 use crate::variables::{Field, ParameterError, Tunable, Unit, Variable, units};
 
 /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
@@ -147,7 +147,7 @@ impl Sensor {
 
     /// Takes a sample.
     pub fn sample(&self, quantity: f64, lagged: f64, memory: &mut Memory) {
-        let mut reading = self.seen(quantity, lagged);
+        let mut reading = self.seen(Real::of(quantity), Real::of(lagged)).value;
         if self.noise > 0.0 {
             reading += self.noise * random::normal(&mut memory.random);
         }
@@ -175,11 +175,15 @@ mod tests {
 
     const PERFECT: Sensor = Sensor { offset: 0.0, lag: 0.0, noise: 0.0, resolution: 0.0, sample_time: 0.0 };
 
+    fn reading(sensor: &Sensor, quantity: f64, lagged: f64, memory: &Memory) -> f64 {
+        sensor.reading(Real::of(quantity), Real::of(lagged), memory).value
+    }
+
     #[test]
     fn sensor_without_faults_reads_the_quantity() {
         assert!(!PERFECT.is_used());
         let memory = PERFECT.start(3.0, 1);
-        assert_eq!(PERFECT.reading(4.0, 7.0, &memory), 4.0);
+        assert_eq!(reading(&PERFECT, 4.0, 7.0, &memory), 4.0);
         assert_eq!(PERFECT.next_sample(&memory), Sample::NEVER);
     }
 
@@ -187,10 +191,10 @@ mod tests {
     fn sample_is_rounded_and_held() {
         let sensor = Sensor { offset: 0.02, resolution: 0.25, sample_time: 1e-3, ..PERFECT };
         let mut memory = sensor.start(1.0, 1);
-        assert_eq!(sensor.reading(5.0, 0.0, &memory), 1.0);
+        assert_eq!(reading(&sensor, 5.0, 0.0, &memory), 1.0);
         for (quantity, expected) in [(1.1, 1.0), (1.11, 1.25), (-0.2, -0.25)] {
             sensor.sample(quantity, 0.0, &mut memory);
-            assert_eq!(sensor.reading(5.0, 0.0, &memory), expected);
+            assert_eq!(reading(&sensor, 5.0, 0.0, &memory), expected);
         }
         assert_eq!(sensor.next_sample(&memory).time, 4e-3);
     }
@@ -203,7 +207,7 @@ mod tests {
         let errors: Vec<f64> = (0..10_000)
             .map(|_| {
                 sensor.sample(2.0, 0.0, &mut memory);
-                sensor.reading(0.0, 0.0, &memory) - 2.0
+                reading(&sensor, 0.0, 0.0, &memory) - 2.0
             })
             .collect();
         let mean = errors.iter().sum::<f64>() / 1e4;

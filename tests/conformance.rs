@@ -7,7 +7,7 @@ use pneumatic_servo::conformance::{repeats, slopes};
 use pneumatic_servo::prelude::*;
 
 parameters! {
-    /// The slope by the parameter is lost: a plain number is on its left.
+    /// The slope by the parameter is lost: its value alone is used.
     Lost {
         share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
     }
@@ -15,12 +15,12 @@ parameters! {
 
 impl VelocityLaw for Lost {
     fn force<S: Scalar>(&self, v: S, level: S) -> S {
-        v * level * (1.0 - self.share)
+        v * level * (1.0 - self.share.value)
     }
 }
 
 parameters! {
-    /// The same with the parameter on the left.
+    /// The same with the parameter as it is, behind a plain number.
     Kept {
         share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
     }
@@ -28,7 +28,7 @@ parameters! {
 
 impl VelocityLaw for Kept {
     fn force<S: Scalar>(&self, v: S, level: S) -> S {
-        v * level * S::tuned(-self.share + 1.0)
+        v * level * (1.0 - self.share)
     }
 }
 

@@ -5,6 +5,7 @@ mod rig;
 
 use bounds::{close, larger, within};
 use pneumatic_servo::models::position_controller;
+use pneumatic_servo::numbers::{Real, Scalar};
 use pneumatic_servo::pneumatics::valve::{Opening, Spool, Valve};
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::Tunable;
@@ -131,12 +132,14 @@ fn integral_part_leaves_the_limit() {
 #[test]
 fn dead_zone_is_inverted_exactly() {
     let valve = Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.0, polarity: 1.0 };
-    let conductance = |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(Tunable::still(dead_zone)).at(spool).0[0];
+    let conductance =
+        |dead_zone: f64, spool: f64| 4e-9 * Opening::linear(Tunable::still(dead_zone)).at(Real::of(spool)).0[0].value;
+    let spool_at = |voltage: f64| valve.command(Real::of(voltage)).value;
     for dead_zone in [0.0, 0.08, 0.5] {
         let rig = bare().set("valve.deadZone", dead_zone);
         for command in [-6.0, -5.0, -2.0, -0.01, 0.01, 0.5, 3.0, 5.0, 8.0] {
-            let spool = valve.command(voltage_of_command(&rig, command));
-            let wanted = valve.command(5.0 + command);
+            let spool = spool_at(voltage_of_command(&rig, command));
+            let wanted = spool_at(5.0 + command);
             for (found, wanted) in [(spool, wanted), (-spool, -wanted)] {
                 close(
                     conductance(dead_zone, found),

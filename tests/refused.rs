@@ -24,7 +24,7 @@ fn cases() -> Vec<(String, String, PathBuf)> {
 #[test]
 fn compiler_refuses_mistakes_and_says_what_is_wrong() {
     let cases = cases();
-    assert!(cases.len() >= 9, "{} files", cases.len());
+    assert!(cases.len() >= 11, "{} files", cases.len());
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("refused");
     fs::create_dir_all(&folder).expect("a folder");
     let mut manifest = format!(

@@ -325,7 +325,7 @@ mod tests {
         use pneumatic_servo::prelude::*;
 
         parameters! {
-            /// A plain number on the left of the parameter loses its slope.
+            /// The value of the parameter alone has no slope.
             Lost {
                 share: Tunable = Variable::parameter(0, "b", units::ONE, 0.25).range(0.0, 1.0).text("Share");
             }
@@ -333,7 +333,7 @@ mod tests {
 
         impl VelocityLaw for Lost {
             fn force<S: Scalar>(&self, v: S, level: S) -> S {
-                v * level * (1.0 - self.share)
+                v * level * (1.0 - self.share.value)
             }
         }
 

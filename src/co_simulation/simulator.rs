@@ -1,7 +1,7 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
 use super::Simulation;
-use crate::hybrid::Indicator;
+use crate::hybrid::{HybridSystem, Indicator};
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::sensitivity::{Differentiable, Equations, Erased};
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
@@ -121,7 +121,8 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         let (u, _) = self.run.inputs();
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
-        self.run.consistent(|x, memory| self.run.system().outputs(self.run.time(), x, &u, memory, own));
+        let system = self.run.system();
+        self.run.consistent(|x, memory| self.session.outputs(system, (self.run.time(), x, &u, memory), own));
         residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
         self.run.counters().write(counters);
     }
@@ -134,7 +135,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
     fn rates(&self, computed: &mut [f64]) {
         let (u, slopes) = self.run.inputs();
         let derivatives =
-            self.run.consistent(|x, memory| System::derivatives(self.run.system(), self.run.time(), x, &u, memory));
+            self.run.consistent(|x, memory| HybridSystem::rates(self.run.system(), self.run.time(), x, &u, memory));
         self.differentiate((1.0, derivatives, slopes), &[], computed);
     }
 

@@ -8,7 +8,7 @@ use crate::hybrid::UNUSED;
 use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
-use crate::numbers::{Dual, Scalar};
+use crate::numbers::{Dual, Real, Scalar};
 use crate::variables::{Choice, Tunable};
 
 /// What is claimed of a law besides what every law promises.
@@ -119,7 +119,7 @@ pub fn derivatives<L: Laws>(name: &str) {
             let [above, below] = [step, -step].map(|shift| {
                 let mut shifted = at;
                 shifted[direction] += shift;
-                evaluate(&law, drive, &memory, &shifted)
+                evaluate(&law, drive, &memory, &Real::all(&shifted)).into_iter().map(Real::value).collect::<Vec<_>>()
             });
             for (row, dual) in exact.iter().enumerate() {
                 let difference = (above[row] - below[row]) / (2.0 * step);

@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::event::{Event, Indicators};
 use super::parts::elements::MAX_ELEMENTS;
 use crate::hybrid::Sample;
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
 /// The largest number of continuous states a law may have: one for each element.
@@ -63,6 +63,16 @@ impl Contact<f64> {
     pub fn held<S: Scalar>(&self) -> Contact<S> {
         let Self { time, position, velocity, applied, level, drive } = *self;
         let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(S::constant);
+        Contact { time, position, velocity, applied, level, drive }
+    }
+}
+
+impl Contact<Real> {
+    /// The same contact in plain numbers.
+    #[inline(always)]
+    pub fn plain(&self) -> Contact<f64> {
+        let Self { time, position, velocity, applied, level, drive } = *self;
+        let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(Real::value);
         Contact { time, position, velocity, applied, level, drive }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{LongestSteps, Sample};
-use crate::numbers::{Dual, Number, Scalar};
+use crate::numbers::{Dual, Number, Real, Scalar};
 
 /// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
 ///
@@ -50,10 +50,16 @@ pub trait HybridSystem<const N: usize, const U: usize> {
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
 
+    /// The same in plain numbers.
+    #[inline(always)]
+    fn rates(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
+        self.derivatives(Real::of(time), &Real::all(x), &Real::all(u), memory).map(Real::value)
+    }
+
     /// The same, of which those of the first [`LED`](Self::LED) states may be missing: where these have a closed form,
     /// nobody asks how they change.
     fn driven(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
-        self.derivatives(time, x, u, memory)
+        self.rates(time, x, u, memory)
     }
 
     /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always

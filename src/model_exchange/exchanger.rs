@@ -1,7 +1,7 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::hybrid::{Indicator, Limits, UNUSED};
+use crate::hybrid::{HybridSystem, Indicator, Limits, UNUSED};
 use crate::session::{Direction, Session, Snapshot, SnapshotError};
 use crate::solver::Counters;
 use crate::system::{MAX_KINKS, Shortcuts, state_name};
@@ -279,7 +279,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
-        let here = self.equations.derivatives(self.elapsed, &self.near, &self.inputs, &self.memory);
+        let here = HybridSystem::rates(&self.equations, self.elapsed, &self.near, &self.inputs, &self.memory);
         if here.iter().any(|rate| !rate.is_finite()) {
             return Err(ExchangeError::NotFinite { time: self.session.time });
         }
@@ -325,7 +325,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     fn values(&self, computed: &mut [f64]) {
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
-        self.equations.outputs(self.elapsed, &self.near, &self.inputs, &self.memory, own);
+        self.session.outputs(&self.equations, (self.elapsed, &self.near, &self.inputs, &self.memory), own);
         // No account is kept of what the host integrates.
         residuals.fill(0.0);
         self.counters.write(counters);
@@ -387,8 +387,9 @@ mod tests {
     use super::*;
     use crate::hybrid::Sample;
     use crate::numbers::Scalar;
+    use crate::session::Start;
     use crate::states;
-    use crate::system::{System, Tables, table};
+    use crate::system::{System, Tables};
     use crate::variables::Values;
 
     /// Nothing but events at one instant: so many that are handled, each by its indicator, and so many samples.
@@ -461,12 +462,10 @@ mod tests {
     fn busy(switches: usize, samples: usize) -> Exchanger<Busy, 0, 0> {
         let indicators =
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
-        let equations = Busy { switches, samples };
-        Exchanger::new(
-            (equations, Session { table: table::<Busy, 0>(), parameters: Vec::new(), start: 10.0, time: 11.0 }),
-            (1.0, [], [0, 0], []),
-            indicators.to_vec(),
-        )
+        let start = Start { time: 10.0, parameters: &[], inputs: &[], tolerance: None };
+        let mut session = Session::begin::<Busy, 0>(&start);
+        session.time = 11.0;
+        Exchanger::new((Busy { switches, samples }, session), (1.0, [], [0, 0], []), indicators.to_vec())
     }
 
     /// Steps and events that it has counted.

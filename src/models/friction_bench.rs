@@ -19,7 +19,7 @@ use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, Laws, MAX_STATES, states};
 use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::system::{Shortcuts, System, Tables, references, table};
 use crate::variables::{Choice, Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
@@ -289,6 +289,23 @@ impl<L: Laws> FrictionBench<L> {
         self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
     }
 
+    /// The contact in plain numbers.
+    fn contact_now<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; INPUTS],
+        rate: f64,
+        trend: Trend,
+    ) -> Contact<f64> {
+        let u = Inputs::read(&Real::all(u));
+        self.contact(Real::of(time), &Real::all(x), &u, Real::of(rate), trend).plain()
+    }
+
+    fn rate_now<const N: usize>(&self, x: &[f64; N], u: &[f64; INPUTS], memory: &Memory<L::Memory>) -> f64 {
+        self.rate(&Real::all(x), &Inputs::read(&Real::all(u)), memory).value
+    }
+
     /// Acceleration in m/s2 under a friction force.
     fn acceleration<S: Scalar>(&self, applied: S, friction_force: S) -> S {
         match self.p.drive {
@@ -329,14 +346,14 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
     }
 
     fn start<const N: usize>(&self, u: &[f64; INPUTS]) -> ([f64; N], Self::Memory) {
-        let u = Inputs::read(u);
+        let inputs = Inputs::read(u);
         let mut x = [0.0; N];
         State::DrivePosition.set(&mut x, self.p.position0);
         State::Position.set(&mut x, self.p.position0);
         State::Velocity.set(&mut x, self.p.velocity0);
-        let trend = Trend { velocity: u.drive_velocity, sign: 1.0 };
-        let rate = if self.p.drive.prescribes() { u.drive_velocity } else { self.p.velocity0 };
-        let friction = self.friction.start(&self.contact(0.0, &x, &u, rate, trend));
+        let trend = Trend { velocity: inputs.drive_velocity, sign: 1.0 };
+        let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { self.p.velocity0 };
+        let friction = self.friction.start(&self.contact_now(0.0, &x, u, rate, trend));
         (x, Memory { friction, trend, course: Course { end: self.p.position0, velocity: None } })
     }
 
@@ -372,8 +389,7 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         u: &[f64; INPUTS],
         memory: &Memory<L::Memory>,
     ) -> Indicators {
-        let u = &Inputs::read(u);
-        let contact = self.contact_at(time, x, u, memory);
+        let contact = self.contact_now(time, x, u, self.rate_now(x, u, memory), memory.trend);
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
@@ -389,8 +405,7 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         u: &[f64; INPUTS],
         memory: &mut Memory<L::Memory>,
     ) {
-        let u = &Inputs::read(u);
-        let contact = self.contact_at(time, x, u, memory);
+        let contact = self.contact_now(time, x, u, self.rate_now(x, u, memory), memory.trend);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
@@ -410,10 +425,13 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         u: &[f64; INPUTS],
         memory: &mut Memory<L::Memory>,
     ) -> bool {
-        let u = &Inputs::read(u);
-        memory.trend.follow(if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity });
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
-        let contact = || self.contact(time, x, u, rate, trend);
+        memory.trend.follow(if self.p.drive.prescribes() {
+            self.rate_now(x, u, memory)
+        } else {
+            Inputs::read(u).drive_velocity
+        });
+        let (rate, trend) = (self.rate_now(x, u, memory), memory.trend);
+        let contact = || self.contact_now(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
         true
     }
@@ -439,9 +457,8 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
     }
 
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory<L::Memory>) {
-        let u = &Inputs::read(u);
-        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
-        self.friction.sample(|| self.contact(time, x, u, rate, trend), time, x, &mut memory.friction);
+        let (rate, trend) = (self.rate_now(x, u, memory), memory.trend);
+        self.friction.sample(|| self.contact_now(time, x, u, rate, trend), time, x, &mut memory.friction);
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {

@@ -4,6 +4,11 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::Scalar;
 
+/// A number of the equations without derivatives: what plain runs are made of.
+///
+/// It is as fast as an `f64`, and an `f64` is no number of the equations, so that nothing that varies is taken for a constant.
+pub type Real = Dual<0>;
+
 /// A number with its derivatives in `D` directions (forward-mode automatic differentiation).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const D: usize> {
@@ -36,6 +41,14 @@ impl<const D: usize> Dual<D> {
             *a = rule(*a, b);
         }
         Self { value, slope }
+    }
+}
+
+impl Real {
+    /// Numbers of the equations for plain ones.
+    #[inline(always)]
+    pub fn all<const N: usize>(values: &[f64; N]) -> [Self; N] {
+        values.map(Self::of)
     }
 }
 
@@ -131,6 +144,26 @@ impl<const D: usize> Div<f64> for Dual<D> {
     }
 }
 
+/// Constants on the left.
+macro_rules! constants_on_the_left {
+    ($($operator:ident $name:ident;)*) => {$(
+        impl<const D: usize> $operator<Dual<D>> for f64 {
+            type Output = Dual<D>;
+            #[inline(always)]
+            fn $name(self, other: Dual<D>) -> Dual<D> {
+                Dual::of(self).$name(other)
+            }
+        }
+    )*};
+}
+
+constants_on_the_left! {
+    Add add;
+    Sub sub;
+    Mul mul;
+    Div div;
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,8 +196,25 @@ mod tests {
         }
         for step in 1..100 {
             let x = f64::from(step) * 0.037;
-            assert_eq!(equation(x).to_bits(), equation(Dual::<3>::variable(x, 1)).value.to_bits());
+            assert_eq!(equation(Real::of(x)).value.to_bits(), equation(Dual::<3>::variable(x, 1)).value.to_bits());
         }
+    }
+
+    /// The equation of the sums and products of `f64`, with constants on either side.
+    #[test]
+    fn plain_numbers_have_the_bits_of_f64() {
+        for step in 1..100 {
+            let x = f64::from(step) * 0.037;
+            let (real, plain) = (Real::of(x), (1.0 - x) * 3.0 / (2.0 + x / 7.0) - 0.1 / -x);
+            assert_eq!(((1.0 - real) * 3.0 / (2.0 + real / 7.0) - 0.1 / -real).value.to_bits(), plain.to_bits());
+        }
+    }
+
+    #[test]
+    fn constants_on_the_left_keep_the_slope() {
+        let x = Dual::<1>::variable(2.0, 0);
+        let slopes = [3.0 + x, 3.0 - x, 3.0 * x, 3.0 / x].map(|it| (it.value, it.slope[0]));
+        assert_eq!(slopes, [(5.0, 1.0), (1.0, -1.0), (6.0, 3.0), (1.5, -0.75)]);
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub mod random;
 mod scalar;
 mod tangent;
 
-pub use dual::Dual;
+pub use dual::{Dual, Real};
 #[doc(hidden)]
 pub use monotone::MonotoneCurve;
 pub use number::Number;

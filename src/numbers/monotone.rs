@@ -93,7 +93,11 @@ fn slopes_at_points(widths: &[f64], chords: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::Dual;
+    use crate::numbers::{Dual, Real};
+
+    fn at(curve: &MonotoneCurve, x: f64) -> f64 {
+        curve.at(Real::of(x)).value
+    }
 
     /// Points of a valve with a dead zone and a progressive start.
     const POINTS: [(f64, f64); 5] = [(0.0, 0.0), (0.1, 0.0), (0.3, 0.05), (0.6, 0.4), (1.0, 1.0)];
@@ -103,7 +107,7 @@ mod tests {
     fn curve_is_that_of_another_implementation() {
         let curve = MonotoneCurve::through(&POINTS);
         for (x, expected) in SCIPY {
-            assert!((curve.at(x) - expected).abs() < 1e-15, "{} at {x}, not {expected}", curve.at(x));
+            assert!((at(&curve, x) - expected).abs() < 1e-15, "{} at {x}, not {expected}", at(&curve, x));
         }
     }
 
@@ -120,9 +124,9 @@ mod tests {
     fn curve_meets_its_points_and_is_constant_beyond_them() {
         let curve = MonotoneCurve::through(&POINTS);
         for (x, expected) in POINTS {
-            assert!((curve.at(x) - expected).abs() < 1e-15, "{} at {x}", curve.at(x));
+            assert!((at(&curve, x) - expected).abs() < 1e-15, "{} at {x}", at(&curve, x));
         }
-        assert_eq!([-1.0, 0.05, 1.5].map(|x| curve.at(x)), [0.0, 0.0, 1.0]);
+        assert_eq!([-1.0, 0.05, 1.5].map(|x| at(&curve, x)), [0.0, 0.0, 1.0]);
     }
 
     #[test]
@@ -140,6 +144,6 @@ mod tests {
     #[test]
     fn two_points_make_a_line() {
         let line = MonotoneCurve::through(&[(0.2, 0.0), (0.7, 1.0)]);
-        assert!((line.at(0.3) - 0.2).abs() < 1e-15);
+        assert!((at(&line, 0.3) - 0.2).abs() < 1e-15);
     }
 }

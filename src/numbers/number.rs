@@ -5,6 +5,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use super::Tangent;
 
 /// A number or two of them side by side, for equations without branches.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no number of the equations",
+    note = "`Real::of(value)` makes one of an `f64`, and `.value` gives it back; so nothing that varies is taken for a constant"
+)]
 pub trait Number:
     Copy
     + Add<Output = Self>

@@ -122,6 +122,7 @@ impl<S: Scalar> Number for Pair<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// Both numbers of a pair have the bits that they have alone.
     #[test]
@@ -130,7 +131,7 @@ mod tests {
             let root = (x.max(y) / x.min(y) + 0.5).sqrt();
             N::if_at_least(x, y, root, -root.powf(0.3) * 2.0) - x * y
         }
-        let (x, y) = ([0.7, 3.1], [1.9, 0.2]);
+        let (x, y) = (Real::all(&[0.7, 3.1]), Real::all(&[1.9, 0.2]));
         let Pair(both) = equation(Pair(x), Pair(y));
         assert_eq!(both, [0, 1].map(|i| equation(x[i], y[i])));
         assert_eq!(Pair(x) * [2.0, 3.0] - [0.1, 0.2], Pair([x[0] * 2.0 - 0.1, x[1] * 3.0 - 0.2]));

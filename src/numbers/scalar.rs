@@ -1,4 +1,4 @@
-//! Single numbers: plain `f64`, or [`Dual`](super::Dual) numbers that carry exact derivatives.
+//! Single numbers: [`Real`](super::Real) ones, or [`Dual`](super::Dual) numbers that carry exact derivatives.
 //!
 //! Every transcendental function goes through the `libm` crate, so that the same inputs give the same bits on
 //! every platform; square roots are correctly rounded by the hardware everywhere.
@@ -10,6 +10,10 @@ use super::{Number, Tangent};
 /// A real number the equations can be evaluated with.
 ///
 /// Comparisons (`abs`, `max`, `clamp`, ...) look at the value only and hand on the derivative of the branch taken.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no number of the equations",
+    note = "`Real::of(value)` makes one of an `f64`, and `.value` gives it back; so nothing that varies is taken for a constant"
+)]
 pub trait Scalar: Number + AddAssign + SubAssign {
     /// The value without its derivatives.
     fn value(self) -> f64;
@@ -99,18 +103,6 @@ impl<S: Scalar> Number for S {
     }
     fn if_at_least(left: Self, right: Self, yes: Self, no: Self) -> Self {
         if left.value() >= right.value() { yes } else { no }
-    }
-}
-
-impl Scalar for f64 {
-    fn of(value: f64) -> Self {
-        value
-    }
-    fn value(self) -> f64 {
-        self
-    }
-    fn chain(self, value: f64, _derivative: f64) -> Self {
-        value
     }
 }
 

@@ -10,8 +10,8 @@ use super::{Dual, Number, Scalar};
 /// on where the equations are evaluated with tangents; all other numbers see the values alone, so that a run costs no
 /// more than with plain parameters.
 ///
-/// A plain `f64` combined with a tangent is an `f64`, without slope: what equations derive from a parameter therefore
-/// has the parameter on the left, `-b + 1.0` and not `1.0 - b`. A number of the equations has it on the right: `v * damping`.
+/// A plain `f64` combined with a tangent is a tangent, on either side: `1.0 - b` has the slope of `-b`. Only who asks for the
+/// [value](Self::value) leaves the slope behind. A number of the equations has a tangent on its right: `v * damping`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent {
     /// The value.
@@ -84,10 +84,9 @@ macro_rules! arithmetic {
             }
         }
         impl $operator<Tangent> for f64 {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Tangent) -> Self {
-                self.$name(other.value)
+            type Output = Tangent;
+            fn $name(self, other: Tangent) -> Tangent {
+                Tangent::still(self).dual().$name(other.dual()).into()
             }
         }
         impl<const D: usize> $operator<Tangent> for Dual<D> {
@@ -145,6 +144,7 @@ impl From<[Tangent; 2]> for Tangents {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// Where the parameter varies, its slope is that of a variable in the same place.
     #[test]
@@ -153,7 +153,7 @@ mod tests {
             ((x * p + S::along(p)).pow(p) / p - p).abs().sqrt()
         }
         let (x, p) = (Tangent::still(0.7), Tangent { value: 1.3, slope: 2.0 });
-        let plain = |p: f64| equation(0.7, Tangent::still(p));
+        let plain = |p: f64| equation(Real::of(0.7), Tangent::still(p)).value;
         let step = 1e-6;
         let expected = 2.0 * (plain(1.3 + step) - plain(1.3 - step)) / (2.0 * step);
         let Tangent { value, slope } = equation(x, p);
@@ -161,10 +161,19 @@ mod tests {
         assert!((slope / expected - 1.0).abs() < 1e-8, "{slope}, not {expected}");
     }
 
+    /// `c - p` has the slope of `-p + c`, in each operation.
+    #[test]
+    fn constants_on_the_left_keep_the_slope() {
+        let p = Tangent { value: 2.0, slope: 5.0 };
+        let of = |value: f64, slope: f64| Tangent { value, slope };
+        assert_eq!([3.0 + p, 3.0 - p, 3.0 * p, 3.0 / p], [of(5.0, 5.0), of(1.0, -5.0), of(6.0, 15.0), of(1.5, -3.75)]);
+    }
+
     #[test]
     fn other_numbers_see_values_alone() {
         let p = Tangent { value: 3.0, slope: 1.0 };
-        assert_eq!((2.0 - p, f64::along(p), 2.0f64.pow(p)), (-1.0, 3.0, 8.0));
+        let two = Real::of(2.0);
+        assert_eq!([two - p, Real::along(p), two.pow(p)].map(Real::value), [-1.0, 3.0, 8.0]);
         assert_eq!(Dual::<2>::variable(2.0, 1) * p, Dual::<2>::variable(2.0, 1) * 3.0);
     }
 }

@@ -6,7 +6,7 @@ use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
 use super::{regulator, switching, valve};
 use crate::hybrid::{Led, Sample, Stride};
-use crate::numbers::{Number, Pair, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Values, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
@@ -110,7 +110,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
     /// in Pa of both chambers lie: whole numbers, which are compared side by side. Sampled actuators are not asked.
-    fn piece(&self, _states: [f64; STATES], _ports: &Ports<f64>, _pressures: Pair<f64>) -> Pair<f64> {
+    fn piece(&self, _states: [f64; STATES], _ports: &Ports<Real>, _pressures: Pair<Real>) -> Pair<Real> {
         Pair::zero()
     }
 
@@ -227,7 +227,7 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
     #[doc(hidden)]
     fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
     #[doc(hidden)]
-    fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64>;
+    fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real>;
     #[doc(hidden)]
     fn half(&self, step: f64) -> [[f64; STATES]; STATES];
     #[doc(hidden)]
@@ -315,7 +315,7 @@ macro_rules! actuator_items {
 
         const _: () = {
             use $crate::hybrid::{Led, Sample, Stride};
-            use $crate::numbers::{Pair, Scalar};
+            use $crate::numbers::{Pair, Real, Scalar};
             use $crate::pneumatics::actuator::{Actuating, Actuators, Ports, STATES, SUPPLY};
             use $crate::pneumatics::gas::GasState;
             use $crate::pneumatics::orifice::Inflow;
@@ -432,7 +432,7 @@ macro_rules! actuator_items {
                 }
 
                 #[inline(always)]
-                fn piece(&self, states: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
+                fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
                     match self { $(Self::$item(actuator) => actuator.piece(states, ports, pressures)),* }
                 }
 

@@ -156,6 +156,7 @@ impl Chambers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// A litre in a cylinder of 86 mm by 172 mm has a wall of 581 cm2, through which it takes up heat at any length.
     #[test]
@@ -173,7 +174,8 @@ mod tests {
             ambient_temperature: 293.15,
             thermal: Thermal::EnergyBalance { heat_transfer: Tunable::still(60.0) },
         };
-        let Pair([without, with]) = chambers.heat(Pair([283.15; 2]), Pair([0.1; 2]));
+        let Pair([without, with]) = chambers.heat(Pair([Real::of(283.15); 2]), Pair([Real::of(0.1); 2]));
+        let [with, without] = [with, without].map(Real::value);
         assert!((with - without - 60.0 * wall * 10.0).abs() < 1e-4, "{with} W and {without} W");
     }
 }

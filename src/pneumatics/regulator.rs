@@ -4,7 +4,7 @@ use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLT
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::hybrid::{Led, Stride};
-use crate::numbers::{Number, Pair, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
 
@@ -109,7 +109,7 @@ impl Actuating for PressureRegulator {
     }
 
     fn start(&self, voltage: f64) -> ([f64; STATES], ()) {
-        ([0.0, self.regulator.command(voltage)], ())
+        ([0.0, self.regulator.command(Real::of(voltage)).value], ())
     }
 
     fn rates<S: Scalar>(&self, [_, pressure]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
@@ -123,7 +123,7 @@ impl Actuating for PressureRegulator {
     #[inline(always)]
     fn later(&self, [_, pressure]: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
-        let command = self.regulator.command(voltage);
+        let command = self.regulator.command(Real::of(voltage)).value;
         let (constant, distance) = (self.regulator.time_constant, pressure - command);
         let (middle, end) = (distance * left, distance * left * left);
         let effective = if step < SHORT * constant {
@@ -149,11 +149,17 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, pressure]: [f64; STATES], ports: &Ports<f64>, Pair([pressure_a, _]): Pair<f64>) -> Pair<f64> {
+    fn piece(
+        &self,
+        [_, pressure]: [f64; STATES],
+        ports: &Ports<Real>,
+        Pair([pressure_a, _]): Pair<Real>,
+    ) -> Pair<Real> {
+        let pressure = Real::of(pressure);
         let highest = ports.supply_pressure.max(pressure_a);
         let is_short = is_above(pressure, highest);
         let is_spent = is_short * is_above(pressure_a, ports.supply_pressure);
-        Pair([piece(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), 0.0])
+        Pair([piece(pressure.min(highest), pressure_a) + 4.0 * (is_short + is_spent), Real::zero()])
     }
 
     fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
@@ -186,6 +192,9 @@ mod tests {
     #[test]
     fn pressure_is_linear_in_the_voltage_between_the_limits() {
         let regulator = Regulator { min_pressure: 1e5, max_pressure: 9e5, time_constant: 0.02, conductance: 4e-9 };
-        assert_eq!([-1.0, 0.0, 5.0, 10.0, 11.0].map(|v| regulator.command(v)), [1e5, 1e5, 5e5, 9e5, 9e5]);
+        assert_eq!(
+            [-1.0, 0.0, 5.0, 10.0, 11.0].map(|v| regulator.command(Real::of(v)).value),
+            [1e5, 1e5, 5e5, 9e5, 9e5]
+        );
     }
 }

@@ -6,7 +6,8 @@ use nalgebra::SMatrix;
 
 use super::leaves::Leaves;
 use super::variation::Piece;
-use crate::numbers::Tangent;
+use crate::hybrid::HybridSystem;
+use crate::numbers::{Real, Scalar, Tangent};
 use crate::session::{Start, build, differentiate_varied};
 use crate::solver::Counters;
 use crate::system::{Shortcuts, System};
@@ -206,7 +207,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
     }
 
     fn rates(&self, At { time, x, u }: At) -> Vec<f64> {
-        System::derivatives::<f64, N>(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
+        HybridSystem::<N, U>::rates(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
     }
 
     fn jacobian(&self, At { time, x, u }: At) -> Vec<f64> {
@@ -271,9 +272,10 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
     }
 
     fn outputs(&self, At { time, x, u }: At) -> Vec<f64> {
-        let mut values = vec![0.0; self.own()];
-        System::outputs::<f64, N>(&self.equations, time, &array(x), &array(u), &self.memory, &mut values);
-        values
+        let mut values = vec![Real::of(0.0); self.own()];
+        let (x, u) = (Real::all(&array::<N>(x)), Real::all(&array::<U>(u)));
+        System::outputs(&self.equations, Real::of(time), &x, &u, &self.memory, &mut values);
+        values.into_iter().map(Real::value).collect()
     }
 
     fn output_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64])) -> Vec<f64> {

@@ -1,6 +1,7 @@
 //! Equations built from all parameters of a model, and checked before a run of them begins.
 
 use super::Start;
+use crate::numbers::{Real, Scalar};
 use crate::solver::{Counters, Settings, Tuning};
 use crate::system::{System, table};
 use crate::variables::{ParameterError, ParameterSet, StateSet, Values};
@@ -75,9 +76,9 @@ pub(crate) fn check_outputs<E: System<U>, const N: usize, const U: usize>(
     // No arithmetic yields this number.
     const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_dead_beef);
     let listed = table::<E, U>().computed().count() - Counters::COUNT - E::RESIDUALS;
-    let mut computed = vec![UNWRITTEN; 2 * listed + 100];
-    equations.outputs(0.0, x, u, memory, &mut computed);
-    let is_written = |value: &f64| value.to_bits() != UNWRITTEN.to_bits();
+    let mut computed = vec![Real::of(UNWRITTEN); 2 * listed + 100];
+    equations.outputs(Real::of(0.0), &Real::all(x), &Real::all(u), memory, &mut computed);
+    let is_written = |number: &Real| number.value.to_bits() != UNWRITTEN.to_bits();
     let written = computed.iter().filter(|value| is_written(value)).count();
     // What is not there may be filled with zeros, to the end of whatever room there is.
     let is_complete = written == listed || written == computed.len();

@@ -3,6 +3,7 @@
 mod build;
 mod differentiate;
 
+use std::cell::RefCell;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,7 @@ pub(crate) use self::build::check_outputs;
 pub use self::build::{build, check, read};
 use self::differentiate::differentiate;
 pub(crate) use self::differentiate::differentiate_varied;
+use crate::numbers::{Real, Scalar};
 use crate::system::{System, table};
 use crate::variables::{ParameterError, Table};
 
@@ -76,13 +78,16 @@ pub(crate) struct Session {
     pub start: f64,
     /// Clock of the host in s now: exactly as it said.
     pub time: f64,
+    /// Room for the computed variables as the equations write them.
+    computed: RefCell<Vec<Real>>,
 }
 
 impl Session {
     /// A run of equations that begins.
     pub fn begin<E: System<U>, const U: usize>(start: &Start) -> Self {
         let (table, parameters) = (table::<E, U>(), start.parameters.to_vec());
-        Self { table, parameters, start: start.time, time: start.time }
+        let computed = RefCell::new(vec![Real::of(0.0); table.computed().count()]);
+        Self { table, parameters, start: start.time, time: start.time, computed }
     }
 
     /// The equations for other parameters, which are taken over if these fit together.
@@ -90,6 +95,18 @@ impl Session {
         let equations = Self::build(parameters, &[])?;
         self.parameters.copy_from_slice(parameters);
         Ok(equations)
+    }
+
+    /// Writes the computed variables that the equations have at a point.
+    pub fn outputs<E: System<U>, const N: usize, const U: usize>(
+        &self,
+        equations: &E,
+        (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+        computed: &mut [f64],
+    ) {
+        let numbers = &mut self.computed.borrow_mut()[..computed.len()];
+        equations.outputs(Real::of(time), &Real::all(x), &Real::all(u), memory, numbers);
+        computed.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number.value);
     }
 
     /// Writes the derivatives of the computed variables at a point in a direction: of time, states and inputs, and of the

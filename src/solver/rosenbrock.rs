@@ -72,7 +72,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.is_chain())?;
     let rates = |fraction: f64, argument: &[f64; N]| {
         let stage_time = time + fraction * h;
-        system.derivatives(stage_time, argument, &inputs.at(stage_time), memory)
+        system.rates(stage_time, argument, &inputs.at(stage_time), memory)
     };
     let in_time = |right: [f64; N], weight: f64| match &linearisation.time_slopes {
         Some(slopes) => combine(&right, [slopes], [weight], h),

@@ -44,7 +44,7 @@ impl Tableau {
             if stage > 0 {
                 let argument = array(|i| x[i] + fraction * h * slope[i]);
                 let stage_time = time + fraction * h;
-                slope = system.derivatives(stage_time, &argument, &inputs.at(stage_time), memory);
+                slope = system.rates(stage_time, &argument, &inputs.at(stage_time), memory);
             }
             for i in 0..N {
                 end[i] += h * weight * slope[i];
@@ -160,7 +160,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> 
         if self.led.is_some() {
             system.driven(time, states, &u, memory)
         } else {
-            system.derivatives(time, states, &u, memory)
+            system.rates(time, states, &u, memory)
         }
     }
 

@@ -4,6 +4,7 @@ use nalgebra::SMatrix;
 
 use super::System;
 use crate::hybrid::{Groups, Led, LongestSteps, Stride, jacobian_by_duals};
+use crate::numbers::{Real, Scalar};
 
 /// The place of a state among those of a run, whose number depends on the friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +62,7 @@ pub trait Shortcuts<const U: usize>: System<U> {
     /// The derivatives, of which those of the first [`LED`](Self::LED) states may be missing: where these have a closed
     /// form, nobody asks how they change.
     fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
-        self.derivatives(time, x, u, memory)
+        self.derivatives(Real::of(time), &Real::all(x), &Real::all(u), memory).map(Real::value)
     }
 
     /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always

@@ -17,6 +17,7 @@ use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use pneumatic_servo::numbers::{Real, Scalar};
 use pneumatic_servo::session::build;
 use pneumatic_servo::system::System;
 
@@ -223,7 +224,9 @@ struct Plant {
 
 impl Plant {
     fn rates<const N: usize>(&self, time: f64, x: &[f64; N]) -> [f64; N] {
-        self.system.derivatives(time, x, &self.inputs.at(time), &self.memory.borrow())
+        let inputs = Real::all(&self.inputs.at(time));
+        let rates = self.system.derivatives(Real::of(time), &Real::all(x), &inputs, &self.memory.borrow());
+        rates.map(Real::value)
     }
 
     fn indicators<const N: usize>(&self, time: f64, x: &[f64; N]) -> Indicators {

@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::delay::DelayLine;
 use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::{Meaning, ParameterError, Tunable, Variable, units};
 
@@ -80,7 +80,7 @@ impl FrictionLaw for Armstrong {
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {
-        let break_away = contact.level * (self.coulomb_force + self.static_excess);
+        let break_away = contact.level * (self.coulomb_force + self.static_excess).value;
         Memory {
             mode: Spring::start(contact, Limits { break_away, sliding: break_away }),
             since: contact.time,
@@ -108,7 +108,7 @@ impl FrictionLaw for Armstrong {
         memory.mode = self.spring.switched(before, contact, self.limits(contact, memory));
         match (before, memory.mode) {
             (Mode::Sliding { .. }, _) => {
-                memory.excess = self.stribeck_part(contact, memory);
+                memory.excess = self.stribeck_part(&contact.held::<Real>(), memory).value;
                 memory.since = contact.time;
             }
             (_, Mode::Sliding { .. }) => memory.excess = self.risen_excess(contact.time, memory),
@@ -144,11 +144,11 @@ impl Armstrong {
     /// `F_s` after sticking until a time, in N at load level 1.
     fn risen_excess(&self, time: f64, memory: &Memory) -> f64 {
         let dwell = time - memory.since;
-        memory.excess + (self.static_excess - memory.excess) * dwell / (dwell + self.dwell_time)
+        memory.excess + (self.static_excess.value - memory.excess) * dwell / (dwell + self.dwell_time.value)
     }
 
     fn limits(&self, contact: &Contact<f64>, memory: &Memory) -> Limits {
-        let limit = |excess: f64| contact.level * (self.coulomb_force + excess);
+        let limit = |excess: f64| contact.level * (self.coulomb_force.value + excess);
         match memory.mode {
             Mode::Sticking { .. } => {
                 let break_away = limit(self.risen_excess(contact.time, memory));
@@ -156,7 +156,7 @@ impl Armstrong {
             }
             // Sticking begins with what sliding ends with.
             Mode::Sliding { .. } => {
-                let sliding = limit(self.stribeck_part(contact, memory));
+                let sliding = limit(self.stribeck_part(&contact.held::<Real>(), memory).value);
                 Limits { break_away: sliding, sliding }
             }
         }

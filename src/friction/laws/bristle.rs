@@ -171,18 +171,18 @@ impl Bristle {
     fn strength(&self, contact: &Contact<f64>) -> f64 {
         /// Bonds of no strength at all would break without end.
         const LEAST_LEVEL: f64 = 1e-6;
-        contact.level.max(LEAST_LEVEL) * self.strength
+        contact.level.max(LEAST_LEVEL) * self.strength.value
     }
 
     /// The window that begins here, if the bonds break fast.
     fn window_ahead(&self, contact: &Contact<f64>, bonds: &[Bond]) -> Option<Window> {
         const FEWEST_BREAKS: f64 = 4.0;
-        let (path, strength) = (contact.velocity * self.window, self.strength(contact));
+        let (path, strength) = (contact.velocity * self.window.value, self.strength(contact));
         if path.abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * strength {
             return None;
         }
         let (start, end) = (contact.position, contact.position + path);
         let sum: f64 = bonds.iter().copied().map(|mut bond| bond.travel(start, end, strength)).sum();
-        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: sum * self.stiffness })
+        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: sum * self.stiffness.value })
     }
 }

@@ -7,7 +7,7 @@ use crate::friction::law::Contact;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{force, stiffness, viscous};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::parameters;
 use crate::variables::{Meaning, Tunable, Variable, units};
 
@@ -73,7 +73,7 @@ impl BristleLaw for Dahl {
     }
 
     fn scale(&self) -> f64 {
-        self.coulomb_force.value.max(1.0) / self.stiffness
+        self.coulomb_force.value.max(1.0) / self.stiffness.value
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, mode: &Mode) -> (S, S) {
@@ -100,19 +100,20 @@ impl BristleLaw for Dahl {
         }
         match *mode {
             Mode::Bending => {
-                let deflection = self.coulomb_force / self.stiffness;
-                out[Event::Distance] = (self.reserve(contact, z) - SATURATED) * deflection;
+                let deflection = (self.coulomb_force / self.stiffness).value;
+                let reserve = self.reserve(&contact.held(), Real::of(z)).value;
+                out[Event::Distance] = (reserve - SATURATED) * deflection;
             }
             Mode::Saturated(direction) => {
-                let limit = contact.level * self.coulomb_force;
+                let limit = contact.level * self.coulomb_force.value;
                 out[Event::Stop] = direction * contact.velocity;
-                out[Event::Rise] = direction * z * self.stiffness - limit * (1.0 - RELEASED);
+                out[Event::Rise] = direction * z * self.stiffness.value - limit * (1.0 - RELEASED);
             }
         }
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        let limit = contact.level * self.coulomb_force / self.stiffness;
+        let limit = contact.level * self.coulomb_force.value / self.stiffness.value;
         *mode = match *mode {
             Mode::Bending => {
                 let direction = sign(contact.velocity);

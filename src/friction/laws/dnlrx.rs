@@ -110,7 +110,7 @@ impl FrictionLaw for Dnlrx {
         memory.deformations.rotate_right(1);
         memory.deformations[0] = memory.deformations[1];
         for (deformation, limit) in memory.deformations[0].iter_mut().zip(self.limit).take(self.count) {
-            let limit = contact.level * limit;
+            let limit = contact.level * limit.value;
             *deformation = (*deformation + step).clamp(-limit, limit);
         }
         memory.count += 1;
@@ -121,7 +121,7 @@ impl FrictionLaw for Dnlrx {
 impl Dnlrx {
     /// The force in N by the present and past samples.
     fn regression(&self, memory: &Memory) -> f64 {
-        let dot = |a: &[Tunable], b: &[f64]| a.iter().zip(b).map(|(a, b)| *b * *a).sum::<f64>();
+        let dot = |a: &[Tunable], b: &[f64]| a.iter().zip(b).map(|(a, b)| *b * a.value).sum::<f64>();
         let coefficients = [&self.spring_coefficient_0, &self.spring_coefficient_1, &self.spring_coefficient_2];
         let taps = coefficients.into_iter().zip(&memory.deformations).take(self.spring_taps + 1);
         dot(&self.position_coefficient[..=self.position_taps], &memory.positions)

@@ -6,7 +6,7 @@ use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{stiffness, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::{Notice, ParameterError, Tunable, Variable, units};
 
@@ -125,8 +125,8 @@ impl FrictionLaw for Gms {
 
 impl Gms {
     fn loads<'a>(&'a self, contact: &Contact<f64>, z: &'a [f64]) -> impl Iterator<Item = Load> + Clone + 'a {
-        let curve = self.curve.at(contact.velocity.abs(), contact.level);
+        let curve = self.curve.at(Real::of(contact.velocity.abs()), Real::of(contact.level)).value;
         let elements = z.iter().zip(&self.share).take(self.count);
-        elements.map(move |(force, share)| Load { force: *force, limit: curve * *share })
+        elements.map(move |(force, share)| Load { force: *force, limit: curve * share.value })
     }
 }

@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{velocity, viscous};
 use crate::friction::parts::stick_slip::Mode as StickSlip;
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable};
 
@@ -96,7 +96,7 @@ impl FrictionLaw for Karnopp {
             (Mode::Held, Drive::Motion) => out[Event::Edge] = self.band.value - w.abs(),
             (Mode::Crossing(direction), _) => {
                 out[Event::Edge] = self.band.value - direction * w;
-                out[Event::Fall] = direction * contact.applied - contact.level * self.curve.static_force;
+                out[Event::Fall] = direction * contact.applied - contact.level * self.curve.static_force.value;
             }
             (Mode::Sliding(direction), _) => out[Event::Stop] = direction * w - self.band.value,
         }
@@ -135,6 +135,11 @@ impl Karnopp {
         self.curve.at(velocity.abs(), level) * direction + velocity * self.viscous
     }
 
+    /// The sliding force on the edge of the band.
+    fn outside(&self, contact: &Contact<f64>) -> f64 {
+        self.sliding(Real::of(self.band.value), 1.0, Real::of(contact.level)).value
+    }
+
     fn mode_at(&self, contact: &Contact<f64>) -> Mode {
         if contact.velocity.abs() >= self.band.value {
             Mode::Sliding(sign(contact.velocity))
@@ -154,9 +159,9 @@ impl Karnopp {
 
     /// By how much the holding force, on the edge with a margin, exceeds the applied force.
     fn reserve(&self, contact: &Contact<f64>, w: f64, margin: f64) -> f64 {
-        let static_force = contact.level * self.curve.static_force;
+        let static_force = contact.level * self.curve.static_force.value;
         let direction = sign(contact.applied);
-        let outside = self.sliding(self.band.value, 1.0, contact.level);
+        let outside = self.outside(contact);
         let limit = if direction * w >= self.band.value { static_force.max(outside) + margin } else { static_force };
         limit - contact.applied.abs()
     }
@@ -165,7 +170,7 @@ impl Karnopp {
     fn margin_after(&self, contact: &Contact<f64>, memory: &Memory) -> f64 {
         let slid = contact.time - memory.left;
         if slid < AT_ONCE {
-            (2.0 * memory.margin).max(1e-6 * self.sliding(self.band.value, 1.0, contact.level))
+            (2.0 * memory.margin).max(1e-6 * self.outside(contact))
         } else if slid < 10.0 * AT_ONCE {
             0.9 * memory.margin
         } else {

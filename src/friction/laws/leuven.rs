@@ -9,7 +9,7 @@ use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::list::List;
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, force, stiffness, viscous};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -139,7 +139,7 @@ impl BristleLaw for Leuven {
     }
 
     fn scale(&self) -> f64 {
-        self.curve.static_force.value.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness)
+        self.curve.static_force.value.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness).value
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory) -> (S, S) {
@@ -153,7 +153,9 @@ impl BristleLaw for Leuven {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
         if memory.direction != 0.0 {
-            let rate = self.rate(contact, self.limit(contact), self.hysteresis(z, contact.level, memory));
+            let here = contact.held::<Real>();
+            let hysteresis = self.hysteresis(Real::of(z), here.level, memory);
+            let rate = self.rate(&here, self.limit(&here), hysteresis).value;
             out[Event::Stop] = memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs());
         }
         if let Some(closure) = memory.closure() {
@@ -163,14 +165,14 @@ impl BristleLaw for Leuven {
 
     fn switch(&self, event: Event, _contact: &Contact<f64>, z: &mut f64, memory: &mut Memory) {
         if event == Event::Stop {
-            memory.turn(TurningPoint { z: *z, saturation: self.saturation(*z, memory) });
+            memory.turn(TurningPoint { z: *z, saturation: self.saturation(Real::of(*z), memory).value });
         } else {
             memory.close_loop();
         }
     }
 
     fn follow(&self, contact: &Contact<f64>, z: f64, memory: &mut Memory) -> bool {
-        if self.limit(contact) <= 0.0 {
+        if self.limit(&contact.held::<Real>()).value <= 0.0 {
             *memory = Memory::default();
             return true;
         }
@@ -247,7 +249,11 @@ mod tests {
                 self.memory.close_loop();
             }
             self.z = z;
-            self.law.hysteresis(z, 1.0, &self.memory)
+            self.force(z, 1.0)
+        }
+
+        fn force(&self, z: f64, level: f64) -> f64 {
+            self.law.hysteresis(Real::of(z), Real::of(level), &self.memory).value
         }
 
         /// Turns back and forth between -2 um and 2 um, a little less far each time; returns the width left.
@@ -283,7 +289,7 @@ mod tests {
         path.nest(1000);
         assert!(path.memory.turned.len() <= CAPACITY);
         let mut jump = 0.0f64;
-        let mut last = path.law.hysteresis(path.z, 1.0, &path.memory);
+        let mut last = path.force(path.z, 1.0);
         let from = path.z;
         for step in 1..=3000 {
             let z = from + f64::from(step) * 1e-9;
@@ -335,8 +341,8 @@ mod tests {
         path.nest(2);
         path.to(1e-6);
         let closure = path.memory.closure().unwrap();
-        let before = path.law.hysteresis(closure, 0.4, &path.memory);
+        let before = path.force(closure, 0.4);
         path.memory.close_loop();
-        assert!((path.law.hysteresis(closure, 0.4, &path.memory) - before).abs() < 1e-14);
+        assert!((path.force(closure, 0.4) - before).abs() < 1e-14);
     }
 }

@@ -55,7 +55,7 @@ impl BristleLaw for LuGre {
     }
 
     fn scale(&self) -> f64 {
-        self.curve.static_force.value.max(1.0) / self.stiffness
+        self.curve.static_force.value.max(1.0) / self.stiffness.value
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {

@@ -6,7 +6,7 @@ use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::parameters::{force, stiffness, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::Tunable;
 
@@ -72,8 +72,8 @@ impl FrictionLaw for MaxwellSlip {
         if event == Event::Stop {
             for element in 0..self.count {
                 if memory.modes.slip(element).is_some() {
-                    let force = self.element_force(element, contact, memory);
-                    memory.anchors[element] = contact.position - force / self.stiffness[element];
+                    let force = self.element_force(element, &contact.held::<Real>(), memory).value;
+                    memory.anchors[element] = contact.position - force / self.stiffness[element].value;
                 }
             }
             memory.modes.stick();
@@ -90,10 +90,10 @@ impl FrictionLaw for MaxwellSlip {
             if memory.modes.slip(element).is_some() {
                 continue;
             }
-            let force = self.spring_force(element, contact, memory);
-            let limit = contact.level * self.limit[element];
+            let force = self.spring_force(element, &contact.held::<Real>(), memory).value;
+            let limit = contact.level * self.limit[element].value;
             if limit == 0.0 || (force.abs() > limit && force * contact.velocity <= 0.0) {
-                memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element];
+                memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element].value;
                 has_changed = true;
             }
         }
@@ -117,9 +117,9 @@ impl MaxwellSlip {
 
     /// The load of an element that sticks; one without any strength has no events.
     fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
-        match contact.level * self.limit[element] {
+        match contact.level * self.limit[element].value {
             0.0 => Load { force: 0.0, limit: 1.0 },
-            limit => Load { force: self.spring_force(element, contact, memory), limit },
+            limit => Load { force: self.spring_force(element, &contact.held::<Real>(), memory).value, limit },
         }
     }
 

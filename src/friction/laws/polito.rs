@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{check_forces, damping, exponent, force, static_force, stribeck_velocity};
 use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::{Meaning, ParameterError, Tunable};
 
@@ -82,10 +82,7 @@ impl FrictionLaw for Polito {
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {
-        Memory {
-            mode: Mode::at(contact, contact.velocity, self.break_away(contact.level)),
-            branch: Branch::Accelerating,
-        }
+        Memory { mode: Mode::at(contact, contact.velocity, self.break_away_at(contact)), branch: Branch::Accelerating }
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
@@ -98,15 +95,16 @@ impl FrictionLaw for Polito {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        memory.mode.indicators(contact, || self.break_away(contact.level), out);
+        memory.mode.indicators(contact, || self.break_away_at(contact), out);
         if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
             let push = direction * contact.applied;
+            let [rising, falling] = self.branches(contact, direction);
             match memory.branch {
-                Branch::Accelerating => out[Event::Fall] = push - self.rising(contact, direction),
-                Branch::Decelerating => out[Event::Rise] = self.falling(contact, direction) - push,
+                Branch::Accelerating => out[Event::Fall] = push - rising,
+                Branch::Decelerating => out[Event::Rise] = falling - push,
                 Branch::Steady => {
-                    out[Event::Rise] = self.rising(contact, direction) - push;
-                    out[Event::Fall] = push - self.falling(contact, direction);
+                    out[Event::Rise] = rising - push;
+                    out[Event::Fall] = push - falling;
                 }
             }
         }
@@ -114,7 +112,7 @@ impl FrictionLaw for Polito {
 
     fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
         if matches!(event, Event::Stop | Event::BreakAway) {
-            memory.mode = memory.mode.switched(contact, velocity, self.break_away(contact.level));
+            memory.mode = memory.mode.switched(contact, velocity, self.break_away_at(contact));
             memory.branch = Branch::Accelerating;
         } else if let Mode::Sliding(direction) = memory.mode {
             memory.branch = self.consistent(contact, direction, memory.branch, event);
@@ -124,7 +122,7 @@ impl FrictionLaw for Polito {
     /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
     fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
         let before = *memory;
-        memory.mode = Mode::at(contact, contact.velocity, self.break_away(contact.level));
+        memory.mode = Mode::at(contact, contact.velocity, self.break_away_at(contact));
         let accelerates = contact.velocity * contact.applied >= 0.0;
         memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
         *memory != before
@@ -140,6 +138,16 @@ impl Polito {
         level * self.accelerating.static_force
     }
 
+    fn break_away_at(&self, contact: &Contact<f64>) -> f64 {
+        self.break_away(Real::of(contact.level)).value
+    }
+
+    /// `F1` and `F2` in a direction of sliding.
+    fn branches(&self, contact: &Contact<f64>, direction: f64) -> [f64; 2] {
+        let contact = contact.held::<Real>();
+        [self.rising(&contact, direction), self.falling(&contact, direction)].map(Real::value)
+    }
+
     /// `F1` at the speed in the direction of sliding.
     fn rising<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> S {
         let speed = contact.velocity * direction;
@@ -153,7 +161,8 @@ impl Polito {
 
     /// The branch to go to at an event of the present one.
     fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: Event) -> Branch {
-        let unique = self.falling(contact, direction) <= self.rising(contact, direction);
+        let [rising, falling] = self.branches(contact, direction);
+        let unique = falling <= rising;
         match (present, event) {
             (Branch::Accelerating, _) if unique => Branch::Steady,
             (Branch::Accelerating, _) => Branch::Decelerating,

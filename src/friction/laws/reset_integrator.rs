@@ -5,7 +5,7 @@ use crate::friction::law::Contact;
 use crate::friction::parts::bounded::Mode;
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::{Tunable, Variable, units};
 
@@ -60,11 +60,11 @@ impl BristleLaw for ResetIntegrator {
     }
 
     fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z, self.limit(contact.level), out);
+        mode.indicate(contact.velocity, z, self.limit_at(contact), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        *mode = mode.switched(z, self.limit(contact.level));
+        *mode = mode.switched(z, self.limit_at(contact));
     }
 }
 
@@ -72,5 +72,9 @@ impl ResetIntegrator {
     /// Strain in m at which the bond yields at a load level.
     fn limit<S: Scalar>(&self, level: S) -> S {
         level * self.yield_strain
+    }
+
+    fn limit_at(&self, contact: &Contact<f64>) -> f64 {
+        self.limit(Real::of(contact.level)).value
     }
 }

@@ -80,6 +80,9 @@ impl FrictionLaw for StickSlipSpring {
 
 impl StickSlipSpring {
     fn limits(&self, contact: &Contact<f64>) -> Limits {
-        Limits { break_away: contact.level * self.static_force, sliding: contact.level * self.coulomb_force }
+        Limits {
+            break_away: contact.level * self.static_force.value,
+            sliding: contact.level * self.coulomb_force.value,
+        }
     }
 }

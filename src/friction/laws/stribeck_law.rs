@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
 use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -85,7 +85,7 @@ impl FrictionLaw for Stribeck {
     }
 
     fn start(&self, contact: &Contact<f64>) -> Memory {
-        let break_away = self.break_away(contact.level, f64::INFINITY);
+        let break_away = self.break_away_after(contact, f64::INFINITY);
         Memory { mode: Mode::at(contact, contact.velocity, break_away), since: f64::NEG_INFINITY }
     }
 
@@ -102,17 +102,17 @@ impl FrictionLaw for Stribeck {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        let break_away = || self.break_away(contact.level, contact.time - memory.since);
+        let break_away = || self.break_away_after(contact, contact.time - memory.since);
         memory.mode.indicators(contact, break_away, out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
-        let mode = memory.mode.switched(contact, velocity, self.break_away(contact.level, 0.0));
+        let mode = memory.mode.switched(contact, velocity, self.break_away_after(contact, 0.0));
         *memory = Memory { mode, since: contact.time };
     }
 
     fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
-        let mode = Mode::at(contact, contact.velocity, self.break_away(contact.level, contact.time - memory.since));
+        let mode = Mode::at(contact, contact.velocity, self.break_away_after(contact, contact.time - memory.since));
         if mode == memory.mode {
             return false;
         }
@@ -126,6 +126,10 @@ impl FrictionLaw for Stribeck {
 }
 
 impl Stribeck {
+    fn break_away_after(&self, contact: &Contact<f64>, dwell: f64) -> f64 {
+        self.break_away(Real::of(contact.level), dwell).value
+    }
+
     /// Largest force in N that holds the mass after a time at rest in s.
     fn break_away<S: Scalar>(&self, level: S, dwell: f64) -> S {
         let fresh = self.curve.static_force;
@@ -171,6 +175,14 @@ mod tests {
         Stribeck::read(&[10.0, 6.0, 0.01, 2.0, 30.0, rested_force, 0.5, kappa_ratio].map(Tunable::still)).unwrap()
     }
 
+    fn break_away(law: &Stribeck, level: f64, dwell: f64) -> f64 {
+        law.break_away(Real::of(level), dwell).value
+    }
+
+    fn dry(law: &Stribeck, speed: f64, level: f64) -> f64 {
+        law.dry(Real::of(speed), Real::of(level)).value
+    }
+
     fn contact(time: f64, velocity: f64, applied: f64, level: f64) -> Contact<f64> {
         Contact { time, position: 0.0, velocity, applied, level, drive: Drive::Force }
     }
@@ -180,7 +192,7 @@ mod tests {
     fn break_away_grows_with_the_time_at_rest() {
         let law = law(16.0, 1.0);
         for (dwell, expected) in [(0.0, 10.0), (0.5, 13.0), (1.0, 14.0), (f64::INFINITY, 16.0)] {
-            assert_eq!(law.break_away(1.0, dwell), expected, "after {dwell} s");
+            assert_eq!(break_away(&law, 1.0, dwell), expected, "after {dwell} s");
         }
         let reserve = |memory: &Memory, time: f64| {
             let mut out = Indicators::default();
@@ -202,9 +214,9 @@ mod tests {
     fn static_friction_has_a_load_level_of_its_own() {
         for (ratio, static_force) in [(0.0, 10.0), (1.0, 15.0), (2.0, 20.0)] {
             let law = law(0.0, ratio);
-            assert_eq!(law.break_away(1.5, 7.0), static_force);
-            assert_eq!([law.dry(0.0, 1.5), law.dry(1e3, 1.5)], [static_force, 9.0]);
-            let middle = law.dry(0.01, 1.5);
+            assert_eq!(break_away(&law, 1.5, 7.0), static_force);
+            assert_eq!([dry(&law, 0.0, 1.5), dry(&law, 1e3, 1.5)], [static_force, 9.0]);
+            let middle = dry(&law, 0.01, 1.5);
             assert!((middle - 9.0 - (static_force - 9.0) * (-1.0f64).exp()).abs() < 1e-14, "{middle}");
         }
     }
@@ -215,10 +227,10 @@ mod tests {
     fn rest_holds_no_less_than_sliding_takes() {
         for (ratio, level, coulomb) in [(4.0, 0.5, 3.0), (0.0, 2.0, 12.0)] {
             let law = law(0.0, ratio);
-            assert_eq!(law.break_away(level, 1.0), coulomb, "ratio {ratio}");
-            assert_eq!([0.0, 1e-9, 0.01, 1.0].map(|speed| law.dry(speed, level)), [coulomb; 4], "ratio {ratio}");
+            assert_eq!(break_away(&law, level, 1.0), coulomb, "ratio {ratio}");
+            assert_eq!([0.0, 1e-9, 0.01, 1.0].map(|speed| dry(&law, speed, level)), [coulomb; 4], "ratio {ratio}");
         }
-        assert_eq!(law(16.0, 0.0).break_away(2.0, f64::INFINITY), 16.0);
+        assert_eq!(break_away(&law(16.0, 0.0), 2.0, f64::INFINITY), 16.0);
     }
 
     #[test]

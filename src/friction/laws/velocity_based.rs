@@ -78,7 +78,7 @@ impl VelocityLaw for VelocityBased {
 fn peak_argument(shape: Tunable, curvature: Tunable) -> Tunable {
     let quarter = Tunable::still(PI) / (shape * 2.0);
     let target = libm::tan(quarter.value);
-    let bent = |q: f64| q - (q - libm::atan(q)) * curvature;
+    let bent = |q: f64| q - (q - libm::atan(q)) * curvature.value;
     let (mut low, mut high) = (0.0, 1.0);
     while bent(high) < target {
         high *= 2.0;

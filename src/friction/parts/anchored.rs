@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::variables::{Field, Tunable};
 
 /// A spring that is anchored at its limit is loaded by this fraction less, so that rounding does not break it at once.
@@ -74,12 +74,16 @@ impl Spring {
         (contact.position - place) * self.stiffness + contact.velocity * self.damping + load
     }
 
+    fn load(&self, contact: &Contact<f64>, place: f64, load: f64) -> f64 {
+        self.force(&contact.held::<Real>(), place, load).value
+    }
+
     /// Sets the event indicator: the reserve until break-away, or the speed.
     pub fn indicate(&self, mode: Mode, contact: &Contact<f64>, limits: Limits, out: &mut Indicators) {
         let has_stiction = limits.break_away > 0.0;
         match mode {
             Mode::Sticking { place, load } if has_stiction => {
-                out[Event::BreakAway] = limits.break_away - self.force(contact, place, load).abs();
+                out[Event::BreakAway] = limits.break_away - self.load(contact, place, load).abs();
             }
             Mode::Sticking { .. } => out[Event::BreakAway] = -f64::MIN_POSITIVE,
             Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = -f64::MIN_POSITIVE,
@@ -96,7 +100,7 @@ impl Spring {
         match mode {
             // At rest the break-away force fell below the present one: the spring yields, and the motion will tell.
             Mode::Sticking { place, load } if contact.velocity == 0.0 => {
-                Self::anchored(contact, sign(self.force(contact, place, load)), limits.break_away, limits)
+                Self::anchored(contact, sign(self.load(contact, place, load)), limits.break_away, limits)
             }
             Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity) },
             Mode::Sliding { direction } => Self::anchored(contact, direction, limits.sliding, limits),

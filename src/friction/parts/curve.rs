@@ -80,34 +80,39 @@ pub fn faded<S: Scalar>(distance: S) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     fn curve(parameters: [f64; 4]) -> StribeckCurve {
         StribeckCurve::read(&parameters.map(Tunable::still)).unwrap()
     }
 
+    fn at(curve: &StribeckCurve, speed: f64, level: f64) -> f64 {
+        curve.at(Real::of(speed), Real::of(level)).value
+    }
+
     #[test]
     fn curve_starts_at_static_and_ends_at_coulomb_friction() {
         let curve = curve([11.0, 8.3, 0.01, 0.5]);
-        assert_eq!(curve.at(0.0, 1.0), 11.0);
-        assert_eq!(curve.at(1e6, 1.0), 8.3);
-        assert_eq!(curve.at(0.0, 2.0), 22.0);
+        assert_eq!(at(&curve, 0.0, 1.0), 11.0);
+        assert_eq!(at(&curve, 1e6, 1.0), 8.3);
+        assert_eq!(at(&curve, 0.0, 2.0), 22.0);
     }
 
     #[test]
     fn excess_decays_to_one_over_e_at_the_stribeck_velocity() {
         for exponent in [0.5, 1.0, 2.0] {
             let curve = curve([2.0, 1.0, 0.01, exponent]);
-            assert!((curve.at(0.01, 1.0) - 1.0 - (-1.0f64).exp()).abs() < 1e-15);
+            assert!((at(&curve, 0.01, 1.0) - 1.0 - (-1.0f64).exp()).abs() < 1e-15);
         }
     }
 
     #[test]
     fn what_has_faded_is_below_the_rounding_of_one() {
-        for distance in [0.0, 1.0, 39.9, 40.0, 40.1, 800.0] {
-            let error = faded(distance) - (-distance).exp();
+        for distance in [0.0f64, 1.0, 39.9, 40.0, 40.1, 800.0] {
+            let error = faded(Real::of(distance)).value - (-distance).exp();
             assert!(error.abs() <= f64::EPSILON * (-distance).exp() + f64::EPSILON / 50.0, "{distance}: {error}");
         }
-        assert!(faded(f64::NAN).is_nan(), "what is no number stays none");
+        assert!(faded(Real::of(f64::NAN)).value.is_nan(), "what is no number stays none");
     }
 
     #[test]

@@ -93,6 +93,7 @@ fn is_shared(variable: &Variable) -> bool {
 mod tests {
     use super::*;
     use crate::friction::{Contact, Drive, Friction, Law, MAX_STATES};
+    use crate::numbers::{Real, Scalar};
     use crate::variables::Choice;
 
     fn forces(statics: f64, coulomb: f64) -> SharedForces {
@@ -125,11 +126,11 @@ mod tests {
             let mut z = [0.0; MAX_STATES];
             let mut memory = friction.start(&contact);
             let states = friction.states();
-            let mut force = 0.0;
+            let mut force = 0.0f64;
             // Explicit Euler steps of 50 nm resolve the stiffest bristle; 15 mm are far beyond presliding.
             for _ in 0..300_000 {
-                let mut rates = [0.0; MAX_STATES];
-                force = friction.force(&contact, &z[..states], &memory, &mut rates[..states]);
+                let mut rates = [Real::of(0.0); MAX_STATES];
+                force = friction.force(&contact.held(), &Real::all(&z)[..states], &memory, &mut rates[..states]).value;
                 for _ in 0..MAX_STATES {
                     let Some(event) = friction.indicators(&contact, &z[..states], &memory).due() else { break };
                     let mut velocity = contact.velocity;
@@ -137,7 +138,7 @@ mod tests {
                 }
                 friction.follow(&contact, &z[..states], &mut memory);
                 let dt = 1e-8;
-                z.iter_mut().zip(rates).for_each(|(z, rate)| *z += dt * rate);
+                z.iter_mut().zip(rates).for_each(|(z, rate)| *z += dt * rate.value);
                 contact.position += dt * contact.velocity;
                 contact.time += dt;
             }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The mode of a set-valued law.
@@ -94,6 +94,12 @@ wrapper! {
     StickSlip
 }
 
+impl<L: SetValued> StickSlip<L> {
+    fn break_away_at(&self, contact: &Contact<f64>) -> f64 {
+        self.0.break_away(Real::of(contact.level)).value
+    }
+}
+
 impl<L: SetValued> FrictionLaw for StickSlip<L> {
     type Memory = Mode;
 
@@ -110,7 +116,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
     }
 
     fn start(&self, contact: &Contact<f64>) -> Mode {
-        Mode::at(contact, contact.velocity, self.0.break_away(contact.level))
+        Mode::at(contact, contact.velocity, self.break_away_at(contact))
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
@@ -121,16 +127,16 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
     }
 
     fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
-        mode.indicators(contact, || self.0.break_away(contact.level), out);
+        mode.indicators(contact, || self.break_away_at(contact), out);
     }
 
     fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
-        *mode = mode.switched(contact, velocity, self.0.break_away(contact.level));
+        *mode = mode.switched(contact, velocity, self.break_away_at(contact));
     }
 
     fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) -> bool {
         let before = *mode;
-        *mode = Mode::at(contact, contact.velocity, self.0.break_away(contact.level));
+        *mode = Mode::at(contact, contact.velocity, self.break_away_at(contact));
         *mode != before
     }
 

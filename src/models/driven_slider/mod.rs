@@ -23,7 +23,7 @@ use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, In
 use crate::hybrid::{Indicator, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::start_sized;
 use crate::system::{Shortcuts, System, Tables, references, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
@@ -122,6 +122,11 @@ impl<L: Laws> DrivenSlider<L> {
         }
     }
 
+    /// The same in plain numbers.
+    fn contact_at<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1]) -> Contact<f64> {
+        self.contact(Real::of(time), &Real::all(x), &Inputs::read(&Real::all(u))).plain()
+    }
+
     /// Velocity on the tray: the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
@@ -162,7 +167,7 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         let mut x = [0.0; N];
         State::Position.set(&mut x, self.p.position0);
         State::Velocity.set(&mut x, self.p.velocity0);
-        let friction = self.friction.start(&self.contact(0.0, &x, &Inputs::read(u)));
+        let friction = self.friction.start(&self.contact_at(0.0, &x, u));
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         (x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
@@ -198,8 +203,7 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         u: &[f64; 1],
         memory: &Memory<L::Memory>,
     ) -> Indicators {
-        let u = &Inputs::read(u);
-        self.friction.indicators(&self.contact(time, x, u), x, &memory.friction)
+        self.friction.indicators(&self.contact_at(time, x, u), x, &memory.friction)
     }
 
     fn has_events(&self) -> bool {
@@ -214,14 +218,12 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         u: &[f64; 1],
         memory: &mut Memory<L::Memory>,
     ) {
-        let u = &Inputs::read(u);
-        let contact = self.contact(time, x, u);
+        let contact = self.contact_at(time, x, u);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
-        let u = &Inputs::read(u);
-        self.friction.follow(|| self.contact(time, x, u), x, &mut memory.friction)
+        self.friction.follow(|| self.contact_at(time, x, u), x, &mut memory.friction)
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
@@ -248,8 +250,7 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
     }
 
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
-        let u = &Inputs::read(u);
-        self.friction.sample(|| self.contact(time, x, u), time, x, &mut memory.friction);
+        self.friction.sample(|| self.contact_at(time, x, u), time, x, &mut memory.friction);
         if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
             walk.step(&mut memory.walk);
         }

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mechanics::GRAVITY;
 use crate::numbers::random;
-use crate::numbers::{Number, Scalar, sign};
+use crate::numbers::{Number, Real, Scalar, sign};
 use crate::variables::Tunable;
 
 /// A harmonic velocity in m/s: `amplitude*cos(w*t - phase)`.
@@ -136,7 +136,7 @@ impl Walk {
 
     /// The velocity of an attractor, rounded to velocity steps.
     fn steps(&self, attractor: &Harmonic, time: f64) -> f64 {
-        libm::round(attractor.at(time) / self.velocity_step)
+        libm::round(attractor.at(Real::of(time)).value / self.velocity_step.value)
     }
 
     fn number_after(&self, time: f64) -> f64 {
@@ -168,7 +168,7 @@ mod tests {
     /// The integral that defines the convolution, by Simpson's rule.
     fn convolved(flight_time: f64, time: f64) -> f64 {
         const PARTS: usize = 2000;
-        let integrand = |s: f64| (1.0 - s / flight_time) * TRAY.at(time - s);
+        let integrand = |s: f64| (1.0 - s / flight_time) * TRAY.at(Real::of(time - s)).value;
         let h = flight_time / PARTS as f64;
         let weight = |i: usize| if i == 0 || i == PARTS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
         2.0 / flight_time * (0..=PARTS).map(|i| weight(i) * integrand(i as f64 * h)).sum::<f64>() * h / 3.0
@@ -179,7 +179,7 @@ mod tests {
         for flight_time in [1e-6, 6e-5, 1e-3, 0.0127, 0.05, 0.3] {
             let free = TRAY.stick_free(still(flight_time));
             for time in [0.0, 0.003, 0.017] {
-                let error = free.at(time) - convolved(flight_time, time);
+                let error = free.at(Real::of(time)).value - convolved(flight_time, time);
                 assert!(error.abs() < 1e-10, "{flight_time} s: {error}");
             }
         }
@@ -199,7 +199,9 @@ mod tests {
             let time = walk.next_step(&state);
             walk.step(&mut state);
             if time > 1.0 {
-                largest = largest.max((walk.velocity(&state).value - attractor.at(time)).abs() / walk.velocity_step);
+                largest = largest.max(
+                    (walk.velocity(&state) - attractor.at(Real::of(time)).value).value.abs() / walk.velocity_step.value,
+                );
             }
         }
         largest

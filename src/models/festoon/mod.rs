@@ -25,7 +25,7 @@ use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, La
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
-use crate::numbers::Scalar;
+use crate::numbers::{Real, Scalar};
 use crate::start_sized;
 use crate::system::{Shortcuts, System, Tables, table};
 use crate::variables::{Notices, ParameterError, Values};
@@ -253,16 +253,26 @@ impl<L: Laws> Festoon<L> {
         }
     }
 
-    /// The contact of a trolley in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(
+    /// The contact of a trolley in plain numbers.
+    fn contact_now<const N: usize>(
         &self,
-        time: S,
-        x: &[S; N],
-        u: &Inputs<S>,
-        memory: &Memory<L::Memory>,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 2],
+        rates: &[f64; MAX_TROLLEYS],
+        links: &[Link; MAX_TROLLEYS],
         trolley: usize,
-    ) -> Contact<S> {
-        self.contact(time, x, u, &self.rates(x, memory), &memory.links, trolley)
+    ) -> Contact<f64> {
+        let u = Inputs::read(&Real::all(u));
+        self.contact(Real::of(time), &Real::all(x), &u, &Real::all(rates), links, trolley).plain()
+    }
+
+    fn rates_now<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>) -> [f64; MAX_TROLLEYS] {
+        self.rates(&Real::all(x), memory).map(Real::value)
+    }
+
+    fn gap_now<const N: usize>(x: &[f64; N], link: usize) -> f64 {
+        Self::gap(&Real::all(x), link).value
     }
 
     /// Accelerations of a trolley and its load under a friction force.
@@ -285,7 +295,7 @@ impl<L: Laws> Festoon<L> {
     }
 
     fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>, link: usize) -> f64 {
-        let gap = Self::gap(x, link);
+        let gap = Self::gap_now(x, link);
         let (until_taut, until_pressed) = (self.p.rope_length - gap, gap - self.p.buffer_length);
         match memory.links[link] {
             Link::Loose => until_taut.min(until_pressed),
@@ -324,17 +334,16 @@ impl<L: Laws> System<2> for Festoon<L> {
     }
 
     fn start<const N: usize>(&self, u: &[f64; 2]) -> ([f64; N], Self::Memory) {
-        let u = Inputs::read(u);
         let mut x = [0.0; N];
         x[CRANE] = self.p.crane_position0;
         for trolley in 0..self.trolleys() {
             x[at(State::Position, trolley, N)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
             x[at(State::Angle, trolley, N)] = self.p.angle0;
         }
-        let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link)));
+        let links = std::array::from_fn(|link| self.link_at(Self::gap_now(&x, link)));
         let still = [0.0; MAX_TROLLEYS];
         let friction = std::array::from_fn(|trolley| {
-            let contact = self.contact(0.0, &x, &u, &still, &links, trolley);
+            let contact = self.contact_now(0.0, &x, u, &still, &links, trolley);
             self.friction[trolley].start(&contact)
         });
         (x, Memory { friction, links })
@@ -385,13 +394,12 @@ impl<L: Laws> System<2> for Festoon<L> {
         u: &[f64; 2],
         memory: &Memory<L::Memory>,
     ) -> Self::Indicators {
-        let u = &Inputs::read(u);
         let mut indicators = [UNUSED; contact_indicators(MAX_TROLLEYS)];
         for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
             *indicator = self.link_indicator(x, memory, link);
         }
         for trolley in 0..self.trolleys() {
-            let contact = self.contact_at(time, x, u, memory, trolley);
+            let contact = self.contact_now(time, x, u, &self.rates_now(x, memory), &memory.links, trolley);
             let of_contact = self.friction[trolley].indicators(&contact, x, &memory.friction[trolley]);
             indicators[contact_indicators(trolley)..][..Event::COUNT].copy_from_slice(of_contact.as_ref());
         }
@@ -406,23 +414,21 @@ impl<L: Laws> System<2> for Festoon<L> {
         u: &[f64; 2],
         memory: &mut Memory<L::Memory>,
     ) {
-        let u = &Inputs::read(u);
         if event < MAX_TROLLEYS {
-            memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event));
+            memory.links[event] = self.link_after(memory.links[event], Self::gap_now(x, event));
             return;
         }
         let (trolley, event) = ((event - MAX_TROLLEYS) / Event::COUNT, (event - MAX_TROLLEYS) % Event::COUNT);
-        let contact = self.contact_at(time, x, u, memory, trolley);
+        let contact = self.contact_now(time, x, u, &self.rates_now(x, memory), &memory.links, trolley);
         let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
         friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
     }
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) -> bool {
-        let u = &Inputs::read(u);
-        let rates = self.rates(x, memory);
+        let rates = self.rates_now(x, memory);
         let mut has_changed = false;
         for trolley in 0..self.trolleys() {
-            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
+            let contact = || self.contact_now(time, x, u, &rates, &memory.links, trolley);
             has_changed |= self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
         }
         has_changed
@@ -453,10 +459,9 @@ impl<L: Laws> System<2> for Festoon<L> {
     }
 
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) {
-        let u = &Inputs::read(u);
-        let rates = self.rates(x, memory);
+        let rates = self.rates_now(x, memory);
         for trolley in 0..self.trolleys() {
-            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
+            let contact = || self.contact_now(time, x, u, &rates, &memory.links, trolley);
             self.friction[trolley].sample(contact, time, x, &mut memory.friction[trolley]);
         }
     }

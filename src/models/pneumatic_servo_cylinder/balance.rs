@@ -13,32 +13,34 @@ use super::variables::{Inputs, State};
 use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
 use crate::friction::Laws;
 use crate::hybrid::QUANTITIES;
-use crate::numbers::Pair;
+use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::pneumatics::actuator::Actuators;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
-    pub(super) fn mass_and_energy(&self, x: &[f64], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
+    pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
+        let x = &Real::all(x);
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
-        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x)) } else { mass };
+        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(Real::value)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
         let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
-        [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }]
+        [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(Real::value)
     }
 
     /// Mass flow in kg/s and power in W into the cylinder.
-    pub(super) fn mass_flow_and_power(
+    pub(super) fn mass_flow_and_power<const N: usize>(
         &self,
         time: f64,
-        x: &[f64],
-        u: &Inputs<f64>,
+        x: &[f64; N],
+        u: &[f64; 3],
         memory: &MemoryOf<L, A>,
     ) -> [f64; QUANTITIES] {
+        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         // What leaks past the piston stays inside, or leaves an open chamber B.
@@ -51,17 +53,17 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
         let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(State::Position.get(x))));
-        let work = self.outer_force(time, x, u, memory) * rate;
-        [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }]
+        let work = self.outer_force(Real::of(time), x, u, memory) * rate;
+        [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }].map(Real::value)
     }
 
     /// Force in N on the carriage that brings energy from outside.
-    fn outer_force(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &MemoryOf<L, A>) -> f64 {
+    fn outer_force(&self, time: Real, x: &[Real], u: &Inputs<Real>, memory: &MemoryOf<L, A>) -> Real {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; MOST]);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
         let [area_a, area_b] = self.chambers.areas;
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
-        contact.applied - friction - if self.has_gas_energy() { gas } else { 0.0 }
+        contact.applied - friction - if self.has_gas_energy() { gas } else { Real::zero() }
     }
 
     /// Whether there are hoses or a vessel, whose mass counts, but not their energy: they exchange heat at will.

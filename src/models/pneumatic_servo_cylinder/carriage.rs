@@ -3,7 +3,7 @@
 use super::variables::{Inputs, State};
 use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use crate::friction::{Contact, Laws};
-use crate::numbers::{Pair, Scalar};
+use crate::numbers::{Pair, Real, Scalar};
 use crate::pneumatics::actuator::Actuators;
 use crate::variables::Tunable;
 
@@ -48,10 +48,22 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         }
     }
 
+    /// The same in plain numbers.
+    #[inline(always)]
+    pub(super) fn contact_now<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], rate: f64) -> Contact<f64> {
+        let u = &Inputs::read(&Real::all(u));
+        self.contact(Real::of(time), &Real::all(x), u, Real::of(rate)).plain()
+    }
+
     /// Velocity of the carriage: the state, unless the friction law holds the position.
     #[inline(always)]
     pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
+    }
+
+    #[inline(always)]
+    pub(super) fn rate_now<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> f64 {
+        self.rate(&Real::all(x), memory).value
     }
 
     /// Rates of position and velocity; writes those of the bristles.

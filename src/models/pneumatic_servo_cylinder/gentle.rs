@@ -4,7 +4,7 @@ use super::variables::Inputs;
 use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, State, of_actuator};
 use crate::friction::{FrictionContact, Laws};
 use crate::hybrid::LongestSteps;
-use crate::numbers::Pair;
+use crate::numbers::{Pair, Real, Scalar};
 use crate::pneumatics::actuator::Actuators;
 use crate::pneumatics::orifice;
 
@@ -53,10 +53,14 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// side of [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that
     /// bends bristles.
     #[inline(always)]
-    pub(super) fn piece(&self, x: &[f64], u: &Inputs<f64>) -> (Pair<f64>, f64, bool, [bool; 2], bool) {
-        let pressures = Pair([x[PRESSURE_A], x[PRESSURE_B]]);
-        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports_at_valve(x, u.supply_pressure), pressures);
-        let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(u.supply_pressure), vessel);
+    pub(super) fn piece<const N: usize>(
+        &self,
+        x: &[f64; N],
+        u: &Inputs<f64>,
+    ) -> (Pair<Real>, f64, bool, [bool; 2], bool) {
+        let (pressures, supply) = (Pair(Real::all(&[x[PRESSURE_A], x[PRESSURE_B]])), Real::of(u.supply_pressure));
+        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports_at_valve(&Real::all(x), supply), pressures);
+        let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(supply), Real::of(vessel)).value;
         (
             of_actuator,
             self.vessel_pressure(x).map_or(0.0, into_vessel),

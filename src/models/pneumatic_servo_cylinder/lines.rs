@@ -187,7 +187,7 @@ impl Lines {
             let pressures = std::array::from_fn(|i| states[side * HOSE + i]);
             line.as_ref().map_or(0.0, |line| line.hose.mass(pressures, line.restriction.is_some()))
         };
-        let vessel = self.vessel.as_ref().map_or(0.0, |vessel| states[VESSEL] * vessel.volume / vessel.gas);
+        let vessel = self.vessel.as_ref().map_or(0.0, |vessel| states[VESSEL] * vessel.volume / vessel.gas.value);
         self.hoses.iter().enumerate().map(hose).sum::<f64>() + vessel
     }
 
@@ -265,7 +265,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
 
     /// The pressure in the vessel of the supply, if there is one.
     #[inline(always)]
-    pub(super) fn vessel_pressure<S: Scalar>(&self, x: &[S]) -> Option<S> {
+    pub(super) fn vessel_pressure<S: Copy>(&self, x: &[S]) -> Option<S> {
         // It is the last of the states of the lines.
         let index = || State::Position.at(x.len()) - self.sensors.states() - 1;
         (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
@@ -472,6 +472,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// Open, half closed a twentieth of the length before the seal is tight, and tight.
     #[test]
@@ -479,10 +480,11 @@ mod tests {
         let restriction =
             Restriction { orifice: Orifice::new(0.3), into: 9e-9, out: 8e-9, cushion: Some([0.02, 2e-9]) };
         for (distance, expected) in [(0.1, 8e-9), (0.02, 8e-9), (0.019, 5e-9), (0.018, 2e-9), (0.0, 2e-9)] {
-            assert!((restriction.outward(distance) - expected).abs() < 1e-21, "at {distance} m");
+            assert!((restriction.outward(Real::of(distance)).value - expected).abs() < 1e-21, "at {distance} m");
         }
-        let gas = |pressure: f64| GasState::new(pressure, 293.15);
-        let [into, out] = [(6e5, 1e5), (1e5, 6e5)].map(|(from, to)| restriction.flow(gas(from), gas(to), 0.0).mass);
+        let gas = |pressure: f64| GasState::new(Real::of(pressure), Real::of(293.15));
+        let flow = |from: f64, to: f64| restriction.flow(gas(from), gas(to), Real::of(0.0)).mass.value;
+        let [into, out] = [flow(6e5, 1e5), flow(1e5, 6e5)];
         assert!((into / out + 9e-9 / 2e-9).abs() < 1e-12, "{into} {out}");
     }
 

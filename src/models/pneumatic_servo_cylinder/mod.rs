@@ -41,7 +41,7 @@ use crate::friction::{self, Drive, Event, Friction, FrictionContact, Indicators,
 use crate::hybrid::{Couplings, Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride, UNUSED};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
-use crate::numbers::{Pair, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::pneumatics::actuator::{self, Actuator, Actuators, STATES};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::{self, Reservoir};
@@ -137,7 +137,7 @@ pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
 
 /// The states of the actuator, which come first.
 #[inline(always)]
-fn of_actuator<S: Scalar>(x: &[S]) -> [S; STATES] {
+fn of_actuator<S: Copy>(x: &[S]) -> [S; STATES] {
     std::array::from_fn(|place| x[place])
 }
 
@@ -289,8 +289,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         &self.p
     }
 
-    fn start<const N: usize>(&self, u: &[f64; 3]) -> ([f64; N], Self::Memory) {
-        let u = Inputs::read(u);
+    fn start<const N: usize>(&self, inputs: &[f64; 3]) -> ([f64; N], Self::Memory) {
+        let u = Inputs::read(inputs);
         let mut x = [0.0; N];
         State::Position.set(&mut x, self.p.position0);
         State::Velocity.set(&mut x, self.p.velocity0);
@@ -305,11 +305,12 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
-        let contact = self.contact(0.0, &x, &u, State::Velocity.get(&x));
-        let friction = self.friction.start(&contact);
-        let force = self.friction.force(&contact, &x, &friction, &mut [0.0; N]);
+        let (there, u) = (Real::all(&x), Inputs::read(&Real::all(inputs)));
+        let contact = self.contact(Real::zero(), &there, &u, State::Velocity.get(&there));
+        let friction = self.friction.start(&contact.plain());
+        let force = self.friction.force(&contact, &there, &friction, &mut [Real::zero(); N]);
         let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
-        let quantities = self.measured(&x, &u, acceleration);
+        let quantities = self.measured(&there, &u, acceleration).map(Real::value);
         if EXTENDED && self.sensors.states() > 0 {
             x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
         }
@@ -350,7 +351,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
-        let Pair(lengths) = self.lengths(State::Position.get(x));
+        let Pair(lengths) = self.lengths(Real::of(State::Position.get(x)));
+        let lengths = lengths.map(Real::value);
         let (stops, cushions) = kinks.split_at_mut(lengths.len());
         stops.copy_from_slice(&lengths);
         for (side, kink) in cushions.iter_mut().enumerate() {
@@ -394,8 +396,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn indicators<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> Indicators {
-        let u = &Inputs::read(u);
-        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
@@ -411,16 +412,14 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         u: &[f64; 3],
         memory: &mut MemoryOf<L, A>,
     ) {
-        let u = &Inputs::read(u);
-        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
-        let u = &Inputs::read(u);
-        self.actuator.follow(u.valve_voltage, &mut memory.actuator);
-        let rate = self.rate(x, memory);
-        self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction)
+        self.actuator.follow(Inputs::read(u).valve_voltage, &mut memory.actuator);
+        let rate = self.rate_now(x, memory);
+        self.friction.follow(|| self.contact_now(time, x, u, rate), x, &mut memory.friction)
     }
 
     fn next_sample(&self, memory: &MemoryOf<L, A>) -> Sample {
@@ -448,13 +447,12 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
     }
 
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
-        let u = &Inputs::read(u);
         if EXTENDED {
             // One part at a time, the earliest; the others follow when they are the earliest.
             let next = self.next_change(memory);
             if self.actuator.next_sample(&memory.actuator) == next {
                 let mut states = of_actuator(x);
-                self.actuator.sample(&mut states, u.valve_voltage, &mut memory.actuator);
+                self.actuator.sample(&mut states, Inputs::read(u).valve_voltage, &mut memory.actuator);
                 x[..STATES].copy_from_slice(&states);
                 return;
             }
@@ -463,13 +461,13 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
                 return;
             }
         }
-        let rate = self.rate(x, memory);
-        self.friction.sample(|| self.contact(time, x, u, rate), time, x, &mut memory.friction);
+        let rate = self.rate_now(x, memory);
+        self.friction.sample(|| self.contact_now(time, x, u, rate), time, x, &mut memory.friction);
     }
 
     fn arrive<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
         if EXTENDED {
-            self.take_readings(time, x, &Inputs::read(u), memory);
+            self.take_readings(time, x, u, memory);
         }
     }
 
@@ -483,7 +481,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
             "chamberA.temperature falls to 0",
             "chamberB.temperature falls to 0",
         ];
-        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(State::Position.get(x)));
+        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(Real::of(State::Position.get(x))));
+        let [volume_a, volume_b] = [volume_a.value, volume_b.value];
         let [pressure_a, pressure_b, temperature_a, temperature_b] =
             [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
         let is_above =
@@ -492,7 +491,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         if !is_above.iter().fold(true, |all, one| all & one) {
             return Err(REASONS[is_above.iter().position(|one| !one).unwrap_or_default()]);
         }
-        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(x)) {
+        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(&Real::all(x)).map(Real::value)) {
             return Err("the pressure in a hose or in the vessel falls to 0");
         }
         Ok(())
@@ -539,7 +538,6 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
         u: &[f64; 3],
         memory: &MemoryOf<L, A>,
     ) -> [f64; QUANTITIES] {
-        let u = &Inputs::read(u);
         self.mass_flow_and_power(time, x, u, memory)
     }
 
@@ -566,7 +564,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
             POSITION => Some(State::Position.get(x)),
-            VELOCITY => Some(self.rate(x, memory)),
+            VELOCITY => Some(self.rate_now(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
             _ => None,
@@ -574,9 +572,9 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
     }
 
     fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> [f64; N] {
-        let mut rates = [0.0; N];
-        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
-        rates
+        let (mut rates, u) = ([Real::zero(); N], Inputs::read(&Real::all(u)));
+        self.driven_rates(Real::of(time), &Real::all(x), &u, memory, &mut rates);
+        rates.map(Real::value)
     }
 
     fn jacobian<const N: usize>(
@@ -608,8 +606,9 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         if !act_on_actuator_alone(inputs) {
             return false;
         }
-        let u = Inputs::read(inputs[1]);
-        derivatives[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+        let voltage = Real::of(Inputs::read(inputs[1]).valve_voltage);
+        let rates = self.actuator.rates(Real::all(&of_actuator(x)), voltage, &memory.actuator);
+        derivatives[..STATES].copy_from_slice(&rates.map(Real::value));
         true
     }
 
@@ -625,7 +624,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         u: &[f64; 3],
         memory: &MemoryOf<L, A>,
     ) -> f64 {
-        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
+        let contact = || self.contact_now(time, x, u, self.rate_now(x, memory));
         self.friction.relaxation(contact, [x, rates], &memory.friction)
     }
 
@@ -738,7 +737,11 @@ mod tests {
             let unchanged = rates;
             equations.follow(0.0, &x, &inputs, &mut memory);
             assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
-            let expected = if is_refreshed { equations.derivatives(0.0, &x, &inputs, &memory) } else { unchanged };
+            let expected = if is_refreshed {
+                crate::hybrid::HybridSystem::rates(&equations, 0.0, &x, &inputs, &memory)
+            } else {
+                unchanged
+            };
             assert_eq!(rates.map(f64::to_bits), expected.map(f64::to_bits), "{inputs:?}");
             assert_eq!(equations.indicators_hold([&before, &inputs]), is_refreshed, "{inputs:?}");
         }

@@ -7,7 +7,7 @@ use super::variables::{Inputs, State};
 use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use crate::friction::Laws;
 use crate::hybrid::Sample;
-use crate::numbers::{Scalar, random};
+use crate::numbers::{Number, Real, Scalar, random};
 use crate::parameters;
 use crate::pneumatics::actuator::Actuators;
 use crate::sensor::{self, Quantity, Sensor};
@@ -163,14 +163,22 @@ impl Sensors {
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings(&self, time: f64, x: &[f64], u: &Inputs<f64>, memory: &mut MemoryOf<L, A>) {
+    pub(super) fn take_readings<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &mut MemoryOf<L, A>,
+    ) {
         if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
             return;
         }
-        let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [0.0; MOST]);
+        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
+        let contact = self.contact(Real::of(time), x, u, self.rate(x, memory));
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
         let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
-        self.sensors.sample(time, self.measured(x, u, acceleration), self.lagged(x), &mut memory.sensors);
+        let [quantities, lagged] = [self.measured(x, u, acceleration), self.lagged(x)].map(|it| it.map(Real::value));
+        self.sensors.sample(time, quantities, lagged, &mut memory.sensors);
     }
 
     /// Index of the first state of the sensors among `n` states, if they have any.

@@ -99,7 +99,7 @@ impl Equations for Sampled {
 
     fn enact(&mut self, act: Act, _time: f64, _x: &mut [f64], u: &[f64]) {
         if let Act::Sample { .. } = act {
-            self.law.sample(&inputs(u), &mut self.last);
+            self.law.take(&std::array::from_fn(|i| u[i]), &mut self.last);
         }
     }
 
@@ -126,9 +126,7 @@ impl Equations for Sampled {
     }
 
     fn outputs(&self, _at: At) -> Vec<f64> {
-        let mut values = vec![0.0; Outputs::<f64>::LEN];
-        self.law.shown(&self.last).write(&mut values);
-        values
+        self.law.show(&self.last).to_vec()
     }
 
     /// Of neutral voltage, if that varies; the memory is still.
@@ -151,7 +149,7 @@ impl Last {
 
 impl<S: Copy> Last<S> {
     /// The numbers in the order of the fields.
-    fn numbers(&self) -> [S; Last::LEN] {
+    pub(super) fn numbers(&self) -> [S; Last::LEN] {
         let &Self { reference, error, wanted, command, integral, effort } = self;
         [reference, error, wanted, command, integral, effort]
     }

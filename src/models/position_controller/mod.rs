@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
 use crate::solver::{Mark, StepError};
 use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
@@ -205,6 +205,20 @@ impl Parameters {
         kinks
     }
 
+    /// A sample in plain numbers.
+    fn take(&self, u: &[f64; Inputs::LEN], last: &mut Last) {
+        let mut numbers = last.map(Real::of);
+        self.sample(&Inputs::read(&Real::all(u)), &mut numbers);
+        *last = numbers.map(Real::value);
+    }
+
+    /// What is shown in plain numbers.
+    fn show(&self, last: &Last) -> [f64; Outputs::<f64>::LEN] {
+        let mut shown = [Real::of(0.0); Outputs::<f64>::LEN];
+        self.shown(&last.map(Real::of)).write(&mut shown);
+        shown.map(Real::value)
+    }
+
     /// What is shown of it.
     fn shown<S: Scalar>(&self, last: &Last<S>) -> Outputs<S> {
         Outputs {
@@ -290,6 +304,13 @@ impl Last {
     }
 }
 
+impl<S: Copy> Last<S> {
+    fn map<T>(&self, rule: impl Fn(S) -> T) -> Last<T> {
+        let [reference, error, wanted, command, integral, effort] = self.numbers().map(rule);
+        Last { reference, error, wanted, command, integral, effort }
+    }
+}
+
 impl Memory {
     fn is_finite(&self) -> bool {
         let &Self { start, count: _, last: Last { reference, error, wanted, command, integral, effort } } = self;
@@ -316,7 +337,7 @@ impl PositionController {
         self.time = self.time.max(due);
         self.mark_move();
         self.mark(|controller| Mark::Samples(due - controller.memory.start));
-        self.p.sample(&Inputs::read(&self.inputs.at(self.time)), &mut self.memory.last);
+        self.p.take(&self.inputs.at(self.time), &mut self.memory.last);
         self.memory.count += 1;
     }
 
@@ -395,7 +416,10 @@ impl Simulation for PositionController {
         let saturated = f64::from(self.memory.last.effort.abs() == self.p.range.value);
         // FMI integers have 32 bits; a run that exceeds them shows the largest.
         let samples = f64::from(i32::try_from(self.memory.count).unwrap_or(i32::MAX));
-        self.p.shown(&self.memory.last).write(computed).copy_from_slice(&[saturated, samples]);
+        let shown = self.p.show(&self.memory.last);
+        let (own, rest) = computed.split_at_mut(shown.len());
+        own.copy_from_slice(&shown);
+        rest.copy_from_slice(&[saturated, samples]);
     }
 
     /// Between samples nothing moves.

@@ -24,7 +24,7 @@ use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Laws, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
-use crate::numbers::Scalar;
+use crate::numbers::{Number, Real, Scalar};
 use crate::start_sized;
 use crate::system::{Shortcuts, System, Tables, references, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
@@ -174,15 +174,21 @@ impl<L: Laws> VibroImpact<L> {
         }
     }
 
-    /// The contact in the present modes.
-    fn contact_at<S: Scalar, const N: usize>(
+    /// The contact in plain numbers.
+    fn contact_now<const N: usize>(
         &self,
-        time: S,
-        x: &[S; N],
-        u: &Inputs<S>,
-        memory: &Memory<L::Memory>,
-    ) -> Contact<S> {
-        self.contact(time, x, u, self.rate(x, memory), memory.touches)
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 1],
+        rate: f64,
+        touches: bool,
+    ) -> Contact<f64> {
+        let u = Inputs::read(&Real::all(u));
+        self.contact(Real::of(time), &Real::all(x), &u, Real::of(rate), touches).plain()
+    }
+
+    fn rate_now<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>) -> f64 {
+        self.rate(&Real::all(x), memory).value
     }
 
     /// Velocity of the body: the state, unless the friction law holds the position.
@@ -219,7 +225,7 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         State::InternalPosition.set(&mut x, self.p.position0 + self.p.displacement0);
         State::InternalVelocity.set(&mut x, self.p.velocity0 + self.p.displacement_rate0);
         let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact(0.0, &x, &Inputs::read(u), State::Velocity.get(&x), touches);
+        let contact = self.contact_now(0.0, &x, u, State::Velocity.get(&x), touches);
         (x, Memory { friction: self.friction.start(&contact), touches, impacts: 0 })
     }
 
@@ -259,11 +265,11 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         u: &[f64; 1],
         memory: &Memory<L::Memory>,
     ) -> Self::Indicators {
-        let u = &Inputs::read(u);
         let mut indicators = [UNUSED; CONTACT + Event::COUNT];
-        let (d, _) = self.displacement(x, 0.0);
-        indicators[IMPACT] = if memory.touches { d - self.coupling.gap } else { self.coupling.gap - d };
-        let contact = self.contact_at(time, x, u, memory);
+        let (d, _) = self.displacement(&Real::all(x), Real::zero());
+        let (d, gap) = (d.value, self.coupling.gap);
+        indicators[IMPACT] = if memory.touches { d - gap } else { gap - d };
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory), memory.touches);
         indicators[CONTACT..].copy_from_slice(self.friction.indicators(&contact, x, &memory.friction).as_ref());
         indicators
     }
@@ -276,20 +282,18 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         u: &[f64; 1],
         memory: &mut Memory<L::Memory>,
     ) {
-        let u = &Inputs::read(u);
         if event == IMPACT {
             memory.touches = !memory.touches;
             memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
             return;
         }
-        let contact = self.contact_at(time, x, u, memory);
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory), memory.touches);
         self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
-        let u = &Inputs::read(u);
-        let (rate, touches) = (self.rate(x, memory), memory.touches);
-        let contact = || self.contact(time, x, u, rate, touches);
+        let (rate, touches) = (self.rate_now(x, memory), memory.touches);
+        let contact = || self.contact_now(time, x, u, rate, touches);
         self.friction.follow(contact, x, &mut memory.friction)
     }
 
@@ -298,9 +302,8 @@ impl<L: Laws> System<1> for VibroImpact<L> {
     }
 
     fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
-        let u = &Inputs::read(u);
-        let (rate, touches) = (self.rate(x, memory), memory.touches);
-        self.friction.sample(|| self.contact(time, x, u, rate, touches), time, x, &mut memory.friction);
+        let (rate, touches) = (self.rate_now(x, memory), memory.touches);
+        self.friction.sample(|| self.contact_now(time, x, u, rate, touches), time, x, &mut memory.friction);
     }
 
     fn event_name(&self, event: usize) -> &'static str {

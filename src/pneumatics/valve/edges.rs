@@ -1,7 +1,7 @@
 //! The metering edges: how far a spool opens them, and what they let through.
 
 use crate::enumeration;
-use crate::numbers::{MonotoneCurve, Number, Pair, Scalar, Tangents};
+use crate::numbers::{MonotoneCurve, Number, Pair, Real, Scalar, Tangents};
 use crate::pneumatics::gas::GasState;
 use crate::pneumatics::orifice::{Flow, Orifice, is_above};
 use crate::variables::Tunable;
@@ -49,12 +49,14 @@ impl Opening {
 
     /// The number, from 0 to 15, of the smooth piece in which a spool lies.
     #[inline(always)]
-    pub fn piece(&self, spool: f64) -> f64 {
+    pub fn piece(&self, spool: f64) -> Real {
         let [towards_a, towards_b] = match self {
             Self::Linear { dead_zone, .. } => {
-                [spool, -spool].map(|travel| is_above(travel, dead_zone.value) + is_above(travel, 1.0))
+                let corners = Real::all(&[dead_zone.value, 1.0]);
+                let passed = |travel| corners.map(|corner| is_above(travel, corner));
+                Real::all(&[spool, -spool]).map(passed).map(|[opens, is_open]| opens + is_open)
             }
-            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)].map(f64::from),
+            Self::Table(curves) => [curves[0].piece(spool), curves[1].piece(-spool)].map(f64::from).map(Real::of),
         };
         towards_a + towards_b * 4.0
     }
@@ -118,9 +120,9 @@ mod tests {
     fn edge_leaks_when_closed_and_is_full_at_full_travel() {
         let edges = Edges::new([port(4e-9, 0.3); 2], Tunable::still(0.002));
         let opening = Opening::linear(Tunable::still(0.1));
-        let conductance = |spool: f64| edges.conductance(opening.at(spool));
-        assert_eq!([-1.0, 0.1].map(|spool| conductance(spool).0[0]), [0.002 * 4e-9; 2]);
-        assert!((conductance(1.0).0[0] - 4e-9).abs() < 1e-24);
+        let conductance = |spool: f64| edges.conductance(opening.at(Real::of(spool)));
+        assert_eq!([-1.0, 0.1].map(|spool| conductance(spool).0[0].value), [0.002 * 4e-9; 2]);
+        assert!((conductance(1.0).0[0].value - 4e-9).abs() < 1e-24);
         assert_eq!(conductance(1.0), conductance(-1.0).swapped());
     }
 
@@ -130,9 +132,9 @@ mod tests {
         let table = Opening::Table(Box::new([curve.clone(), curve]));
         for (opening, corners) in [(Opening::linear(Tunable::still(0.1)), vec![0.1, 1.0]), (table, vec![0.1, 1.0])] {
             for side in [1.0, -1.0] {
-                let mut before = opening.piece(0.0);
+                let mut before = opening.piece(0.0).value;
                 for corner in &corners {
-                    let [below, above] = [-1e-12, 1e-12].map(|off| opening.piece(side * (corner + off)));
+                    let [below, above] = [-1e-12, 1e-12].map(|off| opening.piece(side * (corner + off)).value);
                     assert!(below == before && above != below, "at {corner}: {before}, {below}, {above}");
                     before = above;
                 }
@@ -143,11 +145,11 @@ mod tests {
     #[test]
     fn every_edge_has_its_own_conductance_and_ratio() {
         let ports = [port(4e-9, 0.2), port(3e-9, 0.4)];
-        let gas = |pressure: f64| GasState::new(Pair([pressure; 2]), Pair([293.15; 2]));
-        let both = Edges::new(ports, Tunable::still(0.0)).flow(Pair([1.0, 0.5]), gas(6e5), gas(4e5)).mass;
+        let gas = |pressure: f64| GasState::new(Pair([Real::of(pressure); 2]), Pair([Real::of(293.15); 2]));
+        let both = Edges::new(ports, Tunable::still(0.0)).flow(Pair(Real::all(&[1.0, 0.5])), gas(6e5), gas(4e5)).mass;
         let alone = |port: Port, opening: f64| {
-            let gas = |pressure: f64| GasState::new(pressure, 293.15);
-            Orifice::new(port.critical_ratio.value).flow(opening * port.conductance, gas(6e5), gas(4e5)).mass
+            let gas = |pressure: f64| GasState::new(Real::of(pressure), Real::of(293.15));
+            Orifice::new(port.critical_ratio.value).flow(Real::of(opening) * port.conductance, gas(6e5), gas(4e5)).mass
         };
         assert_eq!(both, Pair([alone(ports[0], 1.0), alone(ports[1], 0.5)]));
     }
@@ -160,9 +162,10 @@ mod tests {
         let table = Opening::Table(Box::new([line, steep]));
         for spool in [-1.0, 0.0, 0.05, 0.1, 0.7, 1.0, 1.04] {
             let (Pair([found, other]), Pair([expected, _])) =
-                (table.at(spool), Opening::linear(Tunable::still(0.08)).at(spool));
+                (table.at(Real::of(spool)), Opening::linear(Tunable::still(0.08)).at(Real::of(spool)));
+            let [found, other, expected] = [found, other, expected].map(Real::value);
             assert!((found - expected).abs() < 1e-15, "{found} at {spool}, not {expected}");
-            assert_eq!(other, (-2.0 * spool).clamp(0.0, 1.0));
+            assert_eq!(other, (-2.0f64 * spool).clamp(0.0, 1.0));
         }
     }
 }

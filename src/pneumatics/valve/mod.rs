@@ -9,7 +9,7 @@ use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLT
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use crate::hybrid::{Led, Stride};
-use crate::numbers::{Pair, Scalar};
+use crate::numbers::{Pair, Real, Scalar};
 use crate::outputs;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -215,7 +215,7 @@ impl Actuating for ProportionalValve {
     }
 
     fn start(&self, voltage: f64) -> ([f64; STATES], f64) {
-        ([0.0; STATES], self.valve.initial_play(self.valve.command(voltage)))
+        ([0.0; STATES], self.valve.initial_play(self.valve.command(Real::of(voltage)).value))
     }
 
     fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &f64) -> [S; STATES] {
@@ -234,7 +234,7 @@ impl Actuating for ProportionalValve {
     }
 
     fn follow(&self, voltage: f64, set_point: &mut f64) {
-        *set_point = self.set_point(voltage, *set_point);
+        *set_point = self.set_point(Real::of(voltage), *set_point).value;
     }
 
     #[inline(always)]
@@ -247,8 +247,9 @@ impl Actuating for ProportionalValve {
     }
 
     #[inline(always)]
-    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
-        edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures) + self.opening.piece(spool) * 16.0
+    fn piece(&self, [_, spool]: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+            + self.opening.piece(spool).value * 16.0
     }
 
     /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
@@ -259,7 +260,7 @@ impl Actuating for ProportionalValve {
         if velocity * end_velocity > 0.0 && step < self.valve.spool.shortest_way() {
             return true;
         }
-        let set_point = self.set_point(voltage, *set_point);
+        let set_point = self.set_point(Real::of(voltage), *set_point).value;
         let reach = self.valve.spool.reach(set_point - spool, velocity);
         [-reach, reach].iter().all(|far| self.opening.piece(set_point + far) == self.opening.piece(spool))
     }
@@ -297,19 +298,27 @@ mod tests {
     const VALVE: Valve =
         Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
 
+    fn command(valve: &Valve, voltage: f64) -> f64 {
+        valve.command(Real::of(voltage)).value
+    }
+
+    fn play(before: f64, command: f64) -> f64 {
+        VALVE.play(before, Real::of(command)).value
+    }
+
     #[test]
     fn command_saturates_at_the_ends_of_the_voltage_range() {
-        assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| VALVE.command(v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
-        assert_eq!(Valve { polarity: -1.0, ..VALVE }.command(7.5), -0.5);
+        assert_eq!([-50.0, 0.0, 5.0, 7.5, 10.0, 1e9].map(|v| command(&VALVE, v)), [-1.0, -1.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(command(&Valve { polarity: -1.0, ..VALVE }, 7.5), -0.5);
         let low = Valve { centre: Tunable::still(5.25), ..VALVE };
-        assert_eq!([5.0, 5.25, 10.0].map(|v| low.command(v)), [-0.05, 0.0, 0.95]);
+        assert_eq!([5.0, 5.25, 10.0].map(|v| command(&low, v)), [-0.05, 0.0, 0.95]);
     }
 
     #[test]
     fn play_follows_only_when_pushed() {
-        assert_eq!(VALVE.play(0.2, 0.205), 0.2);
-        assert_eq!(VALVE.play(0.2, 0.3), 0.29);
-        assert_eq!(VALVE.play(0.2, 0.1), 0.11);
+        assert_eq!(play(0.2, 0.205), 0.2);
+        assert_eq!(play(0.2, 0.3), 0.29);
+        assert_eq!(play(0.2, 0.1), 0.11);
     }
 
     /// At rest against the play the derivative is that of the side that was pushed; inside the play it is 0.
@@ -317,7 +326,7 @@ mod tests {
     fn play_has_the_derivative_of_the_side_that_is_pushed() {
         let slope = |before: f64, command: f64| VALVE.play(before, Dual::<1>::variable(command, 0)).slope[0];
         for command in [0.3, -0.4] {
-            let followed = VALVE.play(0.0, command);
+            let followed = play(0.0, command);
             assert_eq!([slope(0.0, command), slope(followed, command)], [1.0, 1.0]);
             assert_eq!(slope(followed, command * 0.99), 0.0);
         }
@@ -326,9 +335,9 @@ mod tests {
     /// Between 1 - w and 1 the loop closes, from either side.
     #[test]
     fn full_command_has_no_play() {
-        assert_eq!([1.0, -1.0].map(|command| VALVE.play(0.2, command)), [1.0, -1.0]);
-        assert!((VALVE.play(0.2, 0.995) - 0.99).abs() < 1e-15 && (VALVE.play(1.0, 0.995) - 1.0).abs() < 1e-15);
-        assert!((VALVE.play(0.2, 0.99) - 0.98).abs() < 1e-15);
+        assert_eq!([1.0, -1.0].map(|command| play(0.2, command)), [1.0, -1.0]);
+        assert!((play(0.2, 0.995) - 0.99).abs() < 1e-15 && (play(1.0, 0.995) - 1.0).abs() < 1e-15);
+        assert!((play(0.2, 0.99) - 0.98).abs() < 1e-15);
     }
 
     /// Against 1000 steps of the classical Runge-Kutta method, and their means by the rule of Simpson.
@@ -341,7 +350,7 @@ mod tests {
                 let start = [40.0, -0.3];
                 let Led { middle, end, .. } = spool.later(start, 0.2, &stride(&spool, step));
                 let (mut x, mut sums, h) = (start, [0.0; 2], step / STEPS as f64);
-                let rates = |[v, s]: [f64; 2]| [spool.acceleration(0.2, s, v), v];
+                let rates = |[v, s]: [f64; 2]| [spool.acceleration(Real::of(0.2), Real::of(s), Real::of(v)).value, v];
                 for _ in 0..STEPS {
                     let on = |k: [f64; 2], by: f64| [x[0] + by * k[0], x[1] + by * k[1]];
                     let k1 = rates(x);
@@ -374,7 +383,7 @@ mod tests {
             let Led { end, .. } = spool.later([0.0; 2], set_point, &stride(&spool, 0.02));
             assert!(end[1] < edge);
             let voltage = 5.0 + 5.0 * set_point;
-            let memory = valve.set_point(voltage, 0.0);
+            let memory = valve.set_point(Real::of(voltage), 0.0).value;
             assert_eq!(valve.stays_in_piece([[0.0; 2], end], voltage, &memory, 0.02), stays, "{set_point}");
         }
     }

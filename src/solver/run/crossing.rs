@@ -59,7 +59,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     fn first_crossing(&self, h: f64, end: &[f64; N], after: &H::Indicators) -> Result<(usize, Bracket, f64), usize> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
-        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
+        let end_slope = self.system.rates(end_time, end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
         let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };
         let value_at = |event: usize, fraction: f64| {

@@ -363,7 +363,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Derivatives here and at the end of a step: those of the linearisation and of the stages may lack the states that have a
     /// closed form.
     fn slopes(&self, end_time: f64, end: &[f64; N]) -> [[f64; N]; 2] {
-        let slope = |time: f64, x: &[f64; N]| self.system.derivatives(time, x, &self.inputs.at(time), &self.memory);
+        let slope = |time: f64, x: &[f64; N]| self.system.rates(time, x, &self.inputs.at(time), &self.memory);
         [slope(self.time, &self.x), slope(end_time, end)]
     }
 

@@ -142,7 +142,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             let (x, memory) = (&self.x, &self.memory);
             let before = self.arrived_with.take();
             if !before.is_some_and(|before| self.system.refresh(x, [&before, &u], memory, &mut here.derivatives)) {
-                here.derivatives = self.system.derivatives(self.time, x, &u, memory);
+                here.derivatives = self.system.rates(self.time, x, &u, memory);
             }
         }
         (self.is_linearised, self.arrived_with) = (true, None);
@@ -314,7 +314,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     // Few runs keep one.
     #[inline(never)]
     fn keep_balance(&mut self, end_time: f64, end: &[f64; N]) {
-        let end_slope = self.system.derivatives(end_time, end, &self.inputs.at(end_time), &self.memory);
+        let end_slope = self.system.rates(end_time, end, &self.inputs.at(end_time), &self.memory);
         let start_slope = &self.linearisation.derivatives;
         let h = end_time - self.time;
         let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };

@@ -109,6 +109,12 @@ struct Tyre<S> {
 }
 
 impl QuarterCar {
+    /// The friction coefficient in plain numbers, for the events.
+    fn friction(&self, x: &[f64]) -> f64 {
+        let x: [f64; 4] = std::array::from_fn(|place| x[place]);
+        self.tyre(&Real::all(&x)).friction.value
+    }
+
     fn tyre<S: Scalar>(&self, x: &[S]) -> Tyre<S> {
         let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|it| it.get(x)));
         let sliding = v - w * p.radius;
@@ -142,10 +148,10 @@ impl System<2> for QuarterCar {
             text: "The tyre overcomes the brake",
             nominal: 100.0,
             indicator: |car, _, x, [torque, load], side| match side {
-                0 => torque - (car.tyre(x).friction * car.0.radius * load).abs(),
+                0 => torque - (car.friction(x) * car.0.radius * load).abs(),
                 _ => UNUSED,
             },
-            happens: |car, _, x, _, side| *side = sign(car.tyre(x).friction) as i32,
+            happens: |car, _, x, _, side| *side = sign(car.friction(x)) as i32,
         },
     ];
 

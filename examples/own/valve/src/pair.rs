@@ -93,12 +93,12 @@ impl Actuating for ValvePair {
     }
 
     fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
-        let left = Scalar::exp(-0.5 * step / self.time_constant);
+        let left = Real::of(-0.5 * step / self.time_constant).exp().value;
         [[left, 0.0], [0.0, left]]
     }
 
     fn later(&self, spools: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
-        let commands = Self::commands(voltage);
+        let commands = Self::commands(Real::of(voltage)).map(Real::value);
         let left = stride.half[0][0];
         let towards = |left: f64| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
         Led { middle: towards(left), end: towards(left * left), bend: [0.0; STATES] }
@@ -114,9 +114,9 @@ impl Actuating for ValvePair {
         self.supplied(spools, ports, gas).mass
     }
 
-    fn piece(&self, spools: [f64; STATES], ports: &Ports<f64>, pressures: Pair<f64>) -> Pair<f64> {
-        edge_pieces([ports.supply_pressure, ports.exhaust_pressure], pressures)
-            + is_above(Pair(spools), Pair([0.0; 2])) * 16.0
+    fn piece(&self, spools: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+            + is_above(Pair(Real::all(&spools)), Pair::zero()) * 16.0
     }
 
     fn write<S: Scalar>(&self, spools: [S; STATES], voltage: S, memory: &(), slots: &mut [S]) {
