@@ -24,14 +24,25 @@ async function bundled(entry) {
 /** A text as the contents of an element. */
 const escaped = (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
 
-const uplot = await readFile(new URL("node_modules/uplot/LICENSE", import.meta.url), "utf8");
+/** A program as the contents of an element, which a closing tag inside a string would end. */
+const script = async (entry) => (await bundled(entry)).replaceAll("</script", "<\\/script");
+
+const compressed = async (file) => gzipSync(await readFile(file), { level: 9 }).toString("base64");
+
+/** The packages whose code is in the page. */
+const PACKAGES = ["uplot", "papaparse", "ml-matrix", "ml-array-rescale", "ml-array-min", "ml-array-max", "is-any-array"];
 const line = "=".repeat(80);
+const packages = PACKAGES.map(async (name) => {
+  const licence = await readFile(new URL(`node_modules/${name}/LICENSE`, import.meta.url), "utf8");
+  return `${line}\n${name}\n\n${licence}`;
+});
 const parts = {
   STYLE: await bundled("style.css"),
-  // A closing tag inside a string would end the element.
-  SCRIPT: (await bundled("main.ts")).replaceAll("</script", "<\\/script"),
-  PLANT: gzipSync(await readFile(plant), { level: 9 }).toString("base64"),
-  LICENCES: escaped(`${await readFile(licences, "utf8")}\n${line}\nuPlot\n\n${uplot}`),
+  SCRIPT: await script("main.ts"),
+  WORKER: await script("fit/worker.ts"),
+  EXAMPLE: await compressed(new URL("../examples/rig.csv", import.meta.url)),
+  PLANT: await compressed(plant),
+  LICENCES: escaped([await readFile(licences, "utf8"), ...(await Promise.all(packages))].join("\n")),
 };
 const template = await readFile(new URL("index.html", folder), "utf8");
 await writeFile(page, template.replace(/\{\{([A-Z]+)\}\}/g, (_, name) => parts[name]));

@@ -1,11 +1,16 @@
 // What the parts of the page share.
 
+import type { Study } from "./fit/study";
 import type { Library } from "./library";
 import type { Settings } from "./settings";
 
 export interface Context {
   library: Library;
   settings: Settings;
+  /** The data and the fit, which outlast a look at another page. */
+  study: Study;
+  /** Shows the page of the present settings anew. */
+  open(): void;
   /** Shows a problem, or takes it away. */
   tell(problem: string | null): void;
   /** Gives a variable a value; throws a refusal, and changes nothing then. */

@@ -32,21 +32,34 @@ export interface Part {
 /** How many numbers the buffer of the module holds. */
 const BUFFER = 4096;
 
+/** The bytes that were compressed and written in base 64. */
+export async function unpacked(base64: string): Promise<ArrayBuffer> {
+  const compressed = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+  const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
 /** The module. */
 export class Library {
   readonly tables: Tables;
 
-  private constructor(private readonly exports: Exports) {
+  private constructor(
+    readonly module: WebAssembly.Module,
+    private readonly exports: Exports,
+  ) {
     exports.playground_tables();
     this.tables = JSON.parse(this.text());
   }
 
   /** The module from compressed bytes in base 64. */
   static async load(base64: string): Promise<Library> {
-    const compressed = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
-    const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const { instance } = await WebAssembly.instantiate(await new Response(stream).arrayBuffer());
-    return new Library(instance.exports as Exports);
+    return Library.of(await WebAssembly.compile(await unpacked(base64)));
+  }
+
+  /** An instance of its own of a module, say in a worker. */
+  static async of(module: WebAssembly.Module): Promise<Library> {
+    const instance = await WebAssembly.instantiate(module);
+    return new Library(module, instance.exports as Exports);
   }
 
   /** Starts a model at time 0; what ran in the slot before is gone. Throws a refusal, and changes nothing then. */
@@ -117,6 +130,15 @@ export class Plant {
   /** Sets inputs and tunable parameters. */
   set(values: Values): void {
     this.library.call("playground_set", this.slot, this.library.write(pairs(this.places, values)));
+  }
+
+  /** A function that sets some variables, to values in their order. */
+  setter(names: readonly string[]): (values: ArrayLike<number>) => void {
+    const numbers = Float64Array.from(names.flatMap((name) => [place(this.places, name), 0]));
+    return (values) => {
+      for (let index = 0; index < names.length; index += 1) numbers[2 * index + 1] = values[index];
+      this.library.call("playground_set", this.slot, this.library.write(numbers));
+    };
   }
 
   /** Lets time go on to an end in s. */

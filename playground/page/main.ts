@@ -7,11 +7,13 @@ import { offerFiles } from "./downloads";
 import { embed } from "./embedded";
 import { Library, Refusal } from "./library";
 import { Parameters } from "./parameters";
-import { MODELS, Settings, VIEWS, type View } from "./settings";
+import { Settings, VIEWS, type View } from "./settings";
 import { tabs } from "./tabs";
 import { isLive, model, variable } from "./tables";
 import { themeButton } from "./theme";
+import { Study } from "./fit/study";
 import { ClosedLoop } from "./views/closed-loop";
+import { Fit } from "./views/fit";
 import { Presliding } from "./views/presliding";
 import { StickSlip } from "./views/stick-slip";
 import { TwoLaws } from "./views/two-laws";
@@ -21,12 +23,14 @@ const PAGES: Record<View, new (context: Context) => Page> = {
   "two-laws": TwoLaws,
   presliding: Presliding,
   "closed-loop": ClosedLoop,
+  fit: Fit,
 };
 /** A slot for trying out values, beyond those of the pages. */
 const TRIAL = 7;
 
 class Playground implements Context {
   readonly settings: Settings;
+  readonly study: Study = new Study(this);
   private page: Page | null = null;
   private readonly parameters: Parameters;
   private readonly showTab: (view: View) => void;
@@ -48,6 +52,8 @@ class Playground implements Context {
     themeButton(byId("theme"));
     offerFiles(byId("files"), () => this.page?.files() ?? null, this);
     addEventListener("hashchange", () => this.follow());
+    // A file that is dropped beside the place for it would be opened instead of the page.
+    for (const kind of ["dragover", "drop"]) addEventListener(kind, (event) => event.preventDefault());
     addEventListener("keydown", (event) => this.key(event));
     this.follow();
     const frame = (now: number) => {
@@ -79,7 +85,7 @@ class Playground implements Context {
   }
 
   /** Shows the page of the present settings. */
-  private open(): void {
+  open(): void {
     this.tell(null);
     this.page = new PAGES[this.settings.view](this);
     byId("page").replaceChildren(this.page.root);
@@ -90,7 +96,7 @@ class Playground implements Context {
   /** Takes over the link in the address, but for values that the library refuses. */
   private follow(): void {
     const problems = this.settings.restore(location.hash, this.library.tables);
-    for (const of of MODELS[this.settings.view]) {
+    for (const of of this.settings.models) {
       try {
         this.library.start(TRIAL, of, this.settings.values[of]);
       } catch (error) {
@@ -104,7 +110,7 @@ class Playground implements Context {
   }
 
   private reset(): void {
-    for (const of of MODELS[this.settings.view]) this.settings.forget(of);
+    for (const of of this.settings.models) this.settings.forget(of);
     this.open();
     this.changed();
   }

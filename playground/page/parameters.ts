@@ -3,7 +3,6 @@
 import type { Context } from "./context";
 import { element } from "./dom";
 import { Refusal } from "./library";
-import { MODELS } from "./settings";
 import { displayUnit, isLive, isSettable, items, lawName, model, short, type Model, type Variable } from "./tables";
 
 /** Takes over a value; throws a refusal. */
@@ -35,7 +34,7 @@ export class Parameters {
   show(hidden = this.hidden): void {
     this.hidden = hidden;
     const { settings, library } = this.context;
-    const models = MODELS[settings.view].map((name) => model(library.tables, name));
+    const models = settings.models.map((name) => model(library.tables, name));
     const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const groups = models.flatMap((of) => this.groups(of, words));
     const none = element("p", { class: "muted" }, "No parameter has all of these words.");

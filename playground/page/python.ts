@@ -4,7 +4,7 @@ import { isFormula, type Signal } from "./signal";
 import { items, model, variable, type Tables } from "./tables";
 
 /** A dictionary of values: items of enumerations by name, what is true or false as that, and further lines. */
-function dictionary(tables: Tables, name: string, values: ReadonlyMap<string, number>, ...further: string[]): string {
+export function dictionary(tables: Tables, name: string, values: ReadonlyMap<string, number>, ...further: string[]): string {
   const lines = [...values].map(([key, value]) => {
     const of = variable(model(tables, name), key);
     const item = items(tables, of).find((candidate) => candidate.id === value);

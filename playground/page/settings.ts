@@ -1,17 +1,18 @@
 // Everything that a link restores.
 
 import { isSettable, model, type Model, type Tables, type Variable } from "./tables";
+import { EXPERIMENTS, type ExperimentName } from "./fit/signals";
 import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
 
-export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"] as const;
+export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop", "fit"] as const;
 export type View = (typeof VIEWS)[number];
 
 export const CYLINDER = "PneumaticServoCylinder";
 export const BENCH = "FrictionBench";
 export const CONTROLLER = "PositionController";
 
-/** The models of a view, the one that moves first. */
-export const MODELS: Record<View, string[]> = {
+/** The models of the views on which something runs, the one that moves first. */
+const MODELS: Record<Exclude<View, "fit">, string[]> = {
   "stick-slip": [CYLINDER],
   "two-laws": [CYLINDER],
   presliding: [BENCH],
@@ -25,6 +26,9 @@ export class Settings {
   view: View = "stick-slip";
   /** The law that is compared with that of the cylinder. */
   secondLaw = 14;
+  /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
+  experiment: ExperimentName = "rig";
+  free: readonly string[] | null = null;
   readonly signals: Record<View, Signal>;
   /** Values that differ from the defaults, by model. */
   readonly values: Record<string, Map<string, number>> = {
@@ -42,6 +46,7 @@ export class Settings {
       "stick-slip": { ...voltage },
       "two-laws": { ...voltage },
       presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested },
+      fit: { ...voltage }, // which nothing moves by
       "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising },
     };
   }
@@ -50,14 +55,26 @@ export class Settings {
     return this.signals[this.view];
   }
 
+  /** The models of the present view. */
+  get models(): string[] {
+    if (this.view !== "fit") return MODELS[this.view];
+    return [this.experiment === "rig" ? CYLINDER : BENCH];
+  }
+
   /** The fragment of a link, for the present view. */
   fragment(tables: Tables): string {
-    const { kind, level, amplitude, period, points } = this.signal;
-    const link = new URLSearchParams({ view: this.view, signal: kind });
-    for (const [name, value] of Object.entries({ level, amplitude, period })) link.set(name, String(value));
-    if (kind === "drawn") link.set("points", points.map((point) => Math.round(point * 1000)).join(" "));
+    const link = new URLSearchParams({ view: this.view });
+    if (this.view === "fit") {
+      link.set("experiment", this.experiment);
+      if (this.free) link.set("free", this.free.join(" "));
+    } else {
+      const { kind, level, amplitude, period, points } = this.signal;
+      link.set("signal", kind);
+      for (const [name, value] of Object.entries({ level, amplitude, period })) link.set(name, String(value));
+      if (kind === "drawn") link.set("points", points.map((point) => Math.round(point * 1000)).join(" "));
+    }
     if (this.view === "two-laws") link.set("second", String(this.secondLaw));
-    for (const of of MODELS[this.view]) {
+    for (const of of this.models) {
       // The law is always in the link, because the page does not begin with that of the table everywhere.
       const law = model(tables, of).variables.find(({ name }) => name === "friction.law");
       if (law) link.set(`${of}.${law.name}`, String(law.start));
@@ -74,7 +91,9 @@ export class Settings {
     if (!view) return link.size ? [`the link names no page of the playground: ${fragment}`] : [];
     this.view = view;
     const signal = this.signals[view];
-    for (const of of MODELS[view]) this.forget(of);
+    this.experiment = EXPERIMENTS.find((candidate) => candidate === link.get("experiment")) ?? "rig";
+    this.free = null;
+    for (const of of this.models) this.forget(of);
     for (const [key, text] of link) {
       const problem = this.take(key, text, signal, tables);
       if (problem) problems.push(problem);
@@ -96,6 +115,11 @@ export class Settings {
 
   private take(key: string, text: string, signal: Signal, tables: Tables): string | null {
     if (key === "view") return null;
+    if (key === "experiment" && this.view === "fit") return this.experiment === text ? null : `${text} is no experiment`;
+    if (key === "free" && this.view === "fit") {
+      this.free = text.split(" ").filter(Boolean);
+      return null;
+    }
     if (key === "signal") {
       const kind = KINDS.find((candidate) => candidate === text);
       if (kind) signal.kind = kind as Kind;
@@ -118,7 +142,7 @@ export class Settings {
       this.secondLaw = value;
       return null;
     }
-    const of = MODELS[this.view].find((candidate) => key.startsWith(`${candidate}.`));
+    const of = this.models.find((candidate) => key.startsWith(`${candidate}.`));
     const known = of && model(tables, of).variables.find((entry) => `${of}.${entry.name}` === key && isSettable(entry));
     if (!known) return `there is no variable ${key}`;
     this.give(of, known, value);

@@ -8,6 +8,7 @@ const TITLES: Record<View, string> = {
   "two-laws": "Two laws",
   presliding: "Presliding",
   "closed-loop": "Closed loop",
+  fit: "Fit",
 };
 
 /** Fills a list of tabs; returns what marks the present one. */

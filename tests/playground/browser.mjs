@@ -17,6 +17,7 @@ const FLAGS = [
   "--disable-sync",
 ];
 
+/** The pages on which something runs. */
 export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop"];
 
 export const launch = () => chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });

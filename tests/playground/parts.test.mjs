@@ -1,18 +1,7 @@
 // Parts of the page by themselves, without a browser: what is kept of a run, what an input does, how fast time passes.
 import assert from "node:assert/strict";
-import { createRequire } from "node:module";
-import { fileURLToPath } from "node:url";
 import { test } from "node:test";
-
-const SOURCES = new URL("../../playground/", import.meta.url);
-const { buildSync } = createRequire(new URL("package.json", SOURCES))("esbuild");
-
-/** A module of the page. */
-async function part(name) {
-  const entry = fileURLToPath(new URL(`page/${name}.ts`, SOURCES));
-  const { outputFiles } = buildSync({ entryPoints: [entry], bundle: true, format: "esm", write: false });
-  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].text).toString("base64")}`);
-}
+import { part } from "./part.mjs";
 
 test("a run of more than two minutes loses its beginning, and says so", async () => {
   const { Recording } = await part("record");

@@ -1,14 +1,9 @@
 // The Python programs that the page gives repeat its runs.
 import assert from "node:assert/strict";
-import { spawnSync } from "node:child_process";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { download, launch, open, runFor } from "./browser.mjs";
+import { valuesOf } from "./python.mjs";
 
-/** A Python that has the package. */
-const PYTHON = process.env.PYTHON ?? "python3";
 const CYLINDER = "PneumaticServoCylinder";
 /** A drawing that does not begin at 0. */
 const FALLING = Array.from({ length: 101 }, (_, point) => 500 - 7 * point).join(" ");
@@ -49,17 +44,4 @@ for (const [view, fragment, shown, column] of RUNS) {
     const largest = expected.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     assert.ok(furthest <= TOLERANCE * largest, `${furthest} apart, with values up to ${largest}`);
   });
-}
-
-/** Runs a program beside the file of its run; returns the list that it prints. */
-async function valuesOf(csv, program) {
-  const folder = await mkdtemp(join(tmpdir(), "playground-"));
-  try {
-    await writeFile(join(folder, csv.name), csv.text);
-    const answer = spawnSync(PYTHON, ["-c", program], { cwd: folder, encoding: "utf8", maxBuffer: 1 << 26 });
-    assert.equal(answer.status, 0, `${answer.stderr}\n${program}`);
-    return JSON.parse(answer.stdout);
-  } finally {
-    await rm(folder, { recursive: true });
-  }
 }

@@ -1,0 +1,90 @@
+// Which column of a table is which signal, and its numbers in SI units.
+
+import type { Tables } from "../tables";
+import type { Table } from "./table";
+import { TableError } from "./table";
+import { SIGNALS, type Signal } from "./signals";
+import { plain, toSi, unitsOf } from "./units";
+
+/** A column, its unit, and whether its sign is the opposite of ours. */
+export interface Column {
+  place: number;
+  unit: string;
+  turned: boolean;
+}
+
+export type Columns = Map<Signal, Column>;
+
+/** Names that are usual for a signal beside its own; a unit may follow behind a low line. */
+const NAMES: Record<Signal, RegExp> = {
+  time: /^(t|time|zeit)$/i,
+  position: /^(x|pos|position)$/i,
+  velocity: /^(v|vel|velocity|speed)$/i,
+  frictionForce: /^(ff|f_f|friction|friction_?force)$/i,
+  force: /^(f|force)$/i,
+  normalForce: /^(fn|f_n|normal_?force)$/i,
+  pressure: /^(p|pressure)$/i,
+  valveVoltage: /^(u|voltage|valve_?voltage)$/i,
+  supplyPressure: /^(ps|p_s|supply|supply_?pressure)$/i,
+  externalForce: /^(fext|f_ext|external_?force)$/i,
+  "chamberA.pressure": /^(pa|p_a|p1)$/i,
+  "chamberB.pressure": /^(pb|p_b|p2)$/i,
+};
+
+/** The unit that a table writes for a column, if it is one of a signal. */
+export function writtenUnit(tables: Tables, table: Table, place: number, signal: Signal): string | null {
+  const unit = table.units[place] ?? null;
+  return unit !== null && unitsOf(tables, SIGNALS[signal]).has(plain(unit)) ? plain(unit) : null;
+}
+
+/** What the names of the columns tell of an experiment's signals; no column is taken twice. */
+export function proposed(tables: Tables, table: Table, signals: readonly Signal[]): Columns {
+  const found: Columns = new Map();
+  const taken = new Set<number>();
+  const take = (signal: Signal, matches: (name: string, place: number) => string | null) => {
+    if (found.has(signal)) return;
+    for (const [place, name] of table.names.entries()) {
+      const unit = taken.has(place) ? null : matches(name, place);
+      if (unit === null) continue;
+      found.set(signal, { place, unit, turned: false });
+      taken.add(place);
+      return;
+    }
+  };
+  const unitAt = (place: number, signal: Signal) => writtenUnit(tables, table, place, signal) ?? SIGNALS[signal];
+  for (const signal of signals) take(signal, (name, place) => (name === signal ? unitAt(place, signal) : null));
+  for (const signal of signals) take(signal, (name, place) => (NAMES[signal].test(name) ? unitAt(place, signal) : null));
+  for (const signal of signals) {
+    take(signal, (name) => {
+      const [, bare, unit] = /^(.+)_([^_]+)$/.exec(name) ?? [];
+      const isOne = unit && NAMES[signal].test(bare) && unitsOf(tables, SIGNALS[signal]).has(plain(unit));
+      return isOne ? plain(unit) : null;
+    });
+  }
+  return found;
+}
+
+/** The chosen columns in SI units; throws an error that names the line where time does not rise. */
+export function signalsOf(tables: Tables, table: Table, columns: Columns): Map<Signal, Float64Array> {
+  const found = new Map<Signal, Float64Array>();
+  for (const [signal, { place, unit, turned }] of columns) {
+    const scale = unitsOf(tables, SIGNALS[signal]).get(unit);
+    if (!scale) throw new TableError(`${table.file}: ${unit} is no unit of ${signal}`);
+    found.set(signal, toSi(table.columns[place], scale, turned));
+  }
+  const time = columns.get("time");
+  if (time) checkTime(table, time);
+  return found;
+}
+
+function checkTime(table: Table, { place, unit, turned }: Column): void {
+  const times = table.columns[place];
+  for (let row = 1; row < times.length; row += 1) {
+    const isRising = turned ? times[row] < times[row - 1] : times[row] > times[row - 1];
+    if (isRising) continue;
+    throw new TableError(
+      `${table.file}:${table.lines[row]}, column ${table.names[place]}: time must rise, ` +
+        `but ${times[row]} ${unit} follows ${times[row - 1]} ${unit}`,
+    );
+  }
+}

@@ -1,0 +1,74 @@
+// What a visitor takes home of a fit: the curves, the fitted set for the FMU, and a program that repeats it.
+
+import type { Context, Files } from "../context";
+import { dictionary } from "../python";
+import { lawName } from "../tables";
+import type { Study } from "./study";
+
+type Found = NonNullable<Study["found"]>;
+
+export function filesOf(context: Context, found: Found): Files {
+  const { library, study } = context;
+  const { question, answer } = found;
+  const base = question.file.replace(/\.[^.]*$/, "");
+  return {
+    name: `${base}-fitted`,
+    // Made when they are asked for: the table may be long.
+    get csv() {
+      return curves(found);
+    },
+    get ssv() {
+      const names = new Set(library.tables.models.find(({ name }) => name === study.modelName)?.variables.map(({ name }) => name));
+      const fitted = answer.estimates.map(({ name, value }) => [name, value] as const).filter(([name]) => names.has(name));
+      const values = new Map([["friction.law", question.law], ...question.known, ...fitted] as [string, number][]);
+      const about = `Fitted parameters of ${study.modelName}`;
+      return library.ssv(`${base}-fitted`, about, [{ model: study.modelName, prefix: "", values }], new Date());
+    },
+    get python() {
+      return program(context, found, `${base}-fitted`);
+    },
+  };
+}
+
+/** Measured and simulated values in SI units. */
+function curves({ answer }: Found): string {
+  const signals = [...answer.rms.keys()];
+  const lines = [["time", ...signals.flatMap((signal) => [`measured.${signal}`, `simulated.${signal}`])].join(",")];
+  for (const { time, measured, simulated } of answer.courses) {
+    const columns = [time, ...signals.flatMap((signal) => [measured.get(signal)!, simulated.get(signal)!])];
+    for (let row = 0; row < time.length; row += 1) lines.push(columns.map((column) => String(column[row])).join(","));
+  }
+  return `${lines.join("\n")}\n`;
+}
+
+/** A program for the Python package that makes the same fit. */
+function program({ library, study }: Context, { question, columns, table }: Found, name: string): string {
+  const { known, free, options } = question;
+  const fixed = new Map([...known].filter(([key]) => !free.includes(key)));
+  const column = ([signal, { place, unit, turned }]: [string, { place: number; unit: string; turned: boolean }]) =>
+    `    ${JSON.stringify(signal)}: ${JSON.stringify(`${turned ? "-" : ""}${table.names[place]}[${unit}]`)},\n`;
+  const start = (key: string) => JSON.stringify(known.has(key) ? `${key}=${known.get(key)}` : key);
+  const further = [
+    `hold_out=${question.holdOut}`,
+    `starts=${question.starts}`,
+    `width=${options.width}`,
+    ...(question.experiment === "motion" ? [`rated=${options.rated}`] : []),
+    ...(options.play === null ? [] : [`play=${options.play}`]),
+  ];
+  return `import pneumatic_servo as ps
+
+columns = {
+${[...columns].map(column).join("")}}
+found = ps.fit(
+    ${JSON.stringify(question.file)},
+    experiment=${JSON.stringify(question.experiment)},
+    law=${JSON.stringify(lawName(library.tables, question.law))},
+    fit=[${free.map(start).join(", ")}],
+    columns=columns,
+    settings=${dictionary(library.tables, study.modelName, fixed).replaceAll("\n", "\n    ")},
+    ${further.join(", ")},
+)
+print(found)
+found.to_ssv(${JSON.stringify(`${name}.ssv`)})
+`;
+}

@@ -1,0 +1,18 @@
+// What this page uses of papaparse, whose own types bring those of Node along.
+declare module "papaparse" {
+  interface Chunk {
+    data: string[][];
+    errors: { type: string; code: string; message: string; row?: number }[];
+    /** `cursor`: characters that are done. */
+    meta: { cursor: number };
+  }
+  interface Settings {
+    delimiter: string;
+    newline: "\n" | "\r";
+    chunk(rows: Chunk, parser: { abort(): void }): void;
+    complete(): void;
+    error?(problem: Error): void;
+  }
+  const Papa: { parse(text: string | Blob, settings: Settings): void };
+  export default Papa;
+}

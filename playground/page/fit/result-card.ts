@@ -1,0 +1,126 @@
+// What a fit has found: values with their intervals, what is left of each signal, and the curves.
+
+import { TimeChart } from "../charts";
+import type { Context } from "../context";
+import { element } from "../dom";
+import { Refusal } from "../library";
+import { short } from "../tables";
+import type { Answer, Course, Estimate } from "./fit";
+import { SIGNALS, type Signal } from "./signals";
+
+/** How many points of a line are drawn at most. */
+const DRAWN = 4000;
+/** What the charts show signals in, by SI unit. */
+const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s", 1e3], Pa: ["bar", 1e-5] };
+
+const shownIn = (signal: Signal): [string, number] => SHOWN[SIGNALS[signal]] ?? [SIGNALS[signal], 1];
+
+/** The tables of a fit, and the button that gives its values to the other pages. */
+export function resultTables(context: Context, answer: Answer): HTMLElement {
+  const head = (...texts: string[]) => element("thead", {}, element("tr", {}, ...texts.map((text) => element("th", { scope: "col" }, text))));
+  const estimates = element(
+    "table",
+    { class: "estimates" },
+    head("Parameter", "Value", "95 % interval", "Unit"),
+    element("tbody", {}, ...answer.estimates.map(estimateRow)),
+  );
+  const left = element(
+    "table",
+    { class: "left" },
+    head("Signal", "Left (rms)", "Left where held out", "Unit"),
+    element("tbody", {}, ...[...answer.rms].map(([signal, rms]) => leftRow(signal, rms, answer.holdOutRms.get(signal)))),
+  );
+  const state = answer.converged ? "The search has converged" : "The search has not converged";
+  const unsure = answer.estimates.filter(({ undetermined }) => undetermined !== null);
+  const notes = [
+    ...unsure.map(({ name, undetermined }) => `The data do not tell ${name}: ${undetermined}.`),
+    ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
+    ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on the curves are a prediction.`]),
+  ];
+  return element(
+    "section",
+    { class: "card results", "data-result": answer.converged ? "converged" : "open" },
+    element("p", {}, element("strong", {}, `${state}: ${answer.message}.`)),
+    element("div", { class: "wide" }, estimates),
+    element("div", { class: "wide" }, left),
+    element("ul", { class: "notes" }, ...notes.map((note) => element("li", {}, note))),
+    element("div", { class: "buttons" }, element("button", { type: "button", onclick: () => takeOver(context, answer) }, "Use in the other pages")),
+  );
+}
+
+function estimateRow({ name, value, low, high, unit, undetermined }: Estimate): HTMLElement {
+  const attributes = { "data-name": name, "data-value": String(value), "data-low": String(low), "data-high": String(high) };
+  const interval = undetermined === null || Number.isFinite(high - low) ? `${short(low, 5)} to ${short(high, 5)}` : "not told";
+  const cells = [short(value, 5), interval, unit === "1" ? "" : unit];
+  const row = element("tr", attributes, element("th", { scope: "row" }, name), ...cells.map((cell) => element("td", {}, cell)));
+  row.classList.toggle("undetermined", undetermined !== null);
+  return row;
+}
+
+function leftRow(signal: Signal, rms: number, heldOut: number | undefined): HTMLElement {
+  const [unit, factor] = shownIn(signal);
+  const cells = [short(rms * factor), heldOut === undefined ? "" : short(heldOut * factor), unit];
+  return element("tr", { "data-signal": signal, "data-rms": String(rms) }, element("th", { scope: "row" }, signal), ...cells.map((cell) => element("td", {}, cell)));
+}
+
+/** Gives the fitted values to the settings, so that the other pages run with them. */
+function takeOver(context: Context, answer: Answer): void {
+  const { settings, library, study } = context;
+  const of = study.modelName;
+  const known = new Map(settings.values[of]);
+  const names = new Set(library.tables.models.find(({ name }) => name === of)?.variables.map(({ name }) => name));
+  const values = answer.estimates.filter(({ name }) => names.has(name));
+  try {
+    // All at once: values that suit each other may not suit the present ones.
+    for (const { name, value } of values) settings.values[of].set(name, value);
+    library.start(7, of, settings.values[of]);
+    context.changed();
+    context.open();
+  } catch (error) {
+    if (!(error instanceof Refusal)) throw error;
+    settings.values[of] = known;
+    context.tell(error.message);
+  }
+}
+
+/** For each compared signal a chart of measured and simulated values, and one of their difference. */
+export function curves({ courses }: Answer): HTMLElement {
+  const signals = [...(courses[0]?.measured.keys() ?? [])];
+  const times = drawn(courses, ({ time }) => time, 1, ({ time }) => time[time.length - 1]);
+  const charts = signals.flatMap((signal) => {
+    const [unit, factor] = shownIn(signal);
+    const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
+    const measured = line((course) => course.measured.get(signal) ?? []);
+    const simulated = line((course) => course.simulated.get(signal) ?? []);
+    const both = chart(signal, unit, ["measured", "simulated"], times, [measured, simulated]);
+    const difference = measured.map((value, index) => value - simulated[index]);
+    return [both, chart(`${signal}: measured less simulated`, unit, ["difference"], times, [difference])];
+  });
+  return element("section", { class: "charts" }, ...charts);
+}
+
+const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", difference: "--line-3" };
+
+function chart(title: string, up: string, labels: string[], times: number[], lines: number[][]): HTMLElement {
+  const look = labels.map((label) => ({ label, colour: COLOURS[label] }));
+  const made = new TimeChart({ title, up, lines: look, span: 1e-3 });
+  made.show(times, lines, [times[0], times[times.length - 1]]);
+  return made.root;
+}
+
+/** Values of all stretches, as many as fit on the pixels; behind each stretch, a value for the gap. */
+function drawn(
+  courses: Course[],
+  of: (course: Course) => ArrayLike<number>,
+  factor: number,
+  gap: (course: Course) => number,
+): number[] {
+  const rows = courses.reduce((total, { time }) => total + time.length, 0);
+  const stride = Math.max(Math.ceil(rows / DRAWN), 1);
+  return courses.flatMap((course) => {
+    const values = of(course);
+    const found: number[] = [];
+    for (let row = 0; row < values.length; row += stride) found.push(values[row] * factor);
+    return [...found, gap(course)];
+  });
+}

@@ -1,0 +1,215 @@
+// Tables as the world writes them, read by the rules of the Python package: commas, semicolons, tabs or blanks; decimal
+// commas where no comma separates; lines that are empty or begin with #, % or //; units behind the names or below them.
+
+import Papa from "papaparse";
+
+/** Columns of numbers as they are written. */
+export interface Table {
+  file: string;
+  /** Names without units. */
+  names: string[];
+  /** Units as they are written, where some are. */
+  units: (string | null)[];
+  columns: Float64Array[];
+  /** The line of each row. */
+  lines: Int32Array;
+  /** The line of the header. */
+  first: number;
+}
+
+/** What is wrong with a table, with file, line and column. */
+export class TableError extends Error {}
+
+const COMMENTS = ["#", "%", "//"];
+const SEPARATORS: [string, string][] = [
+  ["\t", "tabs"],
+  [";", "semicolons"],
+  [",", "commas"],
+  [" ", "blanks"],
+];
+const NUMBER = /^\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*$/;
+const DECIMAL_COMMA = /^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*$/;
+const WITH_UNIT = /^(.+?)\s*(?:\[\s*([^[\]]*?)\s*\]|\(\s*([^()]*?)\s*\))$/;
+/** Rows in which a decimal comma is looked for. */
+const LOOKED_AT = 20;
+/** Characters in which the header is looked for. */
+const HEAD = 1 << 16;
+
+/** Reads a file or a text; `isUnit` tells whether something is a unit, `told` is told the share that is done. */
+export async function readTable(
+  file: string,
+  source: Blob | string,
+  isUnit: (text: string) => boolean,
+  told: (share: number) => void = () => {},
+): Promise<Table> {
+  const head = typeof source === "string" ? source.slice(0, HEAD) : await source.slice(0, HEAD).text();
+  const size = typeof source === "string" ? source.length : source.size;
+  const newline = head.includes("\n") || !head.includes("\r") ? "\n" : "\r";
+  const header = head.replace(/^\uFEFF/, "").split(newline).find(counts) ?? "";
+  const separator = SEPARATORS.find(([each]) => header.trim().includes(each))?.[0] ?? ",";
+  const reader = new Reader(file, separator, isUnit);
+  await new Promise<void>((resolve, reject) => {
+    Papa.parse(source, {
+      delimiter: separator,
+      newline,
+      chunk: ({ data, errors, meta }, parser) => {
+        try {
+          const unclosed = errors.find((error) => error.code === "MissingQuotes");
+          reader.take(data);
+          if (unclosed) throw new TableError(`${file}:${reader.line}: a quote is not closed`);
+          told(Math.min(meta.cursor / size, 1));
+        } catch (error) {
+          reject(error as Error);
+          parser.abort(); // which tells that it is complete
+        }
+      },
+      complete: () => resolve(),
+      error: reject,
+    });
+  });
+  return reader.table();
+}
+
+const counts = (line: string): boolean => {
+  const text = line.trim();
+  return text !== "" && !COMMENTS.some((mark) => text.startsWith(mark));
+};
+
+/** Takes rows of cells, one for each line. */
+class Reader {
+  /** The line of the last row. */
+  line = 0;
+  private last = 0;
+  private first = 0;
+  private names: string[] | null = null;
+  private units: (string | null)[] = [];
+  private columns: Float64Array[] = [];
+  private lines = new Int32Array(1024);
+  private rows = 0;
+  private isBelowHeader = false;
+  /** Rows that wait until it is known whether commas are decimal ones. */
+  private waiting: [number, string[]][] | null = [];
+  private hasComma = false;
+
+  constructor(
+    private readonly file: string,
+    private readonly separator: string,
+    private readonly isUnit: (text: string) => boolean,
+  ) {}
+
+  take(rows: string[][]): void {
+    for (const cells of rows) {
+      this.last += 1;
+      this.line = this.last;
+      if (this.line === 1) cells[0] = cells[0].replace(/^\uFEFF/, "");
+      if (counts(cells.join(this.separator))) this.row(cells);
+      // A line break within quotes is one, too.
+      for (const cell of cells) if (cell.includes("\n")) this.last += cell.split("\n").length - 1;
+    }
+  }
+
+  table(): Table {
+    this.settle();
+    if (!this.names) throw new TableError(`${this.file}: there are no lines but empty ones and comments`);
+    if (!this.rows) throw new TableError(`${this.file}: there are no rows below the header`);
+    return {
+      file: this.file,
+      names: this.names,
+      units: this.units,
+      columns: this.columns.map((column) => column.slice(0, this.rows)),
+      lines: this.lines.slice(0, this.rows),
+      first: this.first,
+    };
+  }
+
+  private row(given: string[]): void {
+    const cells = this.separator === " " ? given.flatMap((cell) => cell.split(/\s+/)).filter((cell) => cell !== "") : given;
+    if (!this.names) return this.header(cells);
+    if (!this.isBelowHeader) {
+      this.isBelowHeader = true;
+      if (this.holdsUnits(cells)) {
+        this.units = this.units.map((own, place) => own ?? this.unit(cells[place]));
+        return;
+      }
+    }
+    if (!this.waiting) return this.numbers(this.line, cells);
+    this.waiting.push([this.line, cells]);
+    if (this.waiting.length === LOOKED_AT) this.settle();
+  }
+
+  /** Decides about commas, and takes the rows that waited for it. */
+  private settle(): void {
+    const rows = this.waiting ?? [];
+    this.waiting = null;
+    this.hasComma ||= this.separator !== "," && rows.some(([, cells]) => cells.some((cell) => DECIMAL_COMMA.test(cell)));
+    for (const [line, cells] of rows) this.numbers(line, cells);
+  }
+
+  private header(cells: string[]): void {
+    this.first = this.line;
+    const found = cells.map((cell) => this.nameAndUnit(cell.trim()));
+    this.names = found.map(([name]) => name);
+    this.units = found.map(([, unit]) => unit);
+    this.columns = cells.map(() => new Float64Array(1024));
+  }
+
+  private nameAndUnit(text: string): [string, string | null] {
+    const match = WITH_UNIT.exec(text);
+    const unit = match && this.unit(match[2] ?? match[3]);
+    // `friction.gms.alpha[1]` has no unit, but a number.
+    return match && unit ? [match[1], unit] : [text, null];
+  }
+
+  private unit(text: string): string | null {
+    const bare = text.trim().replace(/^[[\]()]+|[[\]()]+$/g, "");
+    return this.isUnit(bare) ? bare : null;
+  }
+
+  /** Whether a row holds units: at least one, and nothing that is neither a unit nor empty. */
+  private holdsUnits(cells: string[]): boolean {
+    if (cells.length !== this.names?.length) return false;
+    const isNone = (cell: string) => ["", "-", "1"].includes(cell.trim().replace(/^[[\]()]+|[[\]()]+$/g, ""));
+    return cells.some((cell) => this.unit(cell)) && cells.every((cell) => this.unit(cell) || isNone(cell));
+  }
+
+  private numbers(line: number, cells: string[]): void {
+    const names = this.names ?? [];
+    const place = `${this.file}:${line}`;
+    if (cells.length !== names.length) {
+      throw new TableError(`${place}: ${cells.length} values, but the header has ${names.length} columns${this.hint(cells)}`);
+    }
+    if (this.rows === this.lines.length) this.grow();
+    for (let at = 0; at < cells.length; at += 1) {
+      const cell = this.hasComma ? cells[at].replace(",", ".") : cells[at];
+      const value = NUMBER.test(cell) ? Number(cell) : NaN;
+      if (!Number.isFinite(value)) {
+        const isInfinite = /^\s*[-+]?(nan|inf(inity)?)\s*$/i.test(cell) || NUMBER.test(cell);
+        const problem = isInfinite ? `${cell.trim()} is not finite` : `'${cell}' is no number`;
+        throw new TableError(`${place}, column ${at + 1} (${names[at]}): ${problem}`);
+      }
+      this.columns[at][this.rows] = value;
+    }
+    this.lines[this.rows] = line;
+    this.rows += 1;
+  }
+
+  /** Says where a line is separated otherwise than the header. */
+  private hint(cells: string[]): string {
+    const line = cells.join(this.separator).trim();
+    const other = SEPARATORS.find(([each]) => each !== this.separator && line.includes(each));
+    const own = SEPARATORS.find(([each]) => each === this.separator);
+    return other ? `; the header is separated by ${own?.[1]}, but this line has ${other[1]}` : "";
+  }
+
+  private grow(): void {
+    const size = 2 * this.rows;
+    const grown = new Int32Array(size);
+    grown.set(this.lines);
+    this.lines = grown;
+    this.columns = this.columns.map((column) => {
+      const longer = new Float64Array(size);
+      longer.set(column);
+      return longer;
+    });
+  }
+}

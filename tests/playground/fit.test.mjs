@@ -1,0 +1,194 @@
+// Fits as a visitor makes them: a table is dropped, columns are assigned, values and intervals come out.
+import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { download, launch, open } from "./browser.mjs";
+import { button, drop, fitted, PATIENCE } from "./fits.mjs";
+
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser.close());
+
+const CYLINDER = "PneumaticServoCylinder";
+const RIG = new URL("../../examples/rig.csv", import.meta.url);
+/** What the documentation frees of the rig. */
+const FREE = ["Fs", "Fc", "vs", "sigma2"].map((name) => `friction.stribeck.${name}`).concat("valve.deadZone", "valve.C");
+const LINK = `#view=fit&experiment=rig&free=${FREE.join("+")}&${CYLINDER}.friction.law=7&${CYLINDER}.supplyPressure=600000`;
+
+test("the rig is dropped and fitted: what the rig has is within the intervals, and the FMU gets the values", async () => {
+  const { page, close } = await open(browser, LINK);
+  await drop(page, "rig.csv", await readFile(RIG, "utf8"));
+  await page.waitForSelector("table.columns");
+  assert.equal(await page.getByLabel("Column of position").inputValue(), "2");
+  assert.equal(await page.getByLabel("Unit of position").inputValue(), "mm");
+  const found = await fitted(page);
+  assert.equal(await page.locator("[data-result]").getAttribute("data-result"), "converged");
+  assert.deepEqual([...found.keys()], FREE);
+  for (const [name, { value, low, high }] of found) {
+    assert.ok(low < value && value < high && (high - low) / value < 0.1, `${name} = ${value} [${low}, ${high}]`);
+  }
+  // No more than the noise of the sensors: 10 um and a converter of 0.122 mm, 500 Pa and one of 147 Pa.
+  const left = await page.locator("tr[data-signal]").evaluateAll((all) => all.map(({ dataset }) => Number(dataset.rms)));
+  assert.ok(left.length === 3 && left[0] < 6e-5 && left[1] < 600 && left[2] < 600, String(left));
+  assert.equal(await page.locator(".fit .chart").count(), 6);
+
+  const ssv = await download(page, "SSV");
+  assert.equal(ssv.name, "rig-fitted.ssv");
+  const written = (name) => Number(new RegExp(`"${name.replaceAll(".", "\\.")}">\\s*<ssv:Real value="([^"]+)"`).exec(ssv.text)?.[1]);
+  for (const [name, { value }] of found) assert.equal(written(name), value, name);
+  assert.equal(written("supplyPressure"), 6e5);
+  assert.match(ssv.text, /"friction.law">\s*<ssv:Enumeration value="Stribeck"/);
+  const csv = await download(page, "CSV");
+  const [head, ...rows] = csv.text.trimEnd().split("\n").map((line) => line.split(","));
+  assert.deepEqual(head.slice(0, 3), ["time", "measured.position", "simulated.position"]);
+  assert.equal(rows.length, 3001);
+  assert.ok(rows.every(([, measured, simulated]) => Math.abs(measured - simulated) < 5e-4));
+
+  await page.getByRole("button", { name: "Use in the other pages" }).click();
+  await page.getByRole("tab", { name: "Stick-slip" }).click();
+  const field = page.locator(`[id="${CYLINDER}.friction.stribeck.Fs"]`);
+  assert.equal(Number(await field.inputValue()), found.get("friction.stribeck.Fs").value);
+  // The table and the fit are still there.
+  await page.getByRole("tab", { name: "Fit", exact: true }).click();
+  assert.equal(await page.locator("tr[data-name]").count(), FREE.length);
+  await close();
+});
+
+test("the example is one button away", async () => {
+  const { page, close } = await open(browser, "#view=fit");
+  await page.getByRole("button", { name: "Try the example" }).click();
+  await page.waitForSelector("table.columns");
+  assert.equal(await page.locator(`[id="${CYLINDER}.supplyPressure"]`).inputValue(), "600000");
+  const names = await page.locator(".free").evaluateAll((all) => all.filter((one) => one.firstChild.checked).map((one) => one.textContent));
+  assert.deepEqual(names, FREE);
+  await close();
+});
+
+test("a bench is fitted: the friction that its force was made with comes out", async () => {
+  const noise = (row) => 0.02 * Math.sin(row * row);
+  const rows = Array.from({ length: 2001 }, (_, row) => {
+    const speed = 0.05 * Math.cos(row * 5e-3);
+    const force = Math.sign(speed) * 7 + 30 * speed + noise(row);
+    return `${row * 1e-3};${String(10 * Math.sin(row * 5e-3)).replace(".", ",")};${String(force).replace(".", ",")}`.replace(/^(\d+)\.(\d+)/, "$1,$2");
+  });
+  const { page, close } = await open(browser, "#view=fit&experiment=motion&FrictionBench.friction.law=2");
+  await drop(page, "bench.csv", `t;x[mm];Ff\n${rows.join("\n")}\n`);
+  await page.waitForSelector("table.columns");
+  assert.equal(await page.getByLabel("Unit of position").isDisabled(), true, "the unit that the table writes counts");
+  const law = await page.getByLabel("Law", { exact: true }).evaluate((select) => select.selectedOptions[0].textContent);
+  assert.match(law, /^Coulomb:/);
+  await page.getByText("How the data are used").click();
+  await page.getByLabel("Play", { exact: true }).fill("0");
+  await page.getByLabel("Play", { exact: true }).press("Enter");
+  const found = await fitted(page);
+  const { value, low, high } = found.get("friction.coulomb.Fc");
+  // The disturbance is no noise: it may move the value by a share of its size.
+  assert.ok(Math.abs(value - 7) < 0.01 && low < high, `Fc = ${value} [${low}, ${high}]`);
+  assert.ok(Math.abs(found.get("friction.coulomb.sigma2").value - 30) < 0.3, String(found.get("friction.coulomb.sigma2").value));
+  await close();
+});
+
+test("tables that cannot be read are named by line and column, and what is missing is said", async () => {
+  const { page, close } = await open(browser, LINK);
+  const problem = async (name, text) => {
+    await drop(page, name, text);
+    await page.waitForFunction((begin) => document.querySelector("[data-problem]")?.textContent.startsWith(begin), name);
+    return page.locator("[data-problem]").textContent();
+  };
+  assert.equal(await problem("one.csv", "t,u,x\n0,1,2\n0.1,1,two\n"), "one.csv:3, column 3 (x): 'two' is no number");
+  assert.equal(await problem("two.csv", "t,u,x\n0,1,2\n0.1,1\n"), "two.csv:3: 2 values, but the header has 3 columns");
+  assert.equal(await button(page).isDisabled(), true);
+  await drop(page, "three.csv", "t,x\n0,1\n1,2\n");
+  await page.waitForSelector("table.columns");
+  await page.getByText("valveVoltage is missing").waitFor();
+  await drop(page, "four.csv", "t,u,x\n0,1,2\n1,1,3\n1,2,3\n");
+  await page.getByText("four.csv: 3 rows").waitFor();
+  await button(page).click();
+  assert.equal(await page.locator("[data-problem]").textContent(), "four.csv:4, column t: time must rise, but 1 s follows 1 s");
+  await close();
+});
+
+test("what cannot be simulated is told in the words of the library", async () => {
+  const { page, close } = await open(browser, LINK);
+  await drop(page, "rig.csv", await readFile(RIG, "utf8"));
+  await page.waitForSelector("table.columns");
+  await page.getByLabel("Unit of position").selectOption("m");
+  await button(page).click();
+  await page.waitForSelector("[data-problem]", PATIENCE);
+  const problem = await page.locator("[data-problem]").textContent();
+  assert.match(problem, /^the start values cannot be simulated: position0 = 250\.\d+ is refused/);
+  await close();
+});
+
+/** The longest time in ms in which the page drew nothing, until the next call. */
+const watchFrames = (page) =>
+  page.evaluate(() => {
+    globalThis.longest = 0;
+    let last = performance.now();
+    const frame = (now) => {
+      globalThis.longest = Math.max(globalThis.longest, now - last);
+      last = now;
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  });
+
+test("a million rows are read and fitted beside a page that goes on, and the fit can be cancelled", async (context) => {
+  const folder = await mkdtemp(join(tmpdir(), "playground-"));
+  const file = join(folder, "long.csv");
+  const rows = Array.from({ length: 1_000_000 }, (_, row) => {
+    const time = row * 1e-3;
+    return `${time.toFixed(3)},${(5 + Math.sin(time)).toFixed(4)},${(250 + 5 * Math.sin(time)).toFixed(3)}`;
+  });
+  await writeFile(file, `t,u,x[mm]\n${rows.join("\n")}\n`);
+  const { page, close } = await open(browser, LINK);
+  await watchFrames(page);
+  await page.getByLabel("Open a table").setInputFiles(file);
+  await page.getByText("1000000 rows").waitFor(PATIENCE);
+  await button(page).click();
+  await page.waitForFunction(() => /run [1-9]/.test(document.querySelector("[data-progress]")?.textContent ?? ""), null, PATIENCE);
+  const shares = new Set();
+  for (let look = 0; look < 5; look += 1) {
+    shares.add(await page.locator("progress").evaluate((bar) => bar.value));
+    await page.waitForTimeout(300);
+  }
+  assert.ok(shares.size > 1, `the bar moves: ${[...shares]}`);
+  await page.getByRole("tab", { name: "Presliding" }).click();
+  await page.getByRole("tab", { name: "Fit", exact: true }).click();
+  await button(page).click();
+  await page.getByText("cancelled").waitFor();
+  assert.equal(await button(page).textContent(), "Fit");
+  const longest = await page.evaluate(() => globalThis.longest);
+  context.diagnostic(`the page drew nothing for ${longest.toFixed(0)} ms at most`);
+  // On a loaded machine of two cores other programs take their part; in the page itself the fit would take minutes.
+  assert.ok(longest < 3000, `${longest} ms without a frame`);
+  await rm(folder, { recursive: true });
+  await close();
+});
+
+test("a file that is dropped beside its place does not replace the page", async () => {
+  const { page, close } = await open(browser, "#view=fit");
+  const isPrevented = await page.evaluate(() => {
+    const event = new DragEvent("drop", { bubbles: true, cancelable: true });
+    document.body.dispatchEvent(event);
+    return event.defaultPrevented;
+  });
+  assert.equal(isPrevented, true);
+  await close();
+});
+
+test("the fit is reached by keys, and fits on a screen of 400 pixels in light and dark", async () => {
+  for (const colorScheme of ["light", "dark"]) {
+    const { page, close } = await open(browser, LINK, { viewport: { width: 400, height: 800 }, colorScheme, hasTouch: true, isMobile: true });
+    await page.getByRole("button", { name: "Try the example" }).focus();
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("table.columns");
+    await button(page).focus();
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("[data-result]", PATIENCE);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
+    await close();
+  }
+});

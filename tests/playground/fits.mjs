@@ -1,0 +1,29 @@
+// How a visitor makes a fit.
+import assert from "node:assert/strict";
+
+/** A loaded machine with a browser on two cores needs its time. */
+export const PATIENCE = { timeout: 240_000 };
+
+/** Drops a text as a file on the page. */
+export async function drop(page, name, text, on = ".drop") {
+  const data = await page.evaluateHandle(
+    ([file, content]) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([content], file, { type: "text/csv" }));
+      return transfer;
+    },
+    [name, text],
+  );
+  await page.dispatchEvent(on, "drop", { dataTransfer: data });
+}
+
+export const button = (page) => page.getByRole("button", { name: "Fit or cancel" });
+
+/** Starts the fit; returns values and intervals by name. */
+export async function fitted(page) {
+  await button(page).click();
+  await page.waitForSelector("[data-result], [data-problem]", PATIENCE);
+  assert.deepEqual(await page.locator("[data-problem]").allTextContents(), []);
+  const rows = await page.locator("tr[data-name]").evaluateAll((all) => all.map(({ dataset }) => ({ ...dataset })));
+  return new Map(rows.map(({ name, value, low, high }) => [name, { value: Number(value), low: Number(low), high: Number(high) }]));
+}
