@@ -102,7 +102,7 @@ def friction_map(fit: Fit) -> Figure | None:
         axis = figure.subplots()
         cut = slice(None, None, max(1, int(np.sum(loaded)) // (2 * POINTS)))
         axis.plot(1e3 * speed[loaded][cut], (force[loaded] / level[loaded])[cut], ".", ms=1.5, color=GREY, label="data")
-        curve = _steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
+        curve = steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
         if curve is not None:
             axis.plot(1e3 * curve[0], curve[1], color=BLUE, label=f"{fit.law}, steady")
         axis.set(xlabel="velocity (mm/s)", ylabel="friction at load level 1 (N)")
@@ -110,7 +110,7 @@ def friction_map(fit: Fit) -> Figure | None:
     return figure
 
 
-def _steady(fit: Fit, fastest: float) -> tuple[Array, Array] | None:
+def steady(fit: Fit, fastest: float) -> tuple[Array, Array] | None:
     """Return speeds and friction after sliding at each for a while; nothing for laws that cannot be asked so."""
     from pneumatic_servo.model import Model
 

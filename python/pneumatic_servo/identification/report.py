@@ -59,6 +59,7 @@ def page(fit: Fit) -> str:
         "<h2>Where it misses most</h2>" + _image(worst, "measured and fitted at the worst misfit") if worst else "",
         _image(against(residuals), "what remains against velocity, position and lag"),
         "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
+        *_free_form(fit),
         *_conditions(fit),
         "<h2>Correlations of the errors</h2>",
         _table(["", *names], ([n, *(f"{c:.2f}" for c in row)] for n, row in zip(names, correlation, strict=True))),
@@ -67,6 +68,18 @@ def page(fit: Fit) -> str:
     ]  # fmt: skip
     head = f"<!doctype html><meta charset=utf-8><title>{escape(fit.law)}</title><style>{STYLE}</style>"
     return head + "\n".join(parts) + "\n"
+
+
+def _free_form(fit: Fit) -> list[str]:
+    found = fit.free_form
+    if found is None:
+        return []
+    rows = [["the law", f"{found.law:.4g}", ""]]
+    rows += [[f"a free curve over {n}", f"{rms:.4g}", f"{found.gain(n):.0%}"] for n, rms in found.curves.items()]
+    return [
+        "<h2>What any law could still gain</h2>",
+        _table(["friction in motion", "rms (N)", "less than the law leaves"], rows),
+    ]
 
 
 def _conditions(fit: Fit) -> list[str]:

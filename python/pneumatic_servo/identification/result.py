@@ -23,6 +23,7 @@ from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.cross_validation import CrossValidation
+    from pneumatic_servo.identification.free_form import FreeForm
     from pneumatic_servo.identification.posterior import Posterior
     from pneumatic_servo.identification.ranges import Ranges
     from pneumatic_servo.identification.verdict import Verdict
@@ -105,6 +106,13 @@ class Fit:
         from pneumatic_servo.identification.verdict import verdict
 
         return verdict(self)
+
+    @cached_property
+    def free_form(self) -> FreeForm | None:
+        """What a free curve of friction would leave in place of the law; None where the data do not tell friction."""
+        from pneumatic_servo.identification.free_form import free_form
+
+        return free_form(self)
 
     @cached_property
     def ranges(self) -> Ranges:

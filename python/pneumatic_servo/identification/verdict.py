@@ -28,6 +28,8 @@ MISSED = 0.5
 """Share of a signal's spread that no model of it leaves."""
 LOUD = 3.0
 """A fit that leaves so many times the noise of a sensor misses something."""
+MUCH = 0.3
+"""Share of what a law leaves of friction that a better one of the same variables would not."""
 OFF, FAR_OFF = 1.5, 3.0
 """Data held out that are missed by so many times what was fitted are predicted badly, or not at all."""
 
@@ -73,7 +75,7 @@ class Verdict:
 
 def verdict(fit: Fit) -> Verdict:
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
-    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit)]
+    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit), *_of_free_form(fit)]
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
@@ -179,6 +181,14 @@ def _of_conditions(fit: Fit) -> Iterator[Finding]:
         "green", f"Left out one after the other, {fit.cross_validation.holds} of {len(cases)} conditions are predicted "
         f"as well as that is told{apart}."
     )  # fmt: skip
+
+
+def _of_free_form(fit: Fit) -> Iterator[Finding]:
+    """Say what any law could still gain; where friction is measured, much of it is a fault of this one."""
+    found = fit.free_form
+    if found is not None:
+        is_much = fit.problem.experiment.name == "motion" and found.gain(found.family) > MUCH
+        yield Finding("yellow" if is_much else "green", str(found))
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:
