@@ -103,6 +103,23 @@ def test_weight_on_a_slope_counts() -> None:
     holds(found, {"incline": SLOPE}, within=0.15)
 
 
+def test_spring_is_found_beside_the_mass() -> None:
+    """A spring of 500 N/m, at rest at 20 mm, needs so much more force for the same motion."""
+    position = axis()["position"]
+    force = axis()["force"] + 500.0 * (position - 0.02)
+    data = chosen("position", "force", force=force)
+    found = fit(data, fit=[*FREE, "spring", "springRest"])
+    holds(found, {**TRUE, "spring": 500.0, "springRest": 0.02}, within=0.2)
+    known = fit(data, fit=FREE, settings={"spring": 500.0, "springRest": 0.02})
+    holds(known, TRUE, within=0.1)
+    assert fit(data, fit=FREE).rms["position"] > 2.0 * known.rms["position"]
+    assert not fit(data, fit=[*FREE, "spring", "offset.force"]).undetermined
+    with pytest.raises(ValueError, match="settings='spring': a spring needs a column for position"):
+        fit(chosen("velocity", "force"), settings={"spring": 500.0})
+    with pytest.raises(ValueError, match="spring"):
+        fit(chosen("velocity", "force"), fit=[*FREE, "spring"])
+
+
 def test_command_line_has_it(tmp_path: Path) -> None:
     file = tmp_path / "axis.csv"
     rows = zip(axis()["time"], 1e3 * axis()["position"], axis()["force"] / 50.0, strict=True)

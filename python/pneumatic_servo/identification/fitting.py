@@ -46,7 +46,10 @@ OF_SENSORS = {
     for kind, unit in (("gain", "1"), ("offset", own), ("delay", "s"))
 }  # fmt: skip
 """What may be known of sensors, with its SI unit."""
-OF_BENCH = {"motion": {"area": "m2", "friction.kappaA": "1/Pa"}, "force": {"incline": "rad"}}
+OF_BENCH = {
+    "motion": {"area": "m2", "friction.kappaA": "1/Pa"},
+    "force": {"incline": "rad", "spring": "N/m", "springRest": "m"},
+}
 """What a test bench has that its model does not."""
 INPUTS = ("held", "lines")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -96,7 +99,7 @@ def fit(
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
         those of the model, ``gain.SIGNAL`` and ``offset.SIGNAL`` of signals that are compared or drive the model (what
         is true is ``gain * (reading - offset)``), ``delay.SIGNAL`` of those compared, for ``motion`` ``area`` and
-        ``friction.kappaA``, for ``force`` ``incline``.
+        ``friction.kappaA``, for ``force`` ``incline``, ``spring`` and ``springRest``.
     columns : str or mapping, optional
         ``SIGNAL=column[unit],...``, or the same as a mapping; by default the columns that have the names of signals,
         in the units that stand behind them.

@@ -139,6 +139,10 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
         return Free(name, SIGNALS[signal], 0.0, -math.inf, math.inf, _OFFSETS[SIGNALS[signal]])
     if name == "incline" and name in beside:
         return Free(name, "rad", 0.0, -0.5 * math.pi, 0.5 * math.pi, 0.1, legal=(-0.5 * math.pi, 0.5 * math.pi))
+    if name == "spring" and name in beside:
+        return Free(name, "N/m", 100.0, 0.0, math.inf, 100.0, legal=(0.0, math.inf))
+    if name == "springRest" and name in beside:
+        return Free(name, "m", 0.0, -math.inf, math.inf, 0.01)
     if name == "area":
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")

@@ -31,8 +31,11 @@ class Force(Experiment):
     """A free mass on FrictionBench, pushed by the measured force; its position or its velocity, or both, are compared.
 
     ```text
-    mass*dv/dt = gain.force*(force - offset.force) - mass*g*sin(incline) - friction,   level = normalForce/rated
+    mass*dv/dt = gain.force*(force - offset.force) - mass*g*sin(incline) - spring*(position - springRest) - friction
+    level = normalForce/rated
     ```
+
+    The spring takes the position that was measured, so that it needs one.
     """
 
     name = "force"
@@ -47,6 +50,9 @@ class Force(Experiment):
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & set(COMPARED):
             raise ValueError(f"{said('experiment', 'force')} needs a column for position or velocity")
+        for name in ("spring", "springRest"):
+            if name in self.settings and "position" not in self.signals:
+                raise ValueError(f"{said('settings', name)}: a spring needs a column for position")
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -65,8 +71,9 @@ class Force(Experiment):
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """The incline, which the bench does not have."""
-        return {**super().beside, "incline": "rad"}
+        """Incline and spring, which the bench does not have."""
+        spring = {"spring": "N/m", "springRest": "m"} if "position" in self.signals else {}
+        return {**super().beside, "incline": "rad", **spring}
 
     def windows(self, record: Record) -> list[Record]:
         """Cut a record into short parts, since the noise of a force adds up in the position."""
@@ -103,10 +110,15 @@ class Force(Experiment):
         return np.maximum(window.driven["normalForce"] / self.options.rated, 0.0)
 
     def applied(self, window: Window, values: Values) -> Array:
-        """Return the force on the mass at the communication points, its weight included."""
+        """Return the force on the mass at the communication points, its weight and its spring included."""
         incline = self.beside_value("incline", values, 0.0)
         weight = self.value("mass", values) * GRAVITY * math.sin(incline)
-        return self.true("force", window.driven["force"], values) - weight
+        applied = self.true("force", window.driven["force"], values) - weight
+        spring = self.beside_value("spring", values, 0.0)
+        if spring == 0.0:
+            return applied
+        rest = self.beside_value("springRest", values, 0.0)
+        return np.asarray(applied - spring * (self.true("position", window.driven["position"], values) - rest))
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return the force and the load level."""
@@ -125,20 +137,25 @@ class Force(Experiment):
         return speed, friction, self.level(window)
 
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
-        """Return mass and offset of the force by linear least squares, beside friction that is dry and viscous."""
+        """Return mass, spring and offset of the force by least squares, beside friction that is dry and viscous."""
         rows, right = [], []
         for window in windows:
             speed, acceleration = self._motion(window.record)
             level, one = self.level(window), np.ones(len(speed))
-            rows.append(np.column_stack([acceleration, level * np.sign(speed), speed, one]))
+            columns = [acceleration, level * np.sign(speed), speed, one]
+            if "spring" in values:
+                columns.append(self.true("position", window.driven["position"], values))
+            rows.append(np.column_stack(columns))
             right.append(window.driven["force"])
         table, force = np.concatenate(rows), np.concatenate(right)
         fast = np.abs(table[:, 2]) > 0.1 * float(np.quantile(np.abs(table[:, 2]), 0.98))
         if np.sum(fast) < 10:
             return {}
-        mass, _, _, offset = np.linalg.lstsq(table[fast], force[fast], rcond=None)[0]
+        mass, _, _, offset, *spring = np.linalg.lstsq(table[fast], force[fast], rcond=None)[0]
         gain = self.beside_value("gain.force", values, 1.0)
         found = {"offset.force": float(offset)} if "offset.force" in values else {}
+        if spring and spring[0] > 0.0:
+            found["spring"] = float(gain * spring[0])
         return {**found, "mass": float(gain * mass)} if gain * mass > 0.0 else found
 
     def _motion(self, record: Record) -> tuple[Array, Array]:
