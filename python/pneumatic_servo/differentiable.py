@@ -118,3 +118,28 @@ class Trajectory:
     def _arguments(self, parameters: Array, inputs: Array) -> tuple[Any, ...]:
         settings = self._model._fitted(self._settings(parameters))
         return self._model._native, list(settings.items()), self._driven(inputs), self._grid.numbers, self.outputs
+
+
+class Function:
+    """A run as a function, ``run(parameters, inputs)``: what `jax.Run` and `torch.Run` have in common.
+
+    Attributes
+    ----------
+    parameters, inputs, outputs : list of str
+        Names of the rows of what goes in and comes out.
+    steps : int
+        Values of each input, which are held over a step.
+    times : ndarray of shape (rows,)
+        Times of the rows in s.
+    """
+
+    def __init__(self, made: Trajectory) -> None:
+        self.parameters, self.inputs, self.outputs = made.parameters, made.inputs, made.outputs
+        self.steps, self.times, self._made = made.steps, made.times, made
+
+    def _check(self, parameters: Any, inputs: Any) -> None:
+        """Refuse arrays of other shapes than (parameters,) and (inputs, steps)."""
+        expected = [(len(self.parameters),), (len(self.inputs), self.steps)]
+        for name, array, shape in zip(("parameters", "inputs"), (parameters, inputs), expected, strict=True):
+            if tuple(array.shape) != shape:
+                raise ValueError(f"{name} have the shape {tuple(array.shape)}; it must be {shape}")

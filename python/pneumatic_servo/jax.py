@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumatic_servo.differentiable import Trajectory
+from pneumatic_servo.differentiable import Function, Trajectory
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.model import Model, Parameters
 
@@ -31,7 +31,7 @@ except ImportError as error:
 __all__ = ["Run", "trajectory"]
 
 
-class Run:
+class Run(Function):
     """A run as a function: ``run(parameters, inputs)`` returns what is recorded, of shape (outputs, rows).
 
     Attributes
@@ -45,8 +45,7 @@ class Run:
     """
 
     def __init__(self, made: Trajectory) -> None:
-        self.parameters, self.inputs, self.outputs = made.parameters, made.inputs, made.outputs
-        self.steps, self.times = made.steps, made.times
+        super().__init__(made)
         self._call = _differentiable(made)
 
     def __call__(self, parameters: Any, inputs: Any) -> jax.Array:
@@ -69,10 +68,7 @@ class Run:
         if jnp.zeros(()).dtype != jnp.float64:
             raise TypeError('runs need 64 bits: jax.config.update("jax_enable_x64", True)')
         given = [jnp.asarray(parameters, dtype=jnp.float64), jnp.asarray(inputs, dtype=jnp.float64)]
-        expected = [(len(self.parameters),), (len(self.inputs), self.steps)]
-        for name, array, shape in zip(("parameters", "inputs"), given, expected, strict=True):
-            if array.shape != shape:
-                raise ValueError(f"{name} have the shape {array.shape}; it must be {shape}")
+        self._check(*given)
         found: jax.Array = self._call(*given)
         return found
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumatic_servo.differentiable import Trajectory
+from pneumatic_servo.differentiable import Function, Trajectory
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.model import Model, Parameters
 
@@ -27,7 +27,7 @@ except ImportError as error:
 __all__ = ["Run", "trajectory"]
 
 
-class Run:
+class Run(Function):
     """A run as a function: ``run(parameters, inputs)`` returns what is recorded, of shape (outputs, rows).
 
     Attributes
@@ -39,10 +39,6 @@ class Run:
     times : ndarray of shape (rows,)
         Times of the rows in s.
     """
-
-    def __init__(self, made: Trajectory) -> None:
-        self.parameters, self.inputs, self.outputs = made.parameters, made.inputs, made.outputs
-        self.steps, self.times, self._made = made.steps, made.times, made
 
     def __call__(self, parameters: torch.Tensor, inputs: torch.Tensor) -> torch.Tensor:
         """Return what is recorded, of shape (outputs, rows), with 64 bits.
@@ -59,10 +55,7 @@ class Run:
         ValueError
             For tensors of other shapes.
         """
-        expected = [(len(self.parameters),), (len(self.inputs), self.steps)]
-        for name, tensor, shape in zip(("parameters", "inputs"), (parameters, inputs), expected, strict=True):
-            if tuple(tensor.shape) != shape:
-                raise ValueError(f"{name} have the shape {tuple(tensor.shape)}; it must be {shape}")
+        self._check(parameters, inputs)
         found: torch.Tensor = _Run.apply(self._made, parameters, inputs)
         return found
 
