@@ -8,6 +8,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Const, DimMin, SMatrix, SVector};
 use pneumatic_servo::model::Start;
 use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
+use pneumatic_servo::prelude::{Real, Scalar};
 use pneumatic_servo::session::build;
 use pneumatic_servo::solver::Inverse;
 use pneumatic_servo::system::{Shortcuts, System};
@@ -40,7 +41,10 @@ where
     let (system, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
     let (x, memory) = system.start::<N>(&u);
     criterion.bench_function(&format!("right-hand side/{}", case.name), |bencher| {
-        bencher.iter(|| system.derivatives(black_box(0.0), black_box(&x), black_box(&u), black_box(&memory)));
+        bencher.iter(|| {
+            let (time, x, u) = (Real::of(black_box(0.0)), Real::all(black_box(&x)), Real::all(black_box(&u)));
+            system.derivatives(time, &x, &u, black_box(&memory))
+        });
     });
     let mut jacobian = SMatrix::<f64, N, N>::zeros();
     criterion.bench_function(&format!("Jacobian/{}", case.name), |bencher| {
