@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::gas::GAS_CONSTANT;
+use crate::hybrid::LongestSteps;
 use crate::numbers::Scalar;
 
 /// Columns of air in a hose.
@@ -66,6 +67,23 @@ impl Hose {
         let per_inertia = area * COLUMNS as f64 / length;
         let gas = GAS_CONSTANT * temperature;
         Self { area, diameter, volume: area * length, per_inertia, gas, crossing: diameter / gas.sqrt() }
+    }
+
+    /// The longest explicit steps: those that damp the fastest wave, in which neighbours swing against each other, of a rate
+    /// `6*c/L`.
+    pub(crate) fn longest_steps(&self) -> LongestSteps {
+        let rate = 2.0 * COLUMNS as f64 * self.gas.sqrt() / self.length();
+        LongestSteps::of_swing(rate, rate * rate * self.crossing)
+    }
+
+    /// The rate in 1/s at which a flow of a slope in kg/(s Pa) fills the volume at an end.
+    pub(crate) fn rate_at_end(&self, slope: f64) -> f64 {
+        slope * self.gas / self.end_volume()
+    }
+
+    /// In m.
+    fn length(&self) -> f64 {
+        self.volume / self.area
     }
 
     /// Volume in m3 at either end.
@@ -196,6 +214,25 @@ mod tests {
         let expected = -drag(flow) / 6e4 - sonic(3e4) / HOSE.crossing;
         assert!((rate / expected - 1.0).abs() < 0.02, "{rate} kg/s2, not {expected} kg/s2");
         assert_eq!(pressure_rates(0.0, through([0.0, 1e5, 1e5, 1e5], [1.0; 3], [0.0; 3]), 0.0)[0], 0.0);
+    }
+
+    /// In the fastest wave neighbours move against each other: from such pressures and flows at rest the rates of the flows
+    /// change at `(6*c/L)^2`.
+    #[test]
+    fn explicit_steps_follow_the_fastest_wave() {
+        let hose = Hose::new(1.0, 4e-3, 293.15);
+        let pressures = Real::all(&[1e5 + 1.0, 1e5 - 1.0, 1e5 + 1.0, 1e5 - 1.0]);
+        let columns = hose.flow_rates(pressures, [Real::of(0.0); 3]);
+        let volumes = hose.pressure_rates(Real::of(0.0), columns, Real::of(0.0)).map(Real::value);
+        let square = -volumes[0];
+        assert!(
+            volumes.iter().zip([1.0, -1.0, 1.0, -1.0]).all(|(rate, sign)| (rate + sign * square).abs() < 1e-8 * square)
+        );
+        let (swing, longest) = (square.sqrt(), hose.longest_steps());
+        assert!((longest.classical * swing / 2.6 - 1.0).abs() < 1e-12 && (1.4e-3..1.6e-3).contains(&longest.classical));
+        let wide = Hose::new(1e-3, 0.1, 293.15).longest_steps();
+        assert!(wide.classical < 1e-2 * 2.6 / 1740e3, "it creeps: {wide:?}");
+        assert!((hose.rate_at_end(1e-7) * hose.volume / 6.0 - 1e-7 * hose.gas).abs() < 1e-12);
     }
 
     /// What flows in and not out is in the volumes.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use super::gas::GasState;
+use super::gas::{GasState, REFERENCE_DENSITY};
 use crate::numbers::{Number, Pair, Real, Scalar, Tangents};
 use crate::variables::Tunable;
 
@@ -86,6 +86,12 @@ impl Orifice<f64> {
         let [critical_ratio, subsonic_scale, laminar_slope] =
             [critical_ratio, subsonic_scale, laminar_slope].map(Real::value);
         Self { critical_ratio, subsonic_scale, laminar_slope }
+    }
+
+    /// Derivative in kg/(s Pa) of laminar flow, which is the steepest, with respect to a pressure, through a sonic
+    /// conductance in m3/(s Pa) at the reference temperature.
+    pub(crate) fn steepest(&self, conductance: f64) -> f64 {
+        conductance * REFERENCE_DENSITY * self.laminar_slope
     }
 }
 

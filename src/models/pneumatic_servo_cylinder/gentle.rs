@@ -11,6 +11,9 @@ use crate::pneumatics::orifice;
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
 const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
 
+/// Step size in s from which on explicit steps are cheaper than implicit ones where nothing but waves in hoses bounds them.
+pub(super) const WORTHWHILE: f64 = 7e-5;
+
 /// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings, and so are the stops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GentleSteps {
@@ -48,26 +51,39 @@ impl GentleSteps {
     }
 }
 
+/// A smooth piece of the equations.
+#[derive(PartialEq)]
+pub(super) struct Piece {
+    /// That of the flows of the actuator.
+    of_actuator: Pair<Real>,
+    /// That of the flow into a vessel.
+    into_vessel: f64,
+    /// Those of the flows from hoses through restrictions into the chambers.
+    into_chambers: [f64; 2],
+    /// The side of [equal pressures](PneumaticServoCylinder::has_kink_at_equal_pressures).
+    a_is_above: bool,
+    /// The stops that act.
+    touched: [bool; 2],
+    /// The direction of a motion that bends bristles.
+    is_backward: bool,
+}
+
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// The smooth piece of the equations in which the states lie: that of the flows of the actuator and into a vessel, the
-    /// side of [equal pressures](Self::has_kink_at_equal_pressures), the stop that acts, and the direction of a motion that
-    /// bends bristles.
+    /// The smooth piece of the equations in which the states lie.
     #[inline(always)]
-    pub(super) fn piece<const N: usize>(
-        &self,
-        x: &[f64; N],
-        u: &Inputs<f64>,
-    ) -> (Pair<Real>, f64, bool, [bool; 2], bool) {
-        let (pressures, supply) = (Pair(Real::all(&[x[PRESSURE_A], x[PRESSURE_B]])), Real::of(u.supply_pressure));
-        let of_actuator = self.actuator.piece(of_actuator(x), &self.ports_at_valve(&Real::all(x), supply), pressures);
+    pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> Piece {
+        let (supply, Pair(at_valve)) = (Real::of(u.supply_pressure), self.pressures_at_valve(x));
+        let ports = self.ports_at_valve(&Real::all(x), supply);
+        let of_actuator = self.actuator.piece(of_actuator(x), &ports, Pair(Real::all(&at_valve)));
         let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(supply), Real::of(vessel)).value;
-        (
+        Piece {
             of_actuator,
-            self.vessel_pressure(x).map_or(0.0, into_vessel),
-            self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
-            self.stops.touched(State::Position.get(x)),
-            x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,
-        )
+            into_vessel: self.vessel_pressure(x).map_or(0.0, into_vessel),
+            into_chambers: self.pieces_of_restrictions(x),
+            a_is_above: self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
+            touched: self.stops.touched(State::Position.get(x)),
+            is_backward: x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,
+        }
     }
 
     /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have

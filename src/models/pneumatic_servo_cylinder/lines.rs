@@ -4,15 +4,15 @@
 
 use super::options::Options;
 use super::variables::State;
-use super::{PneumaticServoCylinder, of_actuator};
+use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
 use crate::enumeration;
 use crate::friction::Laws;
-use crate::hybrid::Limits;
-use crate::numbers::{Pair, Scalar};
+use crate::hybrid::{Limits, LongestSteps};
+use crate::numbers::{Pair, Real, Scalar};
 use crate::pneumatics::actuator::{Actuators, SUPPLY};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
-use crate::pneumatics::orifice::{Flow, Inflow, LAMINAR_RATIO, Orifice};
+use crate::pneumatics::orifice::{self, Flow, Inflow, LAMINAR_RATIO, Orifice};
 use crate::variables::{Tunable, Variable, units};
 
 enumeration! {
@@ -42,6 +42,8 @@ pub struct Lines {
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; STATES],
     count: usize,
+    /// The longest explicit steps.
+    longest_steps: LongestSteps,
 }
 
 /// A hose and what is at its end.
@@ -88,6 +90,9 @@ struct Vessel {
     gas: Tunable,
 }
 
+/// Share of its length on which a cushion closes.
+const CLOSING: f64 = 0.1;
+
 /// What flows in the lines.
 #[derive(Clone, Debug)]
 pub struct LineFlows<S> {
@@ -120,7 +125,9 @@ impl Lines {
     }
 
     fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, temperature: f64) -> Self {
-        let mut lines = Self { hoses, vessel, temperature, integrated: [0; STATES], count: 0 };
+        let lines = hoses.iter().flatten().map(Line::longest_steps);
+        let longest_steps = lines.fold(LongestSteps::UNLIMITED, LongestSteps::min);
+        let mut lines = Self { hoses, vessel, temperature, integrated: [0; STATES], count: 0, longest_steps };
         for place in 0..STATES {
             if lines.has(place) {
                 lines.integrated[lines.count] = place as u8;
@@ -135,9 +142,9 @@ impl Lines {
         self.count > 0
     }
 
-    /// Whether there are hoses among them.
-    pub fn have_hoses(&self) -> bool {
-        self.hoses.iter().any(Option::is_some)
+    /// The longest explicit steps.
+    pub fn longest_steps(&self) -> LongestSteps {
+        self.longest_steps
     }
 
     /// How many of their states are integrated.
@@ -237,9 +244,20 @@ impl Restriction {
         self.orifice.flow((way - least) * opening + least, from, to)
     }
 
+    /// The number of the smooth piece of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
+    fn piece(&self, from: f64, to: f64, distance: f64) -> f64 {
+        let within = |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length * share > distance));
+        orifice::piece(Real::of(from), Real::of(to)).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
+    }
+
+    /// Derivative in kg/(s Pa) of the flow the wider way with respect to a pressure, where it is laminar.
+    fn steepest(&self) -> f64 {
+        self.orifice.steepest(self.into.max(self.out))
+    }
+
     fn outward<S: Scalar>(&self, distance: S) -> S {
         let Some([length, conductance]) = self.cushion else { return S::constant(self.out) };
-        let closed = ((-distance / length + 1.0) * 10.0).clamp(S::zero(), S::constant(1.0));
+        let closed = ((-distance / length + 1.0) * (1.0 / CLOSING)).clamp(S::zero(), S::constant(1.0));
         closed * (self.out.min(conductance) - self.out) + self.out
     }
 }
@@ -261,6 +279,42 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// Puts what belongs to the states of the lines in its places.
     pub(super) fn put_lines<T: Copy>(&self, states: &[T; STATES], x: &mut [T]) {
         self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
+    }
+
+    /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
+    #[inline(always)]
+    pub(super) fn pressures_at_valve(&self, x: &[f64]) -> Pair<f64> {
+        let [a, b] = self.in_hoses(x, 0);
+        Pair([a.unwrap_or(x[PRESSURE_A]), b.unwrap_or(x[PRESSURE_B])])
+    }
+
+    /// The numbers of the smooth pieces of the flows through restrictions; 0 where there is none.
+    #[inline(always)]
+    pub(super) fn pieces_of_restrictions(&self, x: &[f64]) -> [f64; 2] {
+        let ends = self.in_hoses(x, VOLUMES - 1);
+        let Pair(distances) = self.lengths(Real::of(State::Position.get(x)));
+        std::array::from_fn(|side| {
+            let line = if EXTENDED { self.lines.hoses[side].as_ref() } else { None };
+            let restriction = line.and_then(|line| line.restriction.as_ref());
+            let chamber = x[[PRESSURE_A, PRESSURE_B][side]];
+            ends[side]
+                .zip(restriction)
+                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side].value))
+        })
+    }
+
+    /// A state of each hose that has it, by its place within a hose.
+    #[inline(always)]
+    fn in_hoses(&self, x: &[f64], place: usize) -> [Option<f64>; 2] {
+        let mut found = [None; 2];
+        if EXTENDED {
+            for (of_all, index) in self.places_of_lines(x.len()) {
+                if of_all != VESSEL && of_all % HOSE == place {
+                    found[of_all / HOSE] = Some(x[index]);
+                }
+            }
+        }
+        found
     }
 
     /// The pressure in the vessel of the supply, if there is one.
@@ -310,6 +364,15 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
 }
 
 impl Line {
+    /// The longest explicit steps: those of the fastest wave and of the last volume, if it ends in itself.
+    fn longest_steps(&self) -> LongestSteps {
+        let of_waves = self.hose.longest_steps();
+        self.restriction.as_ref().map_or(of_waves, |restriction| {
+            let rate = self.hose.rate_at_end(restriction.steepest());
+            LongestSteps::of_swing(0.0, rate).min(of_waves)
+        })
+    }
+
     /// Rates of the states of the hose, and what flows out of it into a chamber.
     fn flows<S: Scalar>(
         &self,

@@ -31,7 +31,7 @@ use std::ops::Range;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
-use self::gentle::GentleSteps;
+use self::gentle::{GentleSteps, WORTHWHILE};
 use self::lines::Lines;
 use self::options::Options;
 use self::sensors::Sensors;
@@ -227,8 +227,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         };
         let slope = GRAVITY * libm::sin(p.incline);
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
-        // Waves in hoses, pulses, friction along the stroke: they change faster within a step than its error estimate can tell.
-        let has_rapid_parts = lines.have_hoses() || actuator.is_sampled() || options.waviness != 0.0;
+        // Pulses, friction along the stroke: they change faster within a step than its error estimate can tell. So do waves in
+        // short hoses, whose explicit steps would be too many.
+        let has_rapid_parts =
+            lines.longest_steps().classical < WORTHWHILE || actuator.is_sampled() || options.waviness != 0.0;
         let mut cylinder = Self {
             is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
@@ -629,7 +631,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
     }
 
     fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
-        self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x))
+        let of_motion = self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x));
+        if EXTENDED { of_motion.min(self.lines.longest_steps()) } else { of_motion }
     }
 
     fn is_smooth<const N: usize>(

@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A step of the implicit method costs as much as this many of the explicit one.
+/// A step of the implicit method costs as much as this many of the explicit one; where states form a chain, whose matrix is
+/// large, it costs more.
 const RATIO: f64 = 3.0;
+const RATIO_OF_CHAIN: f64 = 5.0;
 /// The largest number of explicit steps before the implicit method is tried again.
 const MOST_PATIENCE: u32 = 64;
 /// Bounds of the reach of the midpoint rule in s, and by what it grows in each communication step.
@@ -42,24 +44,32 @@ impl Choice {
         self.is_implicit
     }
 
-    /// Chooses a method for the next attempt, given the step size to try and the time that remains, both in s; returns
-    /// the step size it should try.
-    pub fn choose(&mut self, step: f64, remaining: f64) -> f64 {
-        let is_short = RATIO * step < remaining;
+    /// Chooses a method for the next attempt, given the step size to try, the time that remains, and the longest explicit
+    /// step, all in s; returns the step size it should try.
+    pub fn choose(&mut self, step: f64, remaining: f64, longest: f64, is_chain: bool) -> f64 {
+        let ratio = if is_chain { RATIO_OF_CHAIN } else { RATIO };
         if self.is_implicit {
-            if step >= RATIO * self.given_up_at {
+            // Of a chain nothing but the explicit method is bound by how fast it swings.
+            let step = if is_chain { step } else { step.min(longest) };
+            if step >= ratio * self.given_up_at {
                 return step;
             }
             self.patience = (2 * self.patience).clamp(1, MOST_PATIENCE);
             self.is_implicit = false;
             return step.min(self.given_up_at);
         }
-        self.short = if is_short { self.short + 1 } else { 0 };
+        let step = step.min(longest);
+        self.short = match ratio * step < remaining {
+            true => self.short + 1,
+            // Steps of a length that swings set are short in the first part of each communication step alone.
+            false if is_chain => self.short.saturating_sub(1),
+            false => 0,
+        };
         if self.short <= self.patience {
             return step;
         }
         (self.is_implicit, self.short, self.given_up_at) = (true, 0, step);
-        RATIO * step
+        ratio * step
     }
 
     /// Whether the midpoint rule should try the time that remains in s, where its steps may be as long as `longest`.
@@ -94,11 +104,16 @@ impl Choice {
 mod tests {
     use super::*;
 
+    /// What is chosen where nothing but errors limits explicit steps.
+    fn choose(choice: &mut Choice, step: f64, remaining: f64) -> f64 {
+        choice.choose(step, remaining, f64::INFINITY, false)
+    }
+
     #[test]
     fn steps_that_reach_the_end_are_explicit() {
         let mut choice = Choice::default();
         for _ in 0..1000 {
-            assert_eq!((choice.choose(0.5, 1.0), choice.is_implicit()), (0.5, false));
+            assert_eq!((choose(&mut choice, 0.5, 1.0), choice.is_implicit()), (0.5, false));
             choice.arrive();
         }
     }
@@ -107,11 +122,29 @@ mod tests {
     fn implicit_method_takes_over_where_it_pays_until_the_end() {
         let mut choice = Choice::default();
         while !choice.is_implicit() {
-            assert!(choice.choose(1e-3, 1.0) <= 3e-3);
+            assert!(choose(&mut choice, 1e-3, 1.0) <= 3e-3);
         }
-        assert_eq!((choice.choose(1e-2, 0.5), choice.is_implicit()), (1e-2, true));
+        assert_eq!((choose(&mut choice, 1e-2, 0.5), choice.is_implicit()), (1e-2, true));
         choice.arrive();
         assert!(!choice.is_implicit() && choice.patience == 4, "the next time it takes over sooner");
+    }
+
+    /// Twelve steps in a communication step, as a swing sets them, of which the last five are long enough beside what remains.
+    #[test]
+    fn chain_whose_swing_bounds_explicit_steps_comes_to_the_implicit_method_and_is_not_bound_there() {
+        let mut choice = Choice::default();
+        let remaining = (1..=12).rev().cycle().map(f64::from);
+        let tried: Vec<f64> = remaining
+            .take(100)
+            .take_while(|remaining| {
+                let step = choice.choose(3.0, *remaining, 1.0, true);
+                assert_eq!(step, if choice.is_implicit() { 5.0 } else { 1.0 });
+                !choice.is_implicit()
+            })
+            .collect();
+        assert!((12..24).contains(&tried.len()), "in the second communication step, not after {} steps", tried.len());
+        assert_eq!((choice.choose(9.0, 9.0, 1.0, true), choice.is_implicit()), (9.0, true));
+        assert_eq!((choice.choose(4.0, 9.0, 1.0, true), choice.is_implicit()), (1.0, false), "it does not pay");
     }
 
     #[test]
@@ -136,9 +169,9 @@ mod tests {
         let mut choice = Choice::default();
         for _ in 0..5 {
             while !choice.is_implicit() {
-                choice.choose(1e-3, 1.0);
+                choose(&mut choice, 1e-3, 1.0);
             }
-            assert_eq!((choice.choose(2e-3, 1.0), choice.is_implicit()), (1e-3, false));
+            assert_eq!((choose(&mut choice, 2e-3, 1.0), choice.is_implicit()), (1e-3, false));
         }
         assert_eq!(choice.patience, MOST_PATIENCE);
         assert!(choice.is_sound());

@@ -120,7 +120,8 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
                 };
             }
             if !self.is_midpoint {
-                self.step = self.choice.choose(self.step.min(longest.classical), remaining);
+                let is_chain = self.system.is_chain();
+                self.step = self.choice.choose(self.step, remaining, longest.classical, is_chain);
                 self.is_explicit = !self.choice.is_implicit();
             }
         }
