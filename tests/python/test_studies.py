@@ -69,3 +69,28 @@ def test_the_moving_picture_of_the_readme_is_what_its_study_draws(tmp_path: Path
     drawn = (tmp_path / "picture.svg").read_bytes()
     assert drawn == (STUDIES.parent / "docs" / "images" / "stick_slip.svg").read_bytes()
     assert len(drawn) < 1_000_000
+
+
+def test_error_follows_the_tolerance(tmp_path: Path) -> None:
+    printed = run("tolerance_ladder.py", "--output", tmp_path).splitlines()
+    slopes = {line[:16].strip(): [float(cell) for cell in line[16:].split()] for line in printed[1:-1]}
+    assert len(slopes) == 6 and (tmp_path / "tolerance_ladder.png").stat().st_size > 10_000
+    # The jump is that from the midpoint rule, of order 2, to the classical method, of order 4.
+    for law, (position, friction, *jumps) in slopes.items():
+        assert 0.7 < position < 1.3 and 0.7 < friction < 1.3, law
+        assert max(jumps) < 30.0, law
+    rows = rows_of(tmp_path / "tolerance_ladder.csv")
+    assert len(rows) == 6 * 25
+    # Dahl, the stiffest, lacks 680 N times the tolerance.
+    for row in rows:
+        assert float(row["position error (m)"]) < float(row["tolerance"]), row
+        assert float(row["friction force error, rms (N)"]) < 1000.0 * float(row["tolerance"]), row
+
+
+def test_costliest_steps_are_counted(tmp_path: Path) -> None:
+    run("costly_steps.py", "--laws", "Stribeck", "Dahl", "--output", tmp_path)
+    stribeck, dahl = rows_of(tmp_path / "costly_steps.csv")
+    assert stribeck["attempts median"] == dahl["attempts median"] == "1"
+    worst = [int(row["attempts worst"]) for row in (stribeck, dahl)]
+    # A stop takes some steps; a stiff bristle that turns back, some tens.
+    assert 2 <= worst[0] <= 12 and 20 <= worst[1] <= 60, worst
