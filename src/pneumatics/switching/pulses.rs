@@ -267,6 +267,16 @@ mod tests {
         assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
     }
 
+    /// It arrives at the very instant at which its coil lets it go: quite open by then, and as long on its way back. Binary
+    /// fractions of a second, so that both are equal to the last bit.
+    #[test]
+    fn armature_that_turns_back_as_it_arrives_has_been_open() {
+        let armature = Armature { opening_delay: 1.0 / 64.0, closing_delay: 0.0, travel: 1.0 / 64.0 };
+        let found = course(Driver { frequency: 8.0, armature }, |_| 0.25, 0.1);
+        let expected = [(0.0, 0.0), (16.0, 0.0), (31.0, 1.0), (31.0, 1.0), (47.0, 0.0)];
+        assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
+    }
+
     /// No pulse at 0; one that never ends at 1; the sign decides which valve.
     #[test]
     fn ends_of_the_duty_cycle_have_no_pulses() {
