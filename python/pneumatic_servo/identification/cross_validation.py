@@ -222,10 +222,6 @@ class CrossValidation:
         return table(COLUMNS, self.texts())
 
 
-def _text(cell: Any) -> str:
-    return "" if cell is None else f"{cell:.4g}" if isinstance(cell, float) else str(cell)
-
-
 def cross_validate(problem: Problem, x: Array, groups: Sequence[Condition], loss: str, watch: Watch) -> CrossValidation:
     """Leave out one condition after the other.
 
