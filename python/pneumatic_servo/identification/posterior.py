@@ -13,6 +13,7 @@ of it.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -261,9 +262,11 @@ def emcee_of() -> Any:
 
 
 def arviz_of() -> Any:
-    """Return ArviZ, or say how to get it."""
+    """Return ArviZ, or say how to get it; its notice of the day about its next version is none of a fit's."""
     try:
-        import arviz
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "\nArviZ is undergoing a major refactor", FutureWarning)
+            import arviz
     except ImportError as error:
         raise MissingPackage("ArviZ", "posterior") from error
     return arviz
