@@ -72,14 +72,14 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// The smooth piece of the equations in which the states lie.
     #[inline(always)]
     pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> Piece {
-        let (supply, Pair(at_valve)) = (Real::of(u.supply_pressure), self.pressures_at_valve(x));
-        let ports = self.ports_at_valve(&Real::all(x), supply);
-        let of_actuator = self.actuator.piece(of_actuator(x), &ports, Pair(Real::all(&at_valve)));
+        let (supply, numbers) = (Real::of(u.supply_pressure), Real::all(x));
+        let ports = self.ports_at_valve(&numbers, supply);
+        let of_actuator = self.actuator.piece(of_actuator(x), &ports, self.pressures_at_valve(&numbers));
         let into_vessel = |vessel: f64| orifice::piece(self.at_least_ambient(supply), Real::of(vessel)).value;
         Piece {
             of_actuator,
             into_vessel: self.vessel_pressure(x).map_or(0.0, into_vessel),
-            into_chambers: self.pieces_of_restrictions(x),
+            into_chambers: self.pieces_of_restrictions(&numbers),
             a_is_above: self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
             touched: self.stops.touched(State::Position.get(x)),
             is_backward: x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,

@@ -245,9 +245,9 @@ impl Restriction {
     }
 
     /// The number of the smooth piece of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
-    fn piece(&self, from: f64, to: f64, distance: f64) -> f64 {
-        let within = |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length * share > distance));
-        orifice::piece(Real::of(from), Real::of(to)).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
+    fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
+        let within = |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length * share > distance.value));
+        orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
     }
 
     /// Derivative in kg/(s Pa) of the flow the wider way with respect to a pressure, where it is laminar.
@@ -283,38 +283,34 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
 
     /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
     #[inline(always)]
-    pub(super) fn pressures_at_valve(&self, x: &[f64]) -> Pair<f64> {
+    pub(super) fn pressures_at_valve(&self, x: &[Real]) -> Pair<Real> {
         let [a, b] = self.in_hoses(x, 0);
         Pair([a.unwrap_or(x[PRESSURE_A]), b.unwrap_or(x[PRESSURE_B])])
     }
 
     /// The numbers of the smooth pieces of the flows through restrictions; 0 where there is none.
     #[inline(always)]
-    pub(super) fn pieces_of_restrictions(&self, x: &[f64]) -> [f64; 2] {
+    pub(super) fn pieces_of_restrictions(&self, x: &[Real]) -> [f64; 2] {
         let ends = self.in_hoses(x, VOLUMES - 1);
-        let Pair(distances) = self.lengths(Real::of(State::Position.get(x)));
+        let Pair(distances) = self.lengths(State::Position.get(x));
         std::array::from_fn(|side| {
             let line = if EXTENDED { self.lines.hoses[side].as_ref() } else { None };
             let restriction = line.and_then(|line| line.restriction.as_ref());
             let chamber = x[[PRESSURE_A, PRESSURE_B][side]];
             ends[side]
                 .zip(restriction)
-                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side].value))
+                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side]))
         })
     }
 
     /// A state of each hose that has it, by its place within a hose.
     #[inline(always)]
-    fn in_hoses(&self, x: &[f64], place: usize) -> [Option<f64>; 2] {
-        let mut found = [None; 2];
-        if EXTENDED {
-            for (of_all, index) in self.places_of_lines(x.len()) {
-                if of_all != VESSEL && of_all % HOSE == place {
-                    found[of_all / HOSE] = Some(x[index]);
-                }
-            }
+    fn in_hoses(&self, x: &[Real], place: usize) -> [Option<Real>; 2] {
+        if !EXTENDED {
+            return [None; 2];
         }
-        found
+        let states = self.of_lines(x);
+        std::array::from_fn(|side| self.lines.hoses[side].as_ref().map(|_| states[side * HOSE + place]))
     }
 
     /// The pressure in the vessel of the supply, if there is one.

@@ -183,11 +183,11 @@ impl Parameters {
         last.error = input.reference - input.position;
         let [wanted, velocity_limit] =
             [slope + last.error * S::along(self.position_gain), S::along(self.velocity_limit)];
-        last.wanted = clamp(wanted, velocity_limit);
+        last.wanted = wanted.clamp(-velocity_limit, velocity_limit);
         let lack = last.wanted - input.velocity;
         last.command = last.wanted * S::along(self.feed_forward) + lack * S::along(self.velocity_gain) + last.integral;
         let inverted = self.invert_dead_zone(last.command);
-        last.effort = clamp(inverted, range);
+        last.effort = inverted.clamp(-range, range);
         let is_within = last.effort.value() == inverted.value();
         let mut kinks = Kinks {
             wanted: left(wanted, velocity_limit),
@@ -199,7 +199,7 @@ impl Parameters {
         if is_within || lack.value() * inverted.value() < 0.0 {
             let integral = last.integral + S::of(self.sample_time) * integral_gain * lack;
             let integral_limit = S::along(self.integral_limit);
-            last.integral = clamp(integral, integral_limit);
+            last.integral = integral.clamp(-integral_limit, integral_limit);
             kinks.integral = left(integral, integral_limit);
         }
         kinks
@@ -243,17 +243,6 @@ struct Kinks<S> {
     lack: S,
     /// The integral part from its limit.
     integral: S,
-}
-
-/// A number within a limit to both sides.
-fn clamp<S: Scalar>(number: S, limit: S) -> S {
-    if number.value() < -limit.value() {
-        -limit
-    } else if number.value() > limit.value() {
-        limit
-    } else {
-        number
-    }
 }
 
 /// What is left to the nearer limit, on either side of it.
