@@ -121,17 +121,7 @@ class Trajectory:
 
 
 class Function:
-    """A run as a function, ``run(parameters, inputs)``: what `jax.Run` and `torch.Run` have in common.
-
-    Attributes
-    ----------
-    parameters, inputs, outputs : list of str
-        Names of the rows of what goes in and comes out.
-    steps : int
-        Values of each input, which are held over a step.
-    times : ndarray of shape (rows,)
-        Times of the rows in s.
-    """
+    """A run as a function, ``run(parameters, inputs)``: what `jax.Run` and `torch.Run`, which say it all, share."""
 
     def __init__(self, made: Trajectory) -> None:
         self.parameters, self.inputs, self.outputs = made.parameters, made.inputs, made.outputs

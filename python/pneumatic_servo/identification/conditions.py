@@ -10,6 +10,7 @@ import numpy as np
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.regimes import measured_speed
+from pneumatic_servo.identification.smoothing import fastest
 from pneumatic_servo.words import said
 
 SAME = 0.1
@@ -25,7 +26,7 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], str, Callable[[Record], float]]] = 
     "load": (("normalForce",), "N", _mean("normalForce")),
     "supplyPressure": (("supplyPressure",), "Pa", _mean("supplyPressure")),
     "amplitude": (("position",), "m", lambda record: 0.5 * float(np.ptp(record.signals["position"]))),
-    "speed": (("position", "velocity"), "m/s", lambda record: float(np.quantile(np.abs(measured_speed(record)), 0.98))),
+    "speed": (("position", "velocity"), "m/s", lambda record: fastest(measured_speed(record))),
 }
 """What tells conditions apart: the signals of which one is needed, the unit, and what is taken of a record."""
 

@@ -17,6 +17,7 @@ from scipy.interpolate import BSpline
 
 from pneumatic_servo.identification.figures import steady
 from pneumatic_servo.identification.regimes import REST
+from pneumatic_servo.identification.smoothing import fastest
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -74,7 +75,7 @@ def free_form(fit: Fit) -> FreeForm | None:
     if samples is None:
         return None
     speed, place, level, rest = samples
-    moving = (np.abs(speed) > REST * float(np.quantile(np.abs(speed), 0.98))) & (level > 1e-3)
+    moving = (np.abs(speed) > REST * fastest(speed)) & (level > 1e-3)
     speed, place, level, rest = (values[moving] for values in (speed, place, level, rest))
     if len(rest) < FEWEST:
         return None
@@ -97,7 +98,7 @@ def _samples(fit: Fit) -> tuple[Array, Array, Array, Array] | None:
     """Return velocity, position, load level, and what the law leaves of friction, of the samples that are fitted."""
     experiment, problem, values = fit.problem.experiment, fit.problem, fit.values
     is_motion = experiment.name == "motion"
-    [differences] = problem.differences([fit.x]) if is_motion else [[{}] * len(problem.windows)]
+    differences = fit._residuals.differences if is_motion else [{}] * len(problem.windows)
     parts = []
     for window, difference in zip(problem.windows, differences, strict=True):
         if not window.fitted:

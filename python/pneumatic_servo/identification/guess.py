@@ -12,6 +12,7 @@ from pneumatic_servo.identification.experiments import Window
 from pneumatic_servo.identification.experiments.motion import Motion
 from pneumatic_servo.identification.parameters import Free, group_of
 from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.smoothing import fastest
 
 Array = NDArray[np.float64]
 
@@ -50,12 +51,12 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     if not own or not maps:
         return {}
     speed, force, level = (np.concatenate(parts) for parts in zip(*maps, strict=True))
-    fastest = float(np.quantile(np.abs(speed), 0.98)) if len(speed) else 0.0
-    sliding = (np.abs(speed) > 0.1 * fastest) & (level > 1e-3)
-    if fastest == 0.0 or np.sum(sliding) < 10:
+    fast = fastest(speed)
+    sliding = (np.abs(speed) > 0.1 * fast) & (level > 1e-3)
+    if fast == 0.0 or np.sum(sliding) < 10:
         return {}
     pace, dry = np.abs(speed[sliding]), force[sliding] * np.sign(speed[sliding]) / level[sliding]
-    coulomb, viscous = _line(own, pace, dry, 0.3 * fastest)
+    coulomb, viscous = _line(own, pace, dry, 0.3 * fast)
     # Sliding friction beyond a static friction that stays as it is would be refused.
     static = f"{group}Fs"
     if static in problem.experiment.table.variables and static not in {free.name for free in own}:
@@ -65,8 +66,8 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     length = _length(problem)
     levels = {
         "Fc": coulomb, "Fc1": coulomb, "Fc2": coulomb, "Fs": statics, "FsInf": statics, "f1": 0.6 * coulomb,
-        "vs": 0.1 * fastest, "sigma0": coulomb / length, "k1": 0.3 * coulomb / length, "f2": 3.0 / length,
-        "vd": fastest, "deltaS": length, "z0": length, "Delta": length, "xe": length,
+        "vs": 0.1 * fast, "sigma0": coulomb / length, "k1": 0.3 * coulomb / length, "f2": 3.0 / length,
+        "vd": fast, "deltaS": length, "z0": length, "Delta": length, "xe": length,
     }  # fmt: skip
     if problem.experiment.law == "Armstrong":
         # There it is what static friction has beyond sliding friction.
@@ -84,9 +85,9 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
         elif kind in levels:
             starts[free.name] = levels[kind]
         elif kind in ("sigma2", "c1", "c2"):
-            starts[free.name] = max(viscous, 0.05 * coulomb / fastest)
+            starts[free.name] = max(viscous, 0.05 * coulomb / fast)
         elif kind == "sigma1":
-            starts[free.name] = 0.1 * levels["sigma0"] * length / fastest
+            starts[free.name] = 0.1 * levels["sigma0"] * length / fast
         elif kind == "k":
             starts[free.name] = coulomb / length / 4.0
         elif kind == "W":

@@ -67,10 +67,10 @@ class Ranges:
         return found
 
 
-def beyond_of_held(problem: Problem, x: Array) -> dict[str, str]:
-    """Say what of the data held out lies beyond those fitted."""
+def held_of(problem: Problem, x: Array) -> dict[str, Array]:
+    """Return the samples held out, in SI units."""
     held = _courses(problem, x, lambda window: window.used & window.held)
-    return Ranges.of(problem, x).beyond({signal: course for signal, course in held.items() if len(course)})
+    return {signal: course for signal, course in held.items() if len(course)}
 
 
 def asked_of(problem: Problem, x: Array) -> dict[str, Array]:

@@ -17,7 +17,7 @@ from scipy.stats import chi2
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.smoothing import slope
+from pneumatic_servo.identification.smoothing import fastest, slope
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -83,7 +83,7 @@ def kinds(problem: Problem) -> dict[str, list[Mask]]:
     """Tell for each kind of motion which samples of each window belong to it."""
     found: dict[str, list[Mask]] = {}
     speeds = [measured_speed(window.record) for window in problem.windows]
-    fast = float(np.quantile(np.abs(np.concatenate(speeds)), 0.98))
+    fast = fastest(np.concatenate(speeds))
     for window, speed in zip(problem.windows, speeds, strict=True):
         around = max(1, 2 * round(NEAR / window.record.step) + 1)
         still = np.abs(speed) < REST * fast

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from pneumatic_servo.identification.cross_validation import COLUMNS
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.regimes import regimes
-from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.result import Fit
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#1d2733}
@@ -24,7 +23,7 @@ td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:
 
 def page(fit: Fit) -> str:
     """Return the page."""
-    residuals = Residuals(fit)
+    residuals = fit._residuals
     verdict = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
     names = list(fit.parameters)
     correlation = fit.certainty.correlation

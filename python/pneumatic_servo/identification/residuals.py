@@ -47,7 +47,7 @@ class Residuals:
     def __init__(self, fit: Fit) -> None:
         self.problem = fit.problem
         self.windows = fit.problem.windows
-        [self._differences] = fit.problem.differences([fit.x])
+        [self.differences] = fit.problem.differences([fit.x])
         self.signals = fit.problem.experiment.compared
 
     def unit(self, signal: str) -> str:
@@ -57,20 +57,20 @@ class Residuals:
     def courses(self, signal: str) -> Iterator[Course]:
         """Yield the windows of a signal one after the other; samples that are not compared are NaN."""
         before = 0.0
-        for window, difference in zip(self.windows, self._differences, strict=True):
+        for window, difference in zip(self.windows, self.differences, strict=True):
             rest = np.where(window.used, difference[signal], np.nan)
             yield Course(window.record.time + before, window.record.signals[signal], rest)
             before += float(window.record.time[-1] + window.record.step)
 
     def all(self, signal: str) -> Array:
         """Return what remains of a signal in all windows."""
-        parts = [d[signal][w.used] for w, d in zip(self.windows, self._differences, strict=True)]
+        parts = [d[signal][w.used] for w, d in zip(self.windows, self.differences, strict=True)]
         return np.concatenate(parts)
 
     def worst(self) -> Worst | None:
         """Return where most is missed for a while; nothing where nothing is compared."""
         found = None
-        for place, (window, difference) in enumerate(zip(self.windows, self._differences, strict=True)):
+        for place, (window, difference) in enumerate(zip(self.windows, self.differences, strict=True)):
             for signal in self.signals:
                 noise = self.problem.sensors[signal].noise
                 size = np.where(window.used, difference[signal] / noise, 0.0) ** 2
@@ -101,7 +101,7 @@ class Residuals:
         """Return the autocorrelation of what remains, within the windows."""
         lags = min(LAGS, min(int(np.sum(window.used)) for window in self.windows if np.any(window.used)) // 2)
         total = np.zeros(lags + 1)
-        for window, difference in zip(self.windows, self._differences, strict=True):
+        for window, difference in zip(self.windows, self.differences, strict=True):
             rest = difference[signal][window.used]
             rest = rest - rest.mean() if len(rest) else rest
             total += [float(rest[lag:] @ rest[: max(0, len(rest) - lag)]) for lag in range(lags + 1)]

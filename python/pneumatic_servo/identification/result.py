@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pneumatic_servo.identification.free_form import FreeForm
     from pneumatic_servo.identification.posterior import Posterior
     from pneumatic_servo.identification.ranges import Ranges
+    from pneumatic_servo.identification.residuals import Residuals
     from pneumatic_servo.identification.verdict import Verdict
 
 Array = NDArray[np.float64]
@@ -106,6 +107,12 @@ class Fit:
         from pneumatic_servo.identification.verdict import verdict
 
         return verdict(self)
+
+    @cached_property
+    def _residuals(self) -> Residuals:
+        from pneumatic_servo.identification.residuals import Residuals
+
+        return Residuals(self)
 
     @cached_property
     def free_form(self) -> FreeForm | None:

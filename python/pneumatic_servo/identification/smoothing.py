@@ -26,6 +26,11 @@ def noise(values: Array) -> float:
     return float(max(white, converter))
 
 
+def fastest(speed: Array) -> float:
+    """Return the speed that all samples but the two fastest of a hundred keep: single peaks are noise."""
+    return float(np.quantile(np.abs(speed), 0.98)) if len(speed) else 0.0
+
+
 def slope(values: Array, step: float, width: float) -> Array:
     """Return the slopes of parabolas fitted about each of equidistant samples, over a width in s."""
     return np.asarray(savgol_filter(values, _samples(values, step, width), 2, deriv=1, delta=step))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.intervals import at_bounds
-from pneumatic_servo.identification.ranges import beyond_of_held
+from pneumatic_servo.identification.ranges import held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
@@ -95,7 +95,7 @@ def _of_search(fit: Fit) -> Iterator[Finding]:
 
 
 def _of_misfit(fit: Fit) -> Iterator[Finding]:
-    residuals = Residuals(fit)
+    residuals = fit._residuals
     for signal, rms in fit.rms.items():
         unit = SIGNALS[signal]
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
@@ -152,7 +152,7 @@ def _of_prediction(fit: Fit) -> Iterator[Finding]:
             light, f"Data held out are predicted to {rms:.3g} {unit} rms of {signal}, {ratio:.2g} times what is left "
             "of those fitted."
         )  # fmt: skip
-    for text in beyond_of_held(fit.problem, fit.x).values():
+    for text in fit.ranges.beyond(held_of(fit.problem, fit.x)).values():
         yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
 
 

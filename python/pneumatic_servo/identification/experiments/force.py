@@ -15,7 +15,7 @@ from pneumatic_servo.identification.experiments.base import Beginning, Experimen
 from pneumatic_servo.identification.experiments.cylinder import GRAVITY, middle
 from pneumatic_servo.identification.experiments.mechanical import WINDOW
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.identification.smoothing import slope, smooth
+from pneumatic_servo.identification.smoothing import fastest, slope, smooth
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 from pneumatic_servo.words import said
@@ -148,7 +148,7 @@ class Force(Experiment):
             rows.append(np.column_stack(columns))
             right.append(window.driven["force"])
         table, force = np.concatenate(rows), np.concatenate(right)
-        fast = np.abs(table[:, 2]) > 0.1 * float(np.quantile(np.abs(table[:, 2]), 0.98))
+        fast = np.abs(table[:, 2]) > 0.1 * fastest(table[:, 2])
         if np.sum(fast) < 10:
             return {}
         mass, _, _, offset, *spring = np.linalg.lstsq(table[fast], force[fast], rcond=None)[0]
