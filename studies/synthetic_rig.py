@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -56,12 +57,14 @@ def voltage(time: float) -> float:
     return float(5.0 - np.sin(2.0 * np.pi * 0.5 * time) + 0.8 * np.sin(2.0 * np.pi * 1.7 * time))
 
 
-def truth(law: str, duration: float, tolerance: float = 1e-6) -> dict[str, Array]:
-    """What the rig does under a law, at intervals of 1 ms."""
+def truth(
+    law: str, duration: float, tolerance: float = 1e-6, driven: Callable[[float], float] = voltage
+) -> dict[str, Array]:
+    """What the rig does under a law and a voltage, at intervals of 1 ms."""
     parameters: dict[str, Any] = {"friction.law": law, **COMMON, **LAWS[law]}
     plant, friction = configure(parameters)
     run = Run(Plant(plant), friction, tolerance)
-    inputs = [Inputs(voltage(k * STEP), 0.0, SUPPLY) for k in range(round(duration / STEP) + 1)]
+    inputs = [Inputs(driven(k * STEP), 0.0, SUPPLY) for k in range(round(duration / STEP) + 1)]
     run.sample(inputs[0], 0.0)
     run.start()
     rows = [run.row(0.0)]
@@ -80,8 +83,8 @@ def truth(law: str, duration: float, tolerance: float = 1e-6) -> dict[str, Array
     }
 
 
-def measured(true: dict[str, Array], seed: int) -> dict[str, Array]:
-    """What the sensors say."""
+def measured(true: dict[str, Array], seed: int, *, is_rounded: bool = True) -> dict[str, Array]:
+    """What the sensors say, through their converters or without."""
     rng = np.random.default_rng(seed)
     seen = {"time": true["time"], "valveVoltage": true["valveVoltage"]}
     for signal in ("position", "chamberA.pressure", "chamberB.pressure"):
@@ -89,7 +92,7 @@ def measured(true: dict[str, Array], seed: int) -> dict[str, Array]:
         low, high = RANGES[kind]
         size = (high - low) / LEVELS
         noisy = true[signal] + NOISES[kind] * rng.standard_normal(len(true[signal]))
-        seen[signal] = low + size * np.round((noisy - low) / size)
+        seen[signal] = low + size * np.round((noisy - low) / size) if is_rounded else noisy
     return seen
 
 

@@ -140,7 +140,7 @@ def test_command_line_has_it(tmp_path: Path) -> None:
         (("position",), {}, ["needs columns for time, force", "force is missing"]),
         (("position", "force"), {"fit": "friction.coulomb.Fc"}, ["mass has no default", "free, or known"]),
         (("position", "force"), {"fit": "gain.valveVoltage"}, ["valveVoltage is not compared or driving here"]),
-        (("position", "force"), {"fit": "delay.force"}, ["force is not compared here, only position"]),
+        (("position", "force"), {"fit": "delay.velocity"}, ["velocity is not compared or driving here, only position"]),
         (("position", "force"), {"settings": {"offset.chamberA.pressure": 1.0}}, ["only sensors of position, force"]),
         (("position", "force"), {"settings": {"gain.force": "2 N"}}, ["gain.force", "N"]),
         (("position", "force"), {"settings": {"incline": "1 m"}}, ["incline", "rad"]),

@@ -10,6 +10,7 @@ var(Fc) = s^2 (1/2)/(n q),  var(sigma2) = s^2/(n V^2 q),  q = 1/2 - 4/pi^2
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from bounds import assert_close
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.planning import NOISE, Candidate, Plan
 
+ROOT = Path(__file__).parents[2]
 LEVEL, VISCOUS = FREE = ["friction.coulomb.Fc", "friction.coulomb.sigma2"]
 DEFAULTS = {name: float(ps.Model("FrictionBench").parameters[name].default) for name in FREE}
 SPEED = 2.0 * np.pi * 0.5 * 0.05
@@ -104,3 +106,19 @@ def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_pa
     assert "not determined" not in printed[0] and "not determined" in printed[1]
     # What the best candidate was without noise, it is with more of it.
     assert printed[0].splitlines()[1].split("  ")[-1] == printed[1].splitlines()[1].split("  ")[-1]
+
+
+def test_page_says_how_plans_were_kept() -> None:
+    """The page has the numbers of its table, and every spread is within 25 % of what was foretold, as it says."""
+    with (ROOT / "docs" / "identification" / "plans.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    page = (ROOT / "docs" / "identification.md").read_text(encoding="utf-8")
+    achieved = ("of the fits (%)", "of the values (%)")
+    for row in rows:
+        assert (
+            f"| `{row['parameter']}` | {row['foretold (%)']} | {' | '.join(row[name] for name in achieved)} |" in page
+        )
+    intervals, values = ([float(row[name]) / float(row["foretold (%)"]) for row in rows] for name in achieved)
+    assert f"All {len(rows)} spreads are within 25 %" in page and all(0.75 < ratio < 1.25 for ratio in values)
+    beyond = {row["parameter"]: ratio for row, ratio in zip(rows, intervals, strict=True) if abs(ratio - 1.0) > 0.25}
+    assert {name: f"{ratio - 1.0:.0%}" for name, ratio in beyond.items()} == {"friction.stribeck.Fs": "32%"}

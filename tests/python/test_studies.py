@@ -94,3 +94,17 @@ def test_costliest_steps_are_counted(tmp_path: Path) -> None:
     worst = [int(row["attempts worst"]) for row in (stribeck, dahl)]
     # A stop takes some steps; a stiff bristle that turns back, some tens.
     assert 2 <= worst[0] <= 12 and 20 <= worst[1] <= 60, worst
+
+
+def test_plans_are_held_against_what_is_then_found(tmp_path: Path) -> None:
+    run("plans_kept.py", "--laws", "Coulomb", "--repetitions", "2", "--duration", "1", "--output", tmp_path)
+    rows = rows_of(tmp_path / "plans.csv")
+    assert [row["parameter"] for row in rows] == [
+        "friction.coulomb.Fc",
+        "friction.coulomb.sigma2",
+        "valve.deadZone",
+        "valve.C",
+    ]
+    # One second and the wider of two intervals: within a half.
+    assert all(0.75 < float(row["of the fits (%)"]) / float(row["foretold (%)"]) < 1.5 for row in rows)
+    assert (tmp_path / "plans.png").stat().st_size > 10_000

@@ -41,7 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--fit", default="", metavar="NAME[=start][:low:high],...",
-        help="free parameters, gain.SIGNAL, offset.SIGNAL, delay.SIGNAL, area, incline, spring (default: the law's)",
+        help="free parameters, gain., offset., delay. or lag.SIGNAL, area, incline, spring (default: the law's)",
     )  # fmt: skip
     parser.add_argument(
         "--set",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import checks, values
 from pneumatic_servo.errors import Interrupted
+from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
@@ -43,7 +44,7 @@ SAME = 0.03
 OF_SENSORS = {
     f"{kind}.{signal}": unit
     for signal, own in SIGNALS.items() if signal != "time"
-    for kind, unit in (("gain", "1"), ("offset", own), ("delay", "s"))
+    for kind, unit in (("gain", "1"), ("offset", own), ("delay", "s"), ("lag", "s"))
 }  # fmt: skip
 """What may be known of sensors, with its SI unit."""
 OF_BENCH = {
@@ -97,9 +98,10 @@ def fit(
         Friction law.
     fit : str or sequence of str
         What is free: ``NAME[=start][:low:high]``; by default forces, stiffnesses and velocities of the law. Names are
-        those of the model, ``gain.SIGNAL`` and ``offset.SIGNAL`` of signals that are compared or drive the model (what
-        is true is ``gain * (reading - offset)``), ``delay.SIGNAL`` of those compared, for ``motion`` ``area`` and
-        ``friction.kappaA``, for ``force`` ``incline``, ``spring`` and ``springRest``.
+        those of the model, ``gain.SIGNAL``, ``offset.SIGNAL`` and ``delay.SIGNAL`` of signals that are compared or
+        drive the model (what is true is ``gain * (reading - offset)``, read so much later), ``lag.SIGNAL`` of those
+        compared (the time constant of a filter of first order), for ``motion`` ``area`` and ``friction.kappaA``, for
+        ``force`` ``incline``, ``spring`` and ``springRest``.
     columns : str or mapping, optional
         ``SIGNAL=column[unit],...``, or the same as a mapping; by default the columns that have the names of signals,
         in the units that stand behind them.
@@ -371,7 +373,8 @@ def _load(
     sources, mended = checked(experiment, sources, loss)
     if mended:
         records, notes = load(sources)
-    return records, [*mended, *notes]
+    recorded = [note for source in sources for note in recorder.check(source)]
+    return records, [*mended, *recorded, *notes]
 
 
 def _check_size(problem: Problem) -> None:

@@ -329,5 +329,5 @@ def _measured(problem: Problem, left: Left, factor: Array) -> tuple[float, float
 
 def _of_sensors(problem: Problem) -> list[int]:
     """Return the places of what is free and none of the machine's."""
-    kinds = ("area", "gain", "offset", "delay")
+    kinds = ("area", "gain", "offset", "delay", "lag")
     return [place for place, free in enumerate(problem.free) if free.name.partition(".")[0] in kinds]

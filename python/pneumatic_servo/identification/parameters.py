@@ -32,7 +32,7 @@ class Free:
     Attributes
     ----------
     name : str
-        A parameter of the model, `offset.SIGNAL`, `delay.SIGNAL`, or `area`.
+        A parameter of the model, `gain.SIGNAL`, `offset.SIGNAL`, `delay.SIGNAL`, `lag.SIGNAL`, or what a bench has.
     unit : str
         SI unit.
     start, low, high : float
@@ -127,13 +127,15 @@ def _number(text: str, unit: str, where: str) -> float:
 def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[str, str], where: str) -> Free:
     """Return a parameter with the start and the bounds that its model has for it."""
     kind, dot, signal = name.partition(".")
-    if dot and kind in ("gain", "offset", "delay"):
+    if dot and kind in ("gain", "offset", "delay", "lag"):
         if name not in beside:
             there = [known.partition(".")[2] for known in beside if known.startswith(f"{kind}.")]
-            place = "compared" if kind == "delay" else "compared or driving"
+            place = "compared" if kind == "lag" else "compared or driving"
             raise ValueError(f"{where}: {signal} is not {place} here, only {', '.join(there)}")
         if kind == "delay":
             return Free(name, "s", 0.0, -0.5, 0.5, 0.02)
+        if kind == "lag":
+            return Free(name, "s", 0.0, 0.0, 0.5, 0.02, legal=(0.0, math.inf))
         if kind == "gain":
             return Free(name, "1", 1.0, -math.inf, math.inf, 1.0)
         return Free(name, SIGNALS[signal], 0.0, -math.inf, math.inf, _OFFSETS[SIGNALS[signal]])

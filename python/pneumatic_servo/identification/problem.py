@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import Experiment, Window
+from pneumatic_servo.identification.experiments.base import Around
 from pneumatic_servo.identification.parameters import Free
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
@@ -83,16 +84,19 @@ class Problem:
     ) -> Problem:
         """Cut the records into windows; the last part of each, and the extra records, are held out."""
         windows = []
+        named = {*experiment.settings, *(one.name for one in free)}
         for record in [*records, *extra]:
             share = 1.0 if any(record is other for other in extra) else hold_out
             limit = record.time[-1] * (1.0 - share) if share > 0.0 else np.inf
-            for part in experiment.windows(record):
-                driven, used = experiment.prepare(part)
+            parts = experiment.windows(record)
+            prepared = [experiment.prepare(part) for part in parts]
+            is_whole = len(parts) == 1 and len(parts[0].time) == len(record.time)
+            whole = prepared[0][0] if is_whole else experiment.prepare(record)[0]
+            for part, (driven, used) in zip(parts, prepared, strict=True):
                 held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
-                begin = experiment.corrected(experiment.begin(part, driven)).without(
-                    {*experiment.settings, *(one.name for one in free)}
-                )
-                windows.append(Window(part, driven, held, used, begin))
+                begin = experiment.corrected(experiment.begin(part, driven)).without(named)
+                around = Around(part.begin - record.begin, record.grid, whole)
+                windows.append(Window(part, driven, held, used, begin, around))
         courses = {signal: [window.record.signals[signal] for window in windows] for signal in experiment.compared}
         sensors = {signal: Sensor.of(measured) for signal, measured in courses.items()}
         return Problem(experiment, tuple(windows), tuple(free), sensors)
@@ -321,9 +325,10 @@ class Problem:
         predicted = self.experiment.predict(window, outputs, values)
         differences = {}
         for signal, course in predicted.items():
-            # A sensor that lags shows what was true before.
+            # A sensor that is late shows what was true before.
             delay = self.experiment.beside_value(f"delay.{signal}", values, 0.0)
-            seen = np.interp(record.time - delay, record.grid, course)
+            passed = self.experiment.filtered(signal, course, record.step, values)
+            seen = np.interp(record.time - delay, record.grid, passed)
             differences[signal] = record.signals[signal] - self.experiment.read(signal, seen, values)
         return differences
 
@@ -343,7 +348,7 @@ def _cut(window: Window) -> Window | None:
     record = window.record.part(0, last)
     driven = {name: values[: len(record.grid)] if len(values) == points else values
               for name, values in window.driven.items()}  # fmt: skip
-    return Window(record, driven, window.held[:last], window.used[:last], window.begin)
+    return replace(window, record=record, driven=driven, held=window.held[:last], used=window.used[:last])
 
 
 def _bound(free: Free, bound: float) -> float:

@@ -23,6 +23,7 @@ from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.cross_validation import CrossValidation
+    from pneumatic_servo.identification.doubts import Doubt
     from pneumatic_servo.identification.free_form import FreeForm
     from pneumatic_servo.identification.posterior import Posterior
     from pneumatic_servo.identification.ranges import Ranges
@@ -120,6 +121,13 @@ class Fit:
         from pneumatic_servo.identification.free_form import free_form
 
         return free_form(self)
+
+    @cached_property
+    def doubt(self) -> Doubt | None:
+        """The gain, offset or delay of a sensor that would explain most of what is left; None if none does."""
+        from pneumatic_servo.identification.doubts import doubt
+
+        return doubt(self)
 
     @cached_property
     def ranges(self) -> Ranges:

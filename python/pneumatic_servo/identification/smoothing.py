@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
+from scipy.signal import lfilter, savgol_filter
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,16 @@ def slope(values: Array, step: float, width: float) -> Array:
 def smooth(values: Array, step: float, width: float) -> Array:
     """Return the values of the same parabolas."""
     return np.asarray(savgol_filter(values, _samples(values, step, width), 2))
+
+
+def low_pass(values: Array, step: float, lag: float) -> Array:
+    """Return what a filter of first order, whose time constant in s is the lag, makes of equidistant samples.
+
+    The signal is on straight lines between them, for which this is exact, and has been what it begins with before.
+    """
+    kept = np.exp(-step / lag)
+    share = lag / step * (1.0 - kept)
+    return np.asarray(values[0] + lfilter([1.0 - share, share - kept], [1.0, -kept], values - values[0]))
 
 
 def _samples(values: Array, step: float, width: float) -> int:

@@ -75,7 +75,8 @@ class Verdict:
 
 def verdict(fit: Fit) -> Verdict:
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
-    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit), *_of_free_form(fit)]
+    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit), *_of_free_form(fit),
+             *_of_sensors(fit)]  # fmt: skip
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
@@ -189,6 +190,12 @@ def _of_free_form(fit: Fit) -> Iterator[Finding]:
     if found is not None:
         is_much = fit.problem.experiment.name == "motion" and found.gain(found.family) > MUCH
         yield Finding("yellow" if is_much else "green", str(found))
+
+
+def _of_sensors(fit: Fit) -> Iterator[Finding]:
+    """Say which fault of a sensor would explain what is left."""
+    if fit.doubt is not None:
+        yield Finding("yellow", str(fit.doubt))
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:

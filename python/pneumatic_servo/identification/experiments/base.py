@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.smoothing import low_pass
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
 from pneumatic_servo.words import said
@@ -51,6 +52,27 @@ class Beginning:
 
 
 @dataclass(frozen=True)
+class Around:
+    """What was made of the whole record that a window was cut from.
+
+    A sensor that lags reads after the end of a window what was true within it.
+
+    Attributes
+    ----------
+    begin : float
+        Time in s of the record at which the window begins.
+    grid : ndarray
+        Communication points of the record, in s.
+    driven : dict
+        What was made of its signals, at these.
+    """
+
+    begin: float
+    grid: Array
+    driven: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
 class Window:
     """A stretch of a record that is simulated in one go.
 
@@ -66,6 +88,8 @@ class Window:
         Samples that are compared at all.
     begin : Beginning
         What its simulation begins with.
+    around : Around
+        What was made of its whole record.
     """
 
     record: Record
@@ -73,11 +97,21 @@ class Window:
     held: NDArray[np.bool_]
     used: NDArray[np.bool_]
     begin: Beginning
+    around: Around
 
     @property
     def fitted(self) -> int:
         """Number of the samples that are fitted."""
         return int(np.sum(self.used & ~self.held))
+
+    def later(self, name: str, delay: float) -> Array:
+        """Return what is read a delay in s after each communication point, of what was made of the record.
+
+        Between points it is on straight lines. Of an input that is held from point to point this is its mean over the
+        step.
+        """
+        whole = self.around
+        return np.interp(whole.begin + self.record.grid + delay, whole.grid, whole.driven[name])
 
 
 @dataclass(frozen=True)
@@ -155,20 +189,20 @@ class Experiment(ABC):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """The measured signals that drive the model, and whose sensors may have a gain and an offset."""
+        """The measured signals that drive the model."""
         return ()
 
     @property
     def beside(self) -> Mapping[str, str]:
         """What may be known or free besides the parameters of the model, with its SI unit: what sensors do.
 
-        What is true is ``gain.SIGNAL * (reading - offset.SIGNAL)``; a reading of a compared signal comes
-        ``delay.SIGNAL`` late.
+        What is true is ``gain.SIGNAL * (reading - offset.SIGNAL)``, and a reading comes ``delay.SIGNAL`` late; one that
+        is compared may have gone through a filter of first order with the time constant ``lag.SIGNAL``.
         """
         found: dict[str, str] = {}
         for signal in (*self.compared, *self.driving):
-            found |= {f"gain.{signal}": "1", f"offset.{signal}": SIGNALS[signal]}
-        return {**found, **{f"delay.{signal}": "s" for signal in self.compared}}
+            found |= {f"gain.{signal}": "1", f"offset.{signal}": SIGNALS[signal], f"delay.{signal}": "s"}
+        return {**found, **{f"lag.{signal}": "s" for signal in self.compared}}
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -231,6 +265,22 @@ class Experiment(ABC):
         gain = self.beside_value(f"gain.{signal}", values, 1.0)
         offset = self.beside_value(f"offset.{signal}", values, 0.0)
         return reading if gain == 1.0 and offset == 0.0 else gain * (reading - offset)
+
+    def given(self, window: Window, signal: str, values: Values) -> Array:
+        """Return what was true of a measured signal at the communication points."""
+        return self.true(signal, self.reading(window, signal, signal, values), values)
+
+    def reading(self, window: Window, name: str, signal: str, values: Values) -> Array:
+        """Return what was made of a signal, under a name, as it is read after the delay of its sensor."""
+        delay = f"delay.{signal}"
+        if delay not in values and delay not in self.settings:
+            return window.driven[name]
+        return window.later(name, self.beside_value(delay, values, 0.0))
+
+    def filtered(self, signal: str, truth: Array, step: float, values: Values) -> Array:
+        """Return a course at the communication points as the filter of its sensor passes it on."""
+        lag = self.beside_value(f"lag.{signal}", values, 0.0)
+        return truth if lag == 0.0 else low_pass(truth, step, lag)
 
     def read(self, signal: str, truth: Array, values: Values) -> Array:
         """Return what a sensor reads of what is true."""

@@ -35,7 +35,7 @@ class OfCylinder(Experiment):
         bore, rod = (0.25 * math.pi * self.value(f"cylinder.{name}", values) ** 2 for name in ("bore", "rod"))
         ambient = self.value("ambientPressure", values)
         signals = [f"chamber{chamber}.pressure" for chamber in "AB"]
-        a, b = (self.true(signal, window.driven[signal], values) for signal in signals)
+        a, b = (self.given(window, signal, values) for signal in signals)
         return a * bore - b * (bore - rod) - ambient * rod
 
     def dead_load(self, values: Values) -> float:
@@ -45,7 +45,7 @@ class OfCylinder(Experiment):
 
     def measured_inputs(self, window: Window, signals: Iterable[str], values: Values) -> dict[str, Array]:
         """Return what was given to the rig; over a step on a straight line its mean."""
-        given = {s: self.true(s, window.driven[s], values) for s in signals if s in window.driven}
+        given = {s: self.given(window, s, values) for s in signals if s in window.driven}
         if self.options.inputs == "held":
             return given
         return {signal: middle(course) for signal, course in given.items()}
@@ -75,7 +75,7 @@ class OfCylinder(Experiment):
         acceleration = slope(speed, record.step, width)
         applied = self.pressure_force(window, values) - self.dead_load(values)
         if "externalForce" in window.driven:
-            applied = applied + window.driven["externalForce"]
+            applied = applied + self.given(window, "externalForce", values)
         friction = applied - self.value("mass.moving", values) * acceleration
         return speed, friction, self.level(window, values)
 
@@ -86,7 +86,7 @@ class OfCylinder(Experiment):
         for chamber in "AB":
             kappa = self.value(f"friction.kappa{chamber}", values)
             signal = f"chamber{chamber}.pressure"
-            level = level + kappa * (self.true(signal, window.driven[signal], values) - ambient)
+            level = level + kappa * (self.given(window, signal, values) - ambient)
         return np.maximum(level, 0.0)
 
 

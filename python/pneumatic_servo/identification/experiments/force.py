@@ -61,8 +61,8 @@ class Force(Experiment):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """The force."""
-        return ("force",)
+        """The force, and the load."""
+        return tuple(signal for signal in ("force", "normalForce") if signal in self.signals)
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -103,17 +103,17 @@ class Force(Experiment):
             return super().resting(record)
         return position.resting(record, self.options.width)
 
-    def level(self, window: Window) -> Array:
+    def level(self, window: Window, values: Values) -> Array:
         """Return the load level at the communication points."""
         if "normalForce" not in window.driven:
             return np.ones(len(window.record.grid))
-        return np.maximum(window.driven["normalForce"] / self.options.rated, 0.0)
+        return np.maximum(self.given(window, "normalForce", values) / self.options.rated, 0.0)
 
     def applied(self, window: Window, values: Values) -> Array:
         """Return the force on the mass at the communication points, its weight and its spring included."""
         incline = self.beside_value("incline", values, 0.0)
         weight = self.value("mass", values) * GRAVITY * math.sin(incline)
-        applied = self.true("force", window.driven["force"], values) - weight
+        applied = self.given(window, "force", values) - weight
         spring = self.beside_value("spring", values, 0.0)
         if spring == 0.0:
             return applied
@@ -124,7 +124,7 @@ class Force(Experiment):
         """Return the force and the load level."""
         applied = self.applied(window, values)
         given = applied if self.options.inputs == "held" else middle(applied)
-        return {"appliedForce": given, "friction.level": self.level(window)}
+        return {"appliedForce": given, "friction.level": self.level(window, values)}
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
         """Return what is known or fitted."""
@@ -134,14 +134,14 @@ class Force(Experiment):
         """Return velocity, what acceleration leaves of the force, and the load level."""
         speed, acceleration = self._motion(window.record)
         friction = self.applied(window, values) - self.value("mass", values) * acceleration
-        return speed, friction, self.level(window)
+        return speed, friction, self.level(window, values)
 
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
         """Return mass, spring and offset of the force by least squares, beside friction that is dry and viscous."""
         rows, right = [], []
         for window in windows:
             speed, acceleration = self._motion(window.record)
-            level, one = self.level(window), np.ones(len(speed))
+            level, one = self.level(window, values), np.ones(len(speed))
             columns = [acceleration, level * np.sign(speed), speed, one]
             if "spring" in values:
                 columns.append(self.true("position", window.driven["position"], values))

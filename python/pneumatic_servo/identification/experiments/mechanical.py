@@ -45,8 +45,9 @@ class Mechanical(OfCylinder):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """The pressures."""
-        return ("chamberA.pressure", "chamberB.pressure")
+        """What is measured of the forces on the carriage."""
+        more = ("externalForce",) if "externalForce" in self.signals else ()
+        return ("chamberA.pressure", "chamberB.pressure", *more)
 
     @property
     def outputs(self) -> list[str]:
@@ -69,7 +70,7 @@ class Mechanical(OfCylinder):
         """Return the force on the carriage and the load level."""
         applied = self.pressure_force(window, values) - self.dead_load(values)
         if "externalForce" in window.driven:
-            applied = applied + window.driven["externalForce"]
+            applied = applied + self.given(window, "externalForce", values)
         return {"appliedForce": middle(applied), "friction.level": self.level(window, values)}
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:

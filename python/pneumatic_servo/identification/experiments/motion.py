@@ -16,6 +16,9 @@ from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
 
+PACED = 5
+"""Steps whose mean velocity a motion keeps beyond the ends of its record."""
+
 
 class Motion(Experiment):
     """FrictionBench under a prescribed position; `force = pressure * area + friction` where a seal is under pressure.
@@ -42,6 +45,21 @@ class Motion(Experiment):
     def compared(self) -> tuple[str, ...]:
         """The force that is measured."""
         return ("frictionForce",) if "frictionForce" in self.signals else ("force",)
+
+    @property
+    def driving(self) -> tuple[str, ...]:
+        """The motion and the load."""
+        return (self.moving, *(signal for signal in ("pressure", "normalForce") if signal in self.signals))
+
+    @property
+    def moving(self) -> str:
+        """What the motion is taken from."""
+        return "position" if "position" in self.signals else "velocity"
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """What sensors do; from where a position counts has no effect here."""
+        return {name: unit for name, unit in super().beside.items() if name != "offset.position"}
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -75,15 +93,31 @@ class Motion(Experiment):
         """Return the load level at the communication points."""
         level = np.ones_like(window.driven["position"])
         if "normalForce" in window.driven:
-            level = window.driven["normalForce"] / self.options.rated
+            level = self.given(window, "normalForce", values) / self.options.rated
         if "pressure" in window.driven:
             kappa = values.get("friction.kappaA", float(self.settings.get("friction.kappaA", 0.0)))
-            level = level * (1.0 + kappa * window.driven["pressure"])
+            level = level * (1.0 + kappa * self.given(window, "pressure", values))
         return np.maximum(level, 0.0)
+
+    def path(self, window: Window, values: Values) -> Array:
+        """Return the way from where a window begins, at the communication points.
+
+        What a reading that is late has not yet told at the end of a record is taken to go on as fast as before.
+        """
+        seen = self.reading(window, "position", self.moving, values)
+        whole = window.around
+        late = whole.begin + window.record.grid + self.beside_value(f"delay.{self.moving}", values, 0.0)
+        for end, way in ((0, np.minimum(late - whole.grid[0], 0.0)), (-1, np.maximum(late - whole.grid[-1], 0.0))):
+            if np.any(way != 0.0):
+                seen = seen + way * _pace(whole.driven["position"], window.record.step, end)
+        way = seen - seen[0]
+        if self.moving == "velocity":
+            way = way - self.beside_value("offset.velocity", values, 0.0) * window.record.grid
+        return np.asarray(self.beside_value(f"gain.{self.moving}", values, 1.0) * way)
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return the position at the end of each step, and the load level."""
-        position = window.driven["position"]
+        position = self.path(window, values)
         return {
             "prescribedPosition": np.append(position[1:], position[-1]),
             "friction.level": self.level(window, values),
@@ -102,16 +136,25 @@ class Motion(Experiment):
         if self.compared == ("frictionForce",):
             return {"frictionForce": friction}
         area = values.get("area", float(self.settings.get("area", 0.0)))
-        return {"force": friction + area * window.driven.get("pressure", np.zeros_like(friction))}
+        pressure = self.given(window, "pressure", values) if "pressure" in window.driven else 0.0
+        return {"force": friction + area * pressure}
 
     def forces(self, window: Window, values: Values) -> tuple[Array, Array, Array] | None:
         """Return velocity, friction and load level at the samples that are compared."""
         record = window.record
-        position = window.driven["position"]
+        position = self.path(window, values)
         speed = np.interp(record.time, record.grid, np.gradient(position, record.step))
         level = np.interp(record.time, record.grid, self.level(window, values))
         force = record.signals[self.compared[0]] - values.get(f"offset.{self.compared[0]}", 0.0)
         if self.compared == ("force",) and "pressure" in record.signals:
-            force = force - values.get("area", float(self.settings.get("area", 0.0))) * record.signals["pressure"]
+            pressure = self.true("pressure", record.signals["pressure"], values)
+            force = force - values.get("area", float(self.settings.get("area", 0.0))) * pressure
         use = window.used & ~window.held
         return speed[use], force[use], level[use]
+
+
+def _pace(path: Array, step: float, end: int) -> float:
+    """Return the mean velocity over some steps at the beginning of a path, or at its end."""
+    number = min(PACED, len(path) - 1)
+    way = path[number] - path[0] if end == 0 else path[-1] - path[-1 - number]
+    return float(way) / (number * step)

@@ -36,8 +36,8 @@ class Pneumatic(OfCylinder):
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """What is given and measured, but for the motion."""
-        return tuple(signal for signal in ("valveVoltage", "supplyPressure") if signal in self.signals)
+        """What is given and measured."""
+        return tuple(signal for signal in ("position", "valveVoltage", "supplyPressure") if signal in self.signals)
 
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the position; the slopes of what is left carry the carriage."""
@@ -53,22 +53,28 @@ class Pneumatic(OfCylinder):
         return driven, np.ones(len(record.time), dtype=bool)
 
     def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
-        """Begin on the path, with the measured pressures."""
-        path = Beginning({"position0": float(driven["path"][0]), "velocity0": float(driven["speed"][0])})
-        return path.with_more({
+        """Begin with the measured pressures."""
+        return Beginning().with_more({
             f"{chamber}.pressure0": first(driven, f"{chamber}.pressure", 5) for chamber in ("chamberA", "chamberB")
         })  # fmt: skip
 
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return voltage and supply, and the force that carries the carriage against the measured pressures."""
         inputs = self.measured_inputs(window, ("valveVoltage", "supplyPressure"), values)
-        carrying = MASS * window.driven["acceleration"] - middle(self.pressure_force(window, values))
+        acceleration = self._slope(window, "acceleration", values)
+        carrying = MASS * acceleration - middle(self.pressure_force(window, values))
         inputs["externalForce"] = carrying + self.value("wireForce", values)
         return inputs
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
-        """Return what is known or fitted."""
-        return {**self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}
+        """Return what is known or fitted, with a beginning on the path."""
+        path = self.true("position", self.reading(window, "path", "position", values), values)
+        begin = {"position0": float(path[0]), "velocity0": float(self._slope(window, "speed", values)[0])}
+        return {**begin, **self.of_model(values), "mass.moving": MASS, "friction.law": "None", "incline": 0.0}
+
+    def _slope(self, window: Window, name: str, values: Values) -> Array:
+        """Return speed or acceleration of the true motion at the communication points."""
+        return self.beside_value("gain.position", values, 1.0) * self.reading(window, name, "position", values)
 
     def forces(self, window: Window, values: Values) -> None:
         """Nothing of friction is asked here."""

@@ -1,0 +1,139 @@
+"""Whether a fault of one sensor would explain what a fit leaves.
+
+A voltage that is recorded late, a pressure behind the filter of a recorder, a sensor with an offset: each leaves its
+own trace in the residuals. For every gain, offset, delay and lag that nobody has freed or given, the residuals are
+asked how much less would be left with it, all free parameters moving along (a score test: C. R. Rao, "Large sample
+tests of statistical hypotheses concerning several parameters", 1948). Delays and lags are tried at several values,
+since what they do is not in proportion to them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.parameters import free_of
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.solve import sensitivities
+
+if TYPE_CHECKING:
+    from pneumatic_servo.identification.result import Fit
+
+Array = NDArray[np.float64]
+
+MUCH = 0.5
+"""Share of what is left that a fault has to explain."""
+TIMES = (0.003, 0.01, 0.02, 0.04)
+"""Delays and lags in s that are tried."""
+STEP = 0.05
+"""What is tried of a gain or an offset, in magnitudes of it."""
+BLIND = 1e-6
+"""A direction of which the free parameters leave less than this share is theirs."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A fault of a sensor that would explain what is left.
+
+    Attributes
+    ----------
+    name : str
+        ``gain.SIGNAL``, ``offset.SIGNAL``, ``delay.SIGNAL`` or ``lag.SIGNAL``.
+    value : float
+        What it is about, in SI units.
+    unit : str
+        SI unit.
+    gain : float
+        By how much the sum of squares would fall, in units of the noise.
+    signal : str
+        The signal that is missed less with it.
+    share : float
+        Share of the sum of its squares that would be gone.
+    """
+
+    name: str
+    value: float
+    unit: str
+    gain: float
+    signal: str
+    share: float
+
+    def __str__(self) -> str:
+        kind, _, own = self.name.partition(".")
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        late = f"if {own} were read {1e3 * self.value:.2g} ms late"
+        what = {
+            "gain": f"if {own} were {self.value:.4g} times what is read",
+            "offset": f"if {self.value:.3g}{unit} of {own} were an offset of its sensor",
+            "delay": late,
+            "lag": f"{late}, or through a filter",
+        }[kind]
+        other = f" or delay.{own}" if kind == "lag" else ""
+        return (
+            f"Of the squares of what is left of {self.signal} {100.0 * self.share:.0f} % would be gone {what}: free "
+            f"{self.name}{other}."
+        )
+
+
+def doubt(fit: Fit) -> Doubt | None:
+    """Return the fault of a sensor that would explain the most of what a fit leaves, if it is much."""
+    problem = fit.problem.trained()
+    # What windows begin with is where it was fitted.
+    x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
+    known = {*fit.problem.experiment.settings, *(free.name for free in problem.free)}
+    names = [name for name in problem.experiment.beside if "." in name and name not in known]
+    slopes, differences = sensitivities(problem, x)
+    weights = problem.by_sensor(Sensor.weights, differences)
+    columns = slopes * weights[:, None]
+    if not (names and np.all(np.isfinite(columns)) and np.all(np.isfinite(differences))):
+        return None
+    basis = np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))[0]
+    left = _without(basis, differences * weights)
+    if not left @ left > 0.0:
+        return None
+    found = [one for name in names for one in _of(problem, x, name, weights, basis, left)]
+    best = max(found, key=lambda one: one.gain, default=None)
+    return best if best is not None and best.share > MUCH else None
+
+
+def _of(problem: Problem, x: Array, name: str, weights: Array, basis: Array, left: Array) -> list[Doubt]:
+    """Return what a fault of some sizes would explain; nothing where it has no effect of its own."""
+    experiment = problem.experiment
+    free = free_of(name, experiment.table, experiment.compared, experiment.beside, name)
+    kind = name.partition(".")[0]
+    ways = {"delay": (*TIMES, *(-time for time in TIMES)), "lag": TIMES}.get(kind, (STEP * free.scale,))
+    runs = [
+        replace(problem, experiment=experiment.with_value(name, free.start + way)).stacked([x])[0]
+        for way in (0.0, *ways)
+    ]
+    found = []
+    for way, run in zip(ways, runs[1:], strict=True):
+        column = (run - runs[0]) * weights
+        own = _without(basis, column)
+        size = float(own @ own)
+        if not size > BLIND * float(column @ column):
+            continue
+        times = -float(own @ left) / size
+        value = free.start + times * way
+        if free.legal[0] <= value <= free.legal[1]:
+            signal, share = _most(problem, left, left + times * own)
+            found.append(Doubt(name, value, free.unit, times**2 * size, signal, share))
+    return found
+
+
+def _most(problem: Problem, left: Array, then: Array) -> tuple[str, float]:
+    """Return the signal of whose squares the largest share is gone, and this share."""
+    signals = problem.experiment.compared
+    own = np.concatenate([np.repeat(np.arange(len(signals)), window.fitted) for window in problem.windows])
+    before, after = (np.bincount(own, weights=rest**2) for rest in (left, then))
+    shares = 1.0 - after / np.maximum(before, 1e-300)
+    return signals[int(np.argmax(shares))], float(np.max(shares))
+
+
+def _without(basis: Array, column: Array) -> Array:
+    """Return a column without what the free parameters can do."""
+    return np.asarray(column - basis @ (basis.T @ column))

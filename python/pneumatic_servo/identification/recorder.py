@@ -1,0 +1,152 @@
+"""What converters and recorders do to signals: readings that stop at an end, samples that are lost or repeated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.errors import warn
+from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.smoothing import noise
+from pneumatic_servo.identification.table import Measured
+
+Array = NDArray[np.float64]
+
+LONG = 8
+"""So many readings in a row at the very end of a signal are no chance where readings differ otherwise."""
+RARELY, OFTEN = 0.2, 0.1
+"""A signal with noise repeats a reading for at most this share of its samples, and turns for at least that one."""
+NEAR = 3
+"""Samples before and after a leap in which a carriage that moved by itself would have moved, too."""
+LEAP = 10.0
+"""A leap is so many times larger than the steps near it."""
+LOUD = 20.0
+"""And than the noise."""
+SMALL = 0.01
+"""And than this share of the way."""
+MISSING = 1.5
+"""An interval of so many usual ones has lost samples."""
+FEW = 0.1
+"""Where more than this share of the intervals are so long, samples are just not even."""
+CHANCE, CERTAIN = 5.0, 5
+"""Rows are repeated if so many times more are than chance makes, and by more than so many."""
+
+
+ASKED = ("time", "valveVoltage", "supplyPressure")
+"""What a controller asks for may well stay at an end, leap, and be repeated."""
+
+
+def check(source: Measured) -> list[str]:
+    """Warn of what a recorder has likely done to a table; return notes of what does no harm.
+
+    Warns
+    -----
+    PlantWarning
+        For readings that stop at an end, positions that leap, and rows that are repeated.
+    """
+    for signal, values in source.signals.items():
+        if signal not in ASKED:
+            for end, count in clipped(values):
+                warn(
+                    f"{source.name}: {signal} stays at {end:.6g} {SIGNALS[signal]}, the end of what it reads, for "
+                    f"{count} samples: is its range too small, so that it is clipped there? Leave these stretches out"
+                )
+    _check_leaps(source)
+    _check_repeats(source)
+    return _missing(source)
+
+
+def clipped(values: Array) -> Iterator[tuple[float, int]]:
+    """Yield each end at which a signal with noise stays for many samples in a row, and for how many.
+
+    A position that rests repeats its reading, and so does whatever has no noise: of these nothing is said.
+    """
+    if len(values) < 4 * LONG:
+        return
+    ends = (float(np.max(values)), float(np.min(values)))
+    at_end = np.isin(values, ends)
+    has_noise = _has_noise(np.diff(values)[~(at_end[1:] & at_end[:-1])])
+    for end in ends:
+        longest = int(np.max(_runs(values == end)[1]))
+        # What is at rest, or unloaded, is truly at 0.
+        if has_noise and end != 0.0 and longest >= LONG:
+            yield end, int(np.sum(values == end))
+
+
+def _has_noise(steps: Array) -> bool:
+    """Tell whether steps from sample to sample are those of a signal with noise that its converter resolves."""
+    turns = np.mean(steps[1:] * steps[:-1] < 0.0) if len(steps) > 1 else 0.0
+    return bool(turns > OFTEN and np.mean(steps == 0.0) < RARELY)
+
+
+def _runs(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return where runs begin, and how long they are."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    return ends[::2], ends[1::2] - ends[::2]
+
+
+def leaps(time: Array, position: Array) -> NDArray[np.int64]:
+    """Return after which samples a position leaps as nothing with a mass does, at the usual interval."""
+    steps, intervals = np.abs(np.diff(position)), np.diff(time)
+    if len(steps) < 4 * NEAR:
+        return np.zeros(0, dtype=np.int64)
+    padded = np.pad(steps, NEAR)
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEAR + 1)
+    others = np.max(np.delete(around, NEAR, axis=1), axis=1)
+    least = max(LOUD * noise(position), SMALL * float(np.ptp(position)))
+    usual = intervals < MISSING * float(np.median(intervals))
+    return np.flatnonzero((steps > LEAP * others) & (steps > least) & usual)
+
+
+def _check_leaps(source: Measured) -> None:
+    if "position" not in source.signals:
+        return
+    time, position = source.signals["time"], source.signals["position"]
+    found = leaps(time, position)
+    if len(found):
+        first = int(found[0])
+        more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
+        warn(
+            f"{source.where('position', first + 1)}: position leaps by {position[first + 1] - position[first]:.4g} m "
+            f"within one sample{more}, as no mass does: were samples dropped there, and time counted on? Give the "
+            "time as it was recorded, or cut the record there"
+        )
+
+
+def _check_repeats(source: Measured) -> None:
+    """Warn where all signals together repeat a row more often than each by itself makes likely.
+
+    A machine at rest repeats all that has no noise, for long; a recorder that has lost samples does so for a few.
+    """
+    steps = [np.diff(values) for signal, values in source.signals.items() if signal not in ASKED]
+    if len(steps) < 2 or not len(steps[0]):
+        return
+    same = [one == 0.0 for one in steps]
+    every = np.logical_and.reduce(same)
+    others = ~every
+    if not any(_has_noise(one[others]) for one in steps):
+        return
+    chance = len(every) * float(np.prod([np.mean(one[others]) for one in same]))
+    first, length = _runs(every)
+    short = length < LONG
+    count = int(np.sum(length[short]))
+    if count > CERTAIN + CHANCE * chance:
+        warn(
+            f"{source.name}: {count} rows repeat the one before, the first {source.where('time', first[short][0] + 1)}"
+            ", though signals have noise: has the recorder lost samples, and held the last ones? Remove these rows"
+        )
+
+
+def _missing(source: Measured) -> list[str]:
+    intervals = np.diff(source.signals["time"])
+    usual = float(np.median(intervals)) if len(intervals) else 0.0
+    wide = np.flatnonzero(intervals > MISSING * usual)
+    if not len(wide) or len(wide) > FEW * len(intervals):
+        return []
+    count = int(np.sum(np.round(intervals[wide] / usual) - 1.0))
+    return [
+        f"{source.name}: {count} samples are missing, the first before {source.where('time', int(wide[0]) + 1)}; "
+        "single ones are bridged on straight lines"
+    ]
