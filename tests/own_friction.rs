@@ -102,3 +102,44 @@ fn rested_friction_below_the_static_one_is_refused() {
                     Fs = 11";
     assert_eq!(error.to_string(), expected);
 }
+
+mod with_a_delta {
+    use pneumatic_servo::models::vibro_impact;
+    use pneumatic_servo::prelude::*;
+
+    parameters! {
+        /// A law with a parameter whose name another law uses for the exponent of its Stribeck curve.
+        Wedge {
+            angle: f64 = Variable::parameter(0, "delta", units::ONE, 3.0).text("Angle of the wedge");
+        }
+    }
+
+    impl VelocityLaw for Wedge {
+        fn force<S: Scalar>(&self, v: S, level: S) -> S {
+            (v * self.angle).tanh() * level
+        }
+    }
+
+    laws! {
+        /// All laws, and a wedge.
+        mod catalogue {
+            ..builtin;
+            1000 Wedge "wedge" OfVelocity<Wedge>, "A wedge";
+        }
+    }
+
+    static MODEL: Model = vibro_impact::model::<catalogue::Friction>();
+
+    /// The vibro-impact model takes an exponent of 1 from its source, whatever else is called `delta`.
+    #[test]
+    fn a_name_is_no_meaning() {
+        let table = (MODEL.variables)();
+        let start = |name: &str| table.find(name).and_then(|entry| entry.variable.start);
+        assert_eq!([start("friction.stribeck.delta"), start("friction.wedge.delta")], [Some(1.0), Some(3.0)]);
+        let (choice, laws) = table.friction_law().expect("a law to choose");
+        assert_eq!((choice.name.as_str(), laws.id("Wedge")), ("friction.law", Some(1000)));
+        let case = table.find("friction.wedge.delta").and_then(|entry| entry.variable.counts_for);
+        let (choice, item) = case.and_then(|case| table.case(case)).expect("it counts for its law alone");
+        assert_eq!((choice.name.as_str(), item), ("friction.law", "Wedge"));
+    }
+}

@@ -3,13 +3,13 @@
 use anyhow::{Context, Result, ensure};
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Kind, Meaning, Role, Table as Variables, Variable};
 
 /// A table in a page, between a mark with its name and the end mark.
 struct Table {
     page: &'static str,
     name: &'static str,
-    of: fn(&[Variable]) -> String,
+    of: fn(&Variables) -> String,
 }
 
 /// What is generated in which page; all of it is about the cylinder.
@@ -51,7 +51,7 @@ fn replace(text: &str, mark: &str, table: &str) -> Result<String> {
 }
 
 /// The names in one paragraph, in the order of their ids.
-fn names_of_laws(_: &[Variable]) -> String {
+fn names_of_laws(_: &Variables) -> String {
     let names: Vec<_> = LAWS.items.iter().map(|(id, law, _)| format!("{id} `{law}`")).collect();
     wrapped(&names.join(", ")) + ".\n"
 }
@@ -70,11 +70,10 @@ fn wrapped(text: &str) -> String {
     lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n")
 }
 
-fn laws(variables: &[Variable]) -> String {
+fn laws(variables: &Variables) -> String {
     let rows = LAWS.items.iter().map(|(id, law, summary)| {
-        let group = group_of(variables, *id);
-        let members: Vec<_> = variables.iter().filter(|variable| in_group(variable, &group)).collect();
-        let list: Vec<_> = members.iter().filter_map(|variable| parameter(variable, &members, &group)).collect();
+        let members: Vec<_> = variables.parameters().filter(|it| of_law(variables, it) == Some(*id)).collect();
+        let list: Vec<_> = members.iter().filter_map(|variable| parameter(variable, &members)).collect();
         format!("| {id} | `{law}` | {summary} | {} |\n", list.join(", "))
     });
     format!(
@@ -83,22 +82,16 @@ fn laws(variables: &[Variable]) -> String {
     )
 }
 
-/// The group of a law's parameters, by its value references; empty for a law without any.
-fn group_of(variables: &[Variable], id: i32) -> String {
-    let law =
-        variables.iter().find(|variable| variable.name == "friction.law").map_or(0, |variable| variable.reference);
-    let block = law + 100 * id.unsigned_abs()..law + 100 * (id.unsigned_abs() + 1);
-    let first = variables.iter().find(|variable| block.contains(&variable.reference));
-    first.and_then(|variable| variable.name.rsplit_once('.')).map_or(String::new(), |(group, _)| group.to_owned())
-}
-
-fn in_group(variable: &Variable, group: &str) -> bool {
-    !group.is_empty() && variable.name.rsplit_once('.').is_some_and(|(own, _)| own == group)
+/// The id of the law that a parameter belongs to.
+fn of_law(variables: &Variables, parameter: &Variable) -> Option<i32> {
+    let case = parameter.counts_for?;
+    let (choice, _) = variables.case(case)?;
+    (choice.meaning == Some(Meaning::FrictionLaw)).then_some(case.item)
 }
 
 /// A parameter and its default; an array stands where its first element is.
-fn parameter(variable: &Variable, members: &[&Variable], group: &str) -> Option<String> {
-    let name = &variable.name[group.len() + 1..];
+fn parameter(variable: &Variable, members: &[&Variable]) -> Option<String> {
+    let (_, name) = variable.group_and_name();
     match name.split_once('[') {
         None => Some(format!("`{name}` {}", shown(variable))),
         Some((array, "1]")) => Some(format!("`{array}[...]` {}", elements(variable, members))),
@@ -121,7 +114,7 @@ fn elements(first: &Variable, members: &[&Variable]) -> String {
 }
 
 /// Inputs or outputs with their units; inputs with their defaults.
-fn interface(variables: &[Variable], role: Role) -> String {
+fn interface(variables: &Variables, role: Role) -> String {
     let with_start = role == Role::Input;
     let rows = variables.iter().filter(|variable| variable.role == role).map(|variable| {
         let value = if with_start { shown(variable) } else { kind(variable) };
@@ -146,9 +139,8 @@ fn kind(variable: &Variable) -> String {
     }
 }
 
-fn parameters(variables: &[Variable]) -> String {
-    let is_general = |variable: &Variable| variable.reference < 10_000 || variable.chooses.is_some();
-    let own = variables.iter().filter(|variable| variable.is_parameter() && is_general(variable));
+fn parameters(variables: &Variables) -> String {
+    let own = variables.parameters().filter(|parameter| of_law(variables, parameter).is_none());
     let rows = own.map(|variable| {
         let tunable = if variable.role == Role::Tunable { " (tunable)" } else { "" };
         format!("| `{}` | {} | {}{tunable} |\n", variable.name, shown(variable), variable.description)

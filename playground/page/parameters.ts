@@ -3,7 +3,7 @@
 import type { Context } from "./context";
 import { element } from "./dom";
 import { Refusal } from "./library";
-import { displayUnit, isLive, isSettable, items, lawName, model, short, type Model, type Variable } from "./tables";
+import { displayUnit, group, isLive, isSettable, items, lawGroup, model, short, type Model, type Variable } from "./tables";
 
 /** Takes over a value; throws a refusal. */
 export type Change = (model: string, variable: Variable, value: number) => void;
@@ -50,31 +50,23 @@ export class Parameters {
       if (!isSettable(variable) || this.hidden.includes(`${of.name}.${variable.name}`)) continue;
       const text = `${of.name} ${variable.name} ${variable.description} ${variable.of ?? ""}`.toLowerCase();
       if (!words.every((word) => text.includes(word))) continue;
-      const group = variable.name.includes(".") ? variable.name.slice(0, variable.name.lastIndexOf(".")) : "";
-      groups.set(group, [...(groups.get(group) ?? []), variable]);
+      const own = group(variable.name);
+      groups.set(own, [...(groups.get(own) ?? []), variable]);
     }
-    const law = `friction.${this.lawGroup(of)}`;
+    const choice = of.variables.find(({ name }) => name === "friction.law");
+    const chosen = choice && (this.context.settings.values[of.name].get(choice.name) ?? choice.start);
+    const law = lawGroup(of, chosen ?? 0);
     const order = [...groups].sort(([a], [b]) => Number(b === law) - Number(a === law));
     order.sort(([a], [b]) => Number(b === "friction") - Number(a === "friction"));
-    return order.map(([group, variables]) => {
-      const isOpen = words.length > 0 || group === "friction" || group === law || group === "gain";
+    return order.map(([name, variables]) => {
+      const isOpen = words.length > 0 || ["friction", "gain", law].includes(name);
       const values = this.context.settings.values[of.name];
       const changed = variables.filter((variable) => values.has(variable.name)).length;
-      const title = group === "" ? of.name : group;
+      const title = name === "" ? of.name : name;
       const badge = changed ? element("span", { class: "badge" }, `${changed} changed`) : null;
       const rows = variables.map((variable) => this.row(of, variable));
       return element("details", { open: isOpen }, element("summary", {}, title, badge), ...rows);
     });
-  }
-
-  /** The group of parameters of the chosen law, which is named after it. */
-  private lawGroup(of: Model): string {
-    const law = of.variables.find((variable) => variable.name === "friction.law");
-    if (!law) return "";
-    const chosen = this.context.settings.values[of.name].get(law.name) ?? law.start ?? 0;
-    const name = lawName(this.context.library.tables, chosen).toLowerCase();
-    const groups = of.variables.map((variable) => variable.name.split(".")).filter((parts) => parts.length === 3);
-    return groups.map((parts) => parts[1]).find((group) => group.toLowerCase() === name) ?? "";
   }
 
   private row(of: Model, variable: Variable): HTMLElement {

@@ -27,6 +27,8 @@ export interface Variable {
   min: number | null;
   max: number | null;
   display: string | null;
+  /** The enumeration and the id of its item for which alone a parameter counts. */
+  countsFor: { choice: string; item: number } | null;
 }
 
 /** How an input moves. */
@@ -55,6 +57,13 @@ export const isSettable = (variable: Variable): boolean =>
 
 /** A variable that a user may set while the model runs. */
 export const isLive = (variable: Variable): boolean => variable.role === "input" || variable.role === "tunable";
+
+/** The group of a structured name: all before its last dot. */
+export const group = (name: string): string => name.slice(0, Math.max(name.lastIndexOf("."), 0));
+
+/** The group of the parameters of a friction law, for example `friction.lugre`; empty for a law that has none. */
+export const lawGroup = (of: Model, law: number): string =>
+  group(of.variables.find(({ countsFor: it }) => it?.choice === "friction.law" && it.item === law)?.name ?? "");
 
 export function model(tables: Tables, name: string): Model {
   const found = tables.models.find((candidate) => candidate.name === name);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
-use pneumatic_servo::variables::{Enumeration, Kind, Role, Unit, Variable};
+use pneumatic_servo::variables::{Enumeration, Kind, Role, Table, Unit, Variable};
 use serde_json::{Value, json};
 
 /// Models with their variables, enumerations and units; models and variables in the order in which they are numbered.
@@ -32,7 +32,7 @@ fn model(model: &Model) -> Value {
         "name": model.name,
         "description": model.description,
         "experiment": model.experiment,
-        "variables": shown(model).map(variable).collect::<Vec<_>>(),
+        "variables": shown(model).map(|it| variable((model.variables)(), it)).collect::<Vec<_>>(),
     })
 }
 
@@ -41,7 +41,7 @@ fn shown(model: &Model) -> impl Iterator<Item = &'static Variable> {
     (model.variables)().into_iter().filter(|variable| variable.chooses.is_none())
 }
 
-fn variable(variable: &Variable) -> Value {
+fn variable(table: &Table, variable: &Variable) -> Value {
     let (kind, of) = match variable.kind {
         Kind::Real(unit) => ("Real", Some(unit.name)),
         Kind::Integer => ("Integer", None),
@@ -66,6 +66,7 @@ fn variable(variable: &Variable) -> Value {
         "min": variable.min,
         "max": variable.max,
         "display": variable.display,
+        "countsFor": variable.counts_for.and_then(|case| Some(json!({ "choice": table.case(case)?.0.name, "item": case.item }))),
     })
 }
 

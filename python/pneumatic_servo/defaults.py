@@ -16,16 +16,16 @@ WHOLE = {"mass.carriage": "mass.moving"}
 """What takes the whole value of another."""
 IN_PROPORTION = {"position0": "cylinder.stroke"}
 """What keeps the proportion of the defaults; and so do the levels of sliding friction, to static friction."""
-LEVELS = ("Fc", "Fc1", "Fc2")
 MOST = 8
 """As many defaults as may give way: three levels of friction, and the others."""
 
 
-def leader_of(name: str) -> str | None:
+def leader_of(variables: Variables, name: str) -> str | None:
     """Return the parameter that another follows, if it follows one."""
-    group, _, last = name.rpartition(".")
-    if group.startswith("friction.") and last in LEVELS:
-        return f"{group}.Fs"
+    follower = variables.get(name)
+    if follower is not None and follower.meaning == "Coulomb friction":
+        of_law = (own for own in variables.values() if own.counts_for == follower.counts_for)
+        return next((own.name for own in of_law if own.meaning == "static friction"), None)
     return WHOLE.get(name) or IN_PROPORTION.get(name)
 
 
@@ -44,7 +44,7 @@ def fitted(variables: Variables, given: Mapping[str, Value], start: Callable[[Ma
             start(values)
         except Refused as refused:
             name = refused.variable
-            leader = leader_of(name)
+            leader = leader_of(variables, name)
             if name not in variables or name in given or leader is None or leader not in given:
                 raise
             values[name] = _following(variables, name, leader, given)
@@ -59,9 +59,10 @@ def fitted(variables: Variables, given: Mapping[str, Value], start: Callable[[Ma
     return values
 
 
-def is_in_doubt(given: Mapping[str, Value]) -> bool:
+def is_in_doubt(variables: Variables, given: Mapping[str, Value]) -> bool:
     """Tell whether a default may have to give way, without trying."""
-    return any(name in LEADERS or name.endswith(".Fs") for name in given)
+    known = (name for name in given if name in variables)
+    return any(name in LEADERS or variables[name].meaning == "static friction" for name in known)
 
 
 LEADERS = {*WHOLE.values(), *IN_PROPORTION.values()}

@@ -496,7 +496,7 @@ class Model:
     ) -> dict[str, Value]:  # fmt: skip
         """Return settings with the defaults that follow them."""
         every = {**(shared or {}), **settings}
-        if not defaults.is_in_doubt(every):
+        if not defaults.is_in_doubt(self.variables, every):
             return dict(settings)
         with self._with_units():
             found = defaults.fitted(self.variables, every, self._try, tell)

@@ -27,6 +27,8 @@ class Description(TypedDict):
     display: tuple[str, float, float] | None
     items: list[tuple[int, str, str]]
     derivative_of: str | None
+    meaning: str | None
+    counts_for: tuple[str, str] | None
     text: str
 
 
@@ -65,7 +67,11 @@ class Variable:
     items : dict
         Text of each item of an enumeration, by its name.
     text : str
-        What it means.
+        What the variable is.
+    meaning : str or None
+        What a parameter of a friction law means, whatever its name is: ``static friction``, for example.
+    counts_for : tuple of str, or None
+        The enumeration and the item for which alone a parameter counts: ``("friction.law", "LuGre")``.
     """
 
     name: str
@@ -81,6 +87,8 @@ class Variable:
     ids: Mapping[str, int]
     derivative_of: str | None
     text: str
+    meaning: str | None = None
+    counts_for: tuple[str, str] | None = None
 
     @staticmethod
     def of(description: Description) -> Variable:
@@ -107,6 +115,8 @@ class Variable:
             ids={name: number for number, name, _ in items},
             derivative_of=description["derivative_of"],
             text=description["text"],
+            meaning=description["meaning"],
+            counts_for=description["counts_for"],
         )
 
     @property

@@ -1,7 +1,7 @@
 //! What can be simulated, and its variables.
 
 use pneumatic_servo::model;
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Kind, Meaning, Role, Variable};
 use pyo3::prelude::*;
 
 use crate::failure::{refused, refused_value};
@@ -36,6 +36,10 @@ struct Description {
     /// Id, name and text of each item of an enumeration.
     items: &'static [(i32, &'static str, &'static str)],
     derivative_of: Option<&'static str>,
+    /// What a parameter means to those that would know it by its name otherwise.
+    meaning: Option<&'static str>,
+    /// The enumeration parameter and its item for which alone a parameter counts.
+    counts_for: Option<(&'static str, &'static str)>,
     text: &'static str,
 }
 
@@ -107,8 +111,25 @@ impl Model {
             display: shown.map(|shown| (shown.name, shown.factor, shown.offset)),
             items,
             derivative_of: state.map(|entry| entry.variable.name.as_str()),
+            meaning: variable.meaning.map(meaning),
+            counts_for: variable
+                .counts_for
+                .and_then(|case| table.case(case))
+                .map(|(choice, item)| (choice.name.as_str(), item)),
             text: &variable.description,
         }
+    }
+}
+
+fn meaning(meaning: Meaning) -> &'static str {
+    match meaning {
+        Meaning::StaticFriction => "static friction",
+        Meaning::CoulombFriction => "Coulomb friction",
+        Meaning::StaticExcess => "static excess",
+        Meaning::ViscousFriction => "viscous friction",
+        Meaning::StribeckExponent => "Stribeck exponent",
+        Meaning::FrictionLaw => "friction law",
+        Meaning::Solving => "solving",
     }
 }
 

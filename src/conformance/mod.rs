@@ -39,7 +39,7 @@ pub use self::slopes::{Slopes, slopes};
 pub use self::ways::{Agreement, Course, both_ways};
 use crate::co_simulation::Simulation;
 use crate::model::Setup;
-use crate::variables::{Kind, Variable};
+use crate::variables::Variable;
 
 /// Checks all that is promised of a model under each of some settings, that together show all that its variables depend on. A
 /// run lasts for a tenth of the default experiment, or a second if that is less.
@@ -77,10 +77,9 @@ fn duration(setup: &Setup) -> f64 {
 
 /// How a run is told in messages.
 fn told(setup: &Setup) -> String {
-    let law = setup.table().find("friction.law").map(|entry| entry.variable.kind);
-    let chosen = setup.get("friction.law").ok().zip(law).and_then(|(id, kind)| match kind {
-        Kind::Enumeration(of) => of.items.iter().find(|(number, ..)| f64::from(*number) == id),
-        _ => None,
+    let chosen = setup.table().friction_law().and_then(|(choice, laws)| {
+        let id = setup.get(&choice.name).ok()?;
+        laws.items.iter().find(|(number, ..)| f64::from(*number) == id)
     });
     let name = setup.model().name;
     chosen.map_or_else(|| name.to_owned(), |(_, law, _)| format!("{name} under {law}"))

@@ -217,7 +217,7 @@ macro_rules! law_items {
             use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, Laws, StateKind, Stiction};
             use $crate::hybrid::Sample;
             use $crate::numbers::Scalar;
-            use $crate::variables::{Choice, Notice, ParameterError, ParameterSet, Tunable, Variable};
+            use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
             /// Runs an expression with the law and its memory, whatever law it is.
             macro_rules! dispatch {
@@ -240,13 +240,13 @@ macro_rules! law_items {
 
                 fn table(group: &str, base: u32, default: i32) -> Vec<Variable> {
                     let default = Law::from_id(default.into()).unwrap_or([$(Law::$law),*][0]);
-                    let law = Variable::choice(0, "law", default).text("Friction law of the contact");
+                    let law = Variable::choice(0, "law", default).text("Friction law of the contact").meaning(Meaning::FrictionLaw);
                     let mut table = vec![law.within(group, base)];
-                    $(table.extend(
-                        <$type as ParameterSet>::table()
-                            .into_iter()
-                            .map(|variable| variable.within(&format!("{group}.{}", $group), base.saturating_add(100 * $id))),
-                    );)*
+                    $({
+                        let (group, first) = (format!("{group}.{}", $group), base.saturating_add(100 * $id));
+                        let own = <$type as ParameterSet>::table().into_iter();
+                        table.extend(own.map(|variable| variable.within(&group, first).counts_for(base, $id)));
+                    })*
                     table
                 }
 

@@ -4,11 +4,11 @@ use crate::friction::Law;
 use crate::model::Start;
 use crate::session::build;
 use crate::system::{System, table};
-use crate::variables::{Choice, Variable};
+use crate::variables::{Choice, Meaning, Variable};
 
 /// The equations of a model with its defaults, but for the friction law.
 pub fn built<E: System<U>, const U: usize>(law: Option<Law>) -> E {
-    let value = |variable: &Variable| match law.filter(|_| variable.name == "friction.law") {
+    let value = |variable: &Variable| match law.filter(|_| variable.meaning == Some(Meaning::FrictionLaw)) {
         Some(law) => f64::from(law.id()),
         None => variable.start.unwrap_or_default(),
     };

@@ -341,7 +341,10 @@ macro_rules! actuator_items {
                 fn parameters(choice: u32) -> Vec<Variable> {
                     let start = [$(Actuation::$item),*][0];
                     let mut table = vec![Variable::choice(choice, "actuation", start).text("What moves the cylinder")];
-                    $(table.extend(<$type as Actuating>::Parameters::table());)*
+                    $({
+                        let own = <$type as Actuating>::Parameters::table().into_iter();
+                        table.extend(own.map(|variable| variable.counts_for(choice, $id)));
+                    })*
                     table
                 }
 

@@ -67,6 +67,15 @@ pub struct Chosen {
     pub of: &'static Enumeration,
 }
 
+/// An item of an enumeration parameter, for which alone another parameter counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// The value reference of the enumeration parameter.
+    pub reference: u32,
+    /// The id of the item.
+    pub item: i32,
+}
+
 /// What a parameter means to those that would know it by its name otherwise: to a model that knows the friction of its contact
 /// itself, for example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +88,10 @@ pub enum Meaning {
     StaticExcess,
     /// What grows in proportion to the velocity.
     ViscousFriction,
+    /// The exponent of the Stribeck curve.
+    StribeckExponent,
+    /// The choice of a friction law.
+    FrictionLaw,
     /// How a run is computed, not what is computed.
     Solving,
 }
@@ -118,7 +131,9 @@ pub struct Variable {
     pub starts_from: Vec<u32>,
     /// The enumeration parameter that this Integer parameter chooses for by number, if it is not 0.
     pub chooses: Option<Chosen>,
-    /// What a parameter of a friction law means, whatever its name is.
+    /// The choice for which alone this parameter counts: that of a friction law for the parameters of the law.
+    pub counts_for: Option<Case>,
+    /// What a parameter means, whatever its name is.
     pub meaning: Option<Meaning>,
 }
 
@@ -139,6 +154,7 @@ impl Variable {
             depends_on: Vec::new(),
             starts_from: Vec::new(),
             chooses: None,
+            counts_for: None,
             meaning: None,
         }
     }
@@ -146,6 +162,11 @@ impl Variable {
     /// The same with a meaning.
     pub fn meaning(self, meaning: Meaning) -> Self {
         Self { meaning: Some(meaning), ..self }
+    }
+
+    /// The same, for a parameter that counts only while an enumeration parameter has chosen an item.
+    pub fn counts_for(self, reference: u32, item: i32) -> Self {
+        Self { counts_for: Some(Case { reference, item }), ..self }
     }
 
     /// The independent variable, the first of every table.
@@ -189,8 +210,13 @@ impl Variable {
             of.name
         );
         let number = Self::new(reference.saturating_add(NUMBERS), &format!("{name}Number"), Kind::Integer, self.role);
-        let number =
-            Self { start: Some(0.0), chooses: Some(Chosen { reference, of }), meaning: self.meaning, ..number };
+        let number = Self {
+            start: Some(0.0),
+            chooses: Some(Chosen { reference, of }),
+            meaning: self.meaning,
+            counts_for: self.counts_for,
+            ..number
+        };
         Some(number.range(0.0, largest.into()).text(&text))
     }
 
@@ -271,6 +297,11 @@ impl Variable {
         Self { starts_from: references.to_vec(), ..self }
     }
 
+    /// The group of a structured name, all before its last dot, and the name within it; the group may be empty.
+    pub fn group_and_name(&self) -> (&str, &str) {
+        self.name.rsplit_once('.').unwrap_or(("", &self.name))
+    }
+
     /// Puts the variable into a group: `group.name`, with its value reference counted from `base`.
     pub fn within(self, group: &str, base: u32) -> Self {
         Self { name: format!("{group}.{}", self.name), reference: base.saturating_add(self.reference), ..self }
@@ -284,6 +315,11 @@ impl Variable {
     /// Whether the variable is computed by the model.
     pub fn is_computed(&self) -> bool {
         matches!(self.role, Role::Output | Role::Local)
+    }
+
+    /// Whether this is the enumeration parameter of a case, and has its item.
+    fn has(&self, Case { reference, item }: Case) -> bool {
+        self.reference == reference && matches!(self.kind, Kind::Enumeration(of) if of.has(item.into()))
     }
 
     /// Checks that a value may be given to this input or parameter.

@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Deref;
 
-use super::{ParameterError, Role, Tunable, Variable, array};
+use super::{Case, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
 
 /// The place of a value among those of its kind, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +113,16 @@ impl Table {
                 problem.get_or_insert_with(|| about(variable, &reason));
             }
         }
+        for (variable, case) in variables.iter().filter_map(|variable| Some((variable, variable.counts_for?))) {
+            if !variables.iter().any(|choice| choice.has(case)) {
+                let Case { reference, item } = case;
+                let reason = format!(
+                    "no variable with the value reference {reference} has an item {item} to choose, for which {} counts",
+                    variable.name
+                );
+                problem.get_or_insert_with(|| about(variable, &reason));
+            }
+        }
         let derivatives = variables.iter().filter_map(|variable| Some((variable, variable.derivative_of?)));
         for (number, (variable, state)) in derivatives.enumerate() {
             let is = |other: &Variable| other.reference == state;
@@ -183,6 +193,21 @@ impl Table {
         let index = *self.by_reference.get(reference as usize)? as usize;
         let further = self.lengths.get(..=index)?.iter().rev().position(|length| *length > 0)?;
         (self.lengths[index - further] > 1).then(|| (reference - further as u32, further + 1))
+    }
+
+    /// The enumeration parameter of a case, and the name of the item.
+    pub fn case(&self, case: Case) -> Option<(&'static Variable, &'static str)> {
+        let choice = self.by_reference(case.reference)?.variable;
+        let Kind::Enumeration(of) = choice.kind else { return None };
+        of.items.iter().find(|(id, ..)| *id == case.item).map(|(_, name, _)| (choice, *name))
+    }
+
+    /// The choice of a friction law, the first if a model has several contacts.
+    pub fn friction_law(&self) -> Option<(&'static Variable, &'static Enumeration)> {
+        self.parameters().find_map(|variable| match (variable.meaning, variable.kind) {
+            (Some(Meaning::FrictionLaw), Kind::Enumeration(laws)) => Some((variable, laws)),
+            _ => None,
+        })
     }
 
     /// The inputs, in order.

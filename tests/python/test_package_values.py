@@ -264,7 +264,7 @@ def test_texts_of_the_inputs_say_where_they_saturate(plant: ps.Model) -> None:
 def test_default_that_does_not_fit_follows_and_says_so(
     plant: ps.Model, given: dict[str, object], follower: str, value: float, default: str
 ) -> None:
-    leader = leader_of(follower)
+    leader = leader_of(plant.variables, follower)
     with pytest.warns(ps.PlantWarning, match=f"{follower} = .*its default, {default}, does not fit {leader}"):
         run = plant.simulate(given, **SHORT)
     assert run.settings[follower] == pytest.approx(value)
@@ -355,3 +355,12 @@ def test_scaled_point_says_in_what_it_is(plant: ps.Model) -> None:
     nominal = plant.variables["chamberA.pressure"].nominal
     assert "in units of nominal values:" in text and re.search(rf"chamberA.pressure = \S+ times {nominal:g} Pa\n", text)
     assert re.search(r"chamberA.pressure = \S+ Pa\n", repr(system))
+
+
+def test_parameters_say_what_they_mean_and_count_for() -> None:
+    known = ps.Model().variables
+    assert known["friction.maxwellSlip.k[1]"].counts_for == ("friction.law", "MaxwellSlip")
+    assert known["valve.deadZone"].counts_for == ("actuation", "ProportionalValve")
+    assert known["mass.moving"].counts_for is None
+    meanings = [known[f"friction.{name}"].meaning for name in ("law", "stribeck.Fs", "polito.Fc2", "level")]
+    assert meanings == ["friction law", "static friction", "Coulomb friction", None]

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::{Enumeration, Kind};
+use pneumatic_servo::variables::Enumeration;
 
 use super::table::{END, TABLE};
 use super::text::escape;
@@ -33,11 +33,7 @@ fn row(name: &str) -> String {
 
 /// The laws that a model has; all of the project, if it has no choice.
 fn laws(model: &Model) -> &'static Enumeration {
-    let choice = (model.variables)().find("friction.law").map(|entry| entry.variable.kind);
-    match choice {
-        Some(Kind::Enumeration(laws)) => laws,
-        _ => LAWS,
-    }
+    (model.variables)().friction_law().map_or(LAWS, |(_, laws)| laws)
 }
 
 /// The page with a row for each law: those that come from elsewhere, hand-written or with the sentence of the catalogue, follow

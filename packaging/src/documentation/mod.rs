@@ -34,7 +34,7 @@ pub fn page(model: &Model, version: Version, product: &Product, experiment: &str
         experiment.to_owned(),
         table::interface("inputs", "Inputs", &of_role(&[Role::Input])),
         table::interface("outputs", "Outputs", &of_role(&[Role::Output])),
-        table::parameters(&of_role(&[Role::Fixed, Role::Tunable])),
+        table::parameters(variables),
         table::enumerations(variables),
         table::interface("internal", "Internal variables", &of_role(&[Role::Local])),
         licence(product),

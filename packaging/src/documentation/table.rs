@@ -1,8 +1,6 @@
 //! Tables of variables, parameters and enumerations.
 
-use std::collections::BTreeSet;
-
-use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo::variables::{Kind, Role, Table, Variable};
 
 use super::text::{escape, number, quantity, unit};
 use crate::description::enumerations as used;
@@ -20,41 +18,45 @@ pub fn interface(id: &str, title: &str, variables: &[&Variable]) -> String {
     format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{}</section>\n", rows(variables))
 }
 
-/// A section with one table per group of parameters; those of the friction laws can be opened.
-pub fn parameters(variables: &[&Variable]) -> String {
-    let mut groups: Vec<&str> = variables.iter().map(|variable| group(&variable.name)).collect();
+/// A section with one table per group of parameters. Groups that count for one choice alone can be opened; that of the default
+/// choice is open.
+pub fn parameters(variables: &Table) -> String {
+    let parameters: Vec<_> = variables.parameters().collect();
+    let place = |variable: &'static Variable| (variable.group_and_name().0, variable.counts_for);
+    let mut places = Vec::new();
+    for variable in &parameters {
+        if !places.contains(&place(variable)) {
+            places.push(place(variable));
+        }
+    }
     // In the order of the table, but parameters without a group first.
-    groups.sort_by_key(|name| !name.is_empty());
-    let mut seen = BTreeSet::new();
-    groups.retain(|name| seen.insert(*name));
-    let tables = groups.into_iter().map(|name| {
-        let members: Vec<_> = variables.iter().copied().filter(|variable| group(&variable.name) == name).collect();
-        match (name, escape(name)) {
-            ("", _) => rows(&members),
-            (group, name) if is_law(group) => {
+    places.sort_by_key(|(group, _)| !group.is_empty());
+    let tables = places.iter().map(|(group, case)| {
+        let members: Vec<_> = parameters.iter().copied().filter(|it| place(it) == (group, *case)).collect();
+        let (name, rows) = (escape(group), rows(&members));
+        match case.and_then(|case| Some((case, variables.case(case)?))) {
+            Some((case, (choice, item))) => {
+                let open = if choice.start == Some(case.item.into()) { " open" } else { "" };
+                let (choice, item) = (escape(&choice.name), escape(item));
                 format!(
-                    "<details id=\"{name}\">\n<summary><code>{name}</code></summary>\n{}</details>\n",
-                    rows(&members)
+                    "<details id=\"{name}\"{open}>\n<summary><code>{name}</code> for <code>{choice}</code> = \
+                     <code>{item}</code></summary>\n{rows}</details>\n"
                 )
             }
-            (_, name) => format!("<h3><code>{name}</code></h3>\n{}", rows(&members)),
+            None if group.is_empty() => rows,
+            None => format!("<h3><code>{name}</code></h3>\n{rows}"),
         }
     });
     format!(
         "<section id=\"parameters\">\n<h2>Parameters</h2>\n<p>Tunable parameters may be changed between steps; all \
          others are fixed once initialization ends.{}</p>\n{}</section>\n",
-        if variables.iter().any(|variable| is_law(group(&variable.name))) { LAWS_ARE_FOLDED } else { "" },
+        if places.iter().any(|(_, case)| case.is_some()) { SOME_ARE_FOLDED } else { "" },
         tables.collect::<String>()
     )
 }
 
-const LAWS_ARE_FOLDED: &str =
-    " Each friction law has a group of its own, which counts for that law alone: open the one you have chosen.";
-
-/// Whether a group belongs to a single friction law.
-fn is_law(group: &str) -> bool {
-    group.starts_with("friction.")
-}
+const SOME_ARE_FOLDED: &str =
+    " Some groups count for one choice alone, which stands beside their names: open those of what you have chosen.";
 
 /// A section with the items of every enumeration that the variables use.
 pub fn enumerations(variables: &[Variable]) -> String {
@@ -72,11 +74,6 @@ pub fn enumerations(variables: &[Variable]) -> String {
     });
     let tables: String = tables.collect();
     if tables.is_empty() { tables } else { format!("<section id=\"choices\">\n<h2>Choices</h2>\n{tables}</section>\n") }
-}
-
-/// Everything before the last dot of a structured name.
-fn group(name: &str) -> &str {
-    name.rsplit_once('.').map_or("", |(group, _)| group)
 }
 
 fn rows(variables: &[&Variable]) -> String {
@@ -131,5 +128,40 @@ fn range(variable: &Variable) -> String {
         (Some(min), None) => format!("≥ {}", number(min)),
         (None, Some(max)) => format!("≤ {}", number(max)),
         (None, None) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::friction::Law;
+    use pneumatic_servo::variables::units;
+
+    use super::*;
+
+    /// Names say nothing: the groups of a model of one's own are folded by what they count for.
+    #[test]
+    fn groups_that_count_for_one_choice_are_folded() {
+        let [lugre, dahl] = [Law::LuGre, Law::Dahl].map(pneumatic_servo::variables::Choice::id);
+        let parameter = |reference, name| Variable::parameter(reference, name, units::ONE, 1.0);
+        let table = Table::new(vec![
+            Variable::choice(1, "tyre.law", Law::LuGre),
+            parameter(2, "rubber.stiffness").counts_for(1, lugre),
+            parameter(3, "rubber.wear"),
+            parameter(4, "cord.stiffness").counts_for(1, dahl),
+            parameter(5, "friction.pads.width"),
+        ]);
+        assert_eq!(table.problem(), None);
+        let section = parameters(&table);
+        let folded = |group: &str, law: &str| format!("<details id=\"{group}\"{law}</code></summary>");
+        for title in [
+            folded("rubber", " open>\n<summary><code>rubber</code> for <code>tyre.law</code> = <code>LuGre"),
+            folded("cord", ">\n<summary><code>cord</code> for <code>tyre.law</code> = <code>Dahl"),
+            "<h3><code>rubber</code></h3>".to_owned(),
+            "<h3><code>friction.pads</code></h3>".to_owned(),
+        ] {
+            assert_eq!(section.matches(&title).count(), 1, "{title}\n{section}");
+        }
+        assert_eq!(section.matches("<details").count(), 2, "{section}");
+        assert!(section.contains(SOME_ARE_FOLDED) && !parameters(&Table::new(Vec::new())).contains(SOME_ARE_FOLDED));
     }
 }

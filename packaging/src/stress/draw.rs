@@ -59,7 +59,8 @@ pub fn setup(model: &'static Model, law: Option<i32>, spread: Spread, time: f64,
     }
     for variable in random.shuffled((model.variables)().parameters().collect()) {
         // Schemes, tolerances and limits are what is tested, not what varies; a number chooses nothing else than a name.
-        if variable.name == "friction.law" || variable.meaning == Some(Meaning::Solving) || variable.chooses.is_some() {
+        let is_kept = matches!(variable.meaning, Some(Meaning::FrictionLaw | Meaning::Solving));
+        if is_kept || variable.chooses.is_some() {
             continue;
         }
         if let Some(value) = value(variable, spread, random) {

@@ -14,7 +14,7 @@ use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 use pneumatic_servo::solver::{Rejection, StepError};
-use pneumatic_servo::variables::{Kind, Variable};
+use pneumatic_servo::variables::Variable;
 
 use self::draw::{Random, Spread, Swing};
 use crate::process::heading;
@@ -236,10 +236,9 @@ fn work(plant: &mut Plant) -> u64 {
 
 /// The laws of a model, by number and name; one without a number stands for those of a model that has none.
 fn laws(model: &Model) -> Vec<(Option<i32>, &'static str)> {
-    let laws = (model.variables)().iter().find(|variable| variable.name == "friction.law");
-    match laws.map(|variable| variable.kind) {
-        Some(Kind::Enumeration(laws)) => laws.items.iter().map(|(law, name, _)| (Some(*law), *name)).collect(),
-        _ => vec![(None, "without a law")],
+    match (model.variables)().friction_law() {
+        Some((_, laws)) => laws.items.iter().map(|(law, name, _)| (Some(*law), *name)).collect(),
+        None => vec![(None, "without a law")],
     }
 }
 

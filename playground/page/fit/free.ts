@@ -1,6 +1,6 @@
 // What is free in a fit: names, starts, bounds, and how the solver sees them.
 
-import { laws, model, type Model, type Tables, type Variable } from "../tables";
+import { lawGroup, model, type Model, type Tables, type Variable } from "../tables";
 import { FitError } from "./measured";
 import { SIGNALS, type Signal } from "./signals";
 
@@ -109,19 +109,12 @@ function ofVariable({ name, kind, role, start, min, max, of }: Variable): Free {
   return { ...common, low: legal[0], high: legal[1], scale: Math.abs(start) || (unit === "1/Pa" ? 1e-6 : 1) };
 }
 
-/** The group of the parameters of a law, for example `friction.lugre`. */
-export function groupOf(tables: Tables, of: Model, law: number): string {
-  const name = laws(tables).find((item) => item.id === law)?.name.toLowerCase();
-  const groups = of.variables.map((entry) => entry.name.split(".")).filter((parts) => parts.length === 3 && parts[0] === "friction");
-  return `friction.${groups.map((parts) => parts[1]).find((group) => group.toLowerCase() === name) ?? ""}`;
-}
-
 /**
  * The parameters of a law that a fit usually frees: forces, stiffnesses, dampings, velocities and lengths; of elements those
  * that there are; of GMS their shares; of Dahl and Leuven the exponent. Forces that are 0 by default stay as they are.
  */
-export function usual(tables: Tables, of: Model, law: number, known: ReadonlyMap<string, number>): string[] {
-  const group = `${groupOf(tables, of, law)}.`;
+export function usual(of: Model, law: number, known: ReadonlyMap<string, number>): string[] {
+  const group = `${lawGroup(of, law)}.`;
   const elements = of.variables.find((entry) => entry.name === `${group}N`);
   const number = elements ? (known.get(elements.name) ?? elements.start ?? 0) : 0;
   const units = ["N", "N/m", "N.s/m", "m/s", "1/m", "m"];

@@ -1,9 +1,9 @@
 // A start for the parameters of a law, found from the data, as in the Python package.
 
 import { interpolate, joined, line, median, quantile, span } from "./arrays";
-import { lawName } from "../tables";
+import { lawGroup, lawName } from "../tables";
 import type { Forces, Values, Window } from "./experiment";
-import { at, groupOf, type Free } from "./free";
+import { at, type Free } from "./free";
 import { Motion } from "./motion";
 import type { Problem } from "./problem";
 
@@ -40,7 +40,7 @@ function area(windows: readonly Window[]): number {
 /** Friction levels from a map of mean force against speed. */
 function levels(problem: Problem, values: Values): Map<string, number> {
   const { experiment } = problem;
-  const group = `${groupOf(experiment.tables, experiment.model, experiment.law)}.`;
+  const group = `${lawGroup(experiment.model, experiment.law)}.`;
   const own = problem.free.filter(({ name }) => name.startsWith(group));
   const maps = problem.windows.flatMap((window) => experiment.forces(window, values) ?? []);
   const found = new Map<string, number>();
@@ -115,7 +115,7 @@ function elements(problem: Problem, values: Values): Map<string, number> {
   const law = lawName(experiment.tables, experiment.law);
   const found = new Map<string, number>();
   if (!["MaxwellSlip", "GMS", "Leuven", "DNLRX"].includes(law)) return found;
-  const group = `${groupOf(experiment.tables, experiment.model, experiment.law)}.`;
+  const group = `${lawGroup(experiment.model, experiment.law)}.`;
   const number = law === "Leuven" ? ELEMENTS : experiment.value(`${group}N`, values);
   const stroke = Math.max(...windows.map(({ driven }) => span(driven.get("position")!)));
   // Deflections at which elements slip are spread over the stroke on a logarithmic scale.

@@ -6,7 +6,7 @@ import { unpacked } from "../library";
 import { model, variable } from "../tables";
 import { proposed, signalsOf, type Columns } from "./columns";
 import type { Answer, Progress, Question } from "./fit";
-import { groupOf, usual } from "./free";
+import { usual } from "./free";
 import { begin, type Reply } from "./job";
 import { lacking, TAKEN } from "./signals";
 import type { Table } from "./table";
@@ -68,7 +68,7 @@ export class Study {
   usual(): string[] {
     const { settings, library } = this.context;
     const of = model(library.tables, this.modelName);
-    const names = usual(library.tables, of, this.law, settings.values[this.modelName]);
+    const names = usual(of, this.law, settings.values[this.modelName]);
     const needsArea = this.columns.has("pressure") && this.columns.has("force") && !this.columns.has("frictionForce");
     return settings.experiment === "motion" && needsArea ? [...names, "area"] : names;
   }
@@ -85,9 +85,8 @@ export class Study {
     const { settings, library } = this.context;
     if (!settings.free) return;
     const of = model(library.tables, this.modelName);
-    const groups = of.variables.map(({ name }) => /^friction\.[^.]+\./.exec(name)?.[0]).filter(Boolean);
-    const isOfLaw = (name: string) => groups.some((group) => name.startsWith(group ?? "."));
-    const others = settings.free.filter((name) => !isOfLaw(name) || name.startsWith(`${groupOf(library.tables, of, this.law)}.`));
+    const ofOtherLaws = of.variables.filter(({ countsFor: it }) => it?.choice === "friction.law" && it.item !== this.law);
+    const others = settings.free.filter((free) => !ofOtherLaws.some(({ name }) => name === free));
     settings.free = [...new Set([...this.usual(), ...others])];
   }
 

@@ -196,14 +196,14 @@ def _shown(value: float) -> str:
 
 
 def group_of(law: str, model: Model) -> str:
-    """Return the group of the parameters of a law, for example `friction.lugre`."""
+    """Return the group of the parameters of a law, for example `friction.lugre`; nothing for a law without any."""
     laws = model.parameters["friction.law"].items
     if law not in laws:
         raise ValueError(
             f"{said('law', law)}: there is no such law{did_you_mean(str(law), laws)}; there are {', '.join(laws)}"
         )
-    groups = {name.split(".")[1] for name in model.parameters if name.startswith("friction.") and name.count(".") == 2}
-    return f"friction.{next((group for group in groups if group.lower() == law.lower()), '')}"
+    own = (name for name, variable in model.parameters.items() if variable.counts_for == ("friction.law", law))
+    return next(own, "").rpartition(".")[0]
 
 
 def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:

@@ -40,6 +40,7 @@ pub fn stribeck_velocity(default: f64) -> Variable {
 /// Stribeck exponent `delta`, value reference 3.
 pub fn exponent() -> Variable {
     Variable::parameter(3, "delta", units::ONE, 2.0)
+        .meaning(Meaning::StribeckExponent)
         .range(0.1, 10.0)
         .text("Stribeck exponent: 2 bell-shaped, 1 exponential, below 1 infinitely steep at zero velocity")
 }

@@ -68,7 +68,7 @@ impl SharedForces {
             Meaning::StaticFriction => Some(self.statics.force),
             Meaning::CoulombFriction => Some(self.coulomb.force),
             Meaning::StaticExcess => Some(self.statics.force - self.coulomb.force),
-            Meaning::ViscousFriction | Meaning::Solving => None,
+            _ => None,
         }
     }
 
@@ -77,7 +77,7 @@ impl SharedForces {
         let shared = match meaning {
             Some(Meaning::StaticFriction | Meaning::StaticExcess) => self.statics,
             Some(Meaning::CoulombFriction) => self.coulomb,
-            Some(Meaning::ViscousFriction | Meaning::Solving) | None => return error,
+            _ => return error,
         };
         let reason = format!("for {} = {} N {}", error.variable, error.value, error.reason);
         ParameterError { variable: shared.variable.to_owned(), value: shared.value.value, reason }

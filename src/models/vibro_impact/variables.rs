@@ -3,7 +3,7 @@
 use crate::friction::parts::shared::{SharedForce, SharedForces};
 use crate::friction::{Law, Laws, states};
 use crate::system::{Tables, references};
-use crate::variables::{Choice, ParameterSet, Tunable, Variable, units};
+use crate::variables::{Choice, Meaning, ParameterSet, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
 
 const BREAK_AWAY: f64 = 6.8;
@@ -23,9 +23,9 @@ pub fn tables<L: Laws>() -> Tables {
 fn friction_table<L: Laws>() -> Vec<Variable> {
     let coulomb = COULOMB_RATIO * BREAK_AWAY;
     let table = SharedForces::table::<L>("friction", references::FRICTION, Law::Stribeck.id(), coulomb);
-    let exponential = |variable: Variable| match variable.name.ends_with(".delta") {
-        true => Variable { start: Some(1.0), ..variable },
-        false => variable,
+    let exponential = |variable: Variable| match variable.meaning {
+        Some(Meaning::StribeckExponent) => Variable { start: Some(1.0), ..variable },
+        _ => variable,
     };
     table.into_iter().map(exponential).collect()
 }
