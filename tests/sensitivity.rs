@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::{Model, Setup, Value};
-use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
+use pneumatic_servo::models::{festoon, friction_bench, pneumatic_servo_cylinder};
 
 fn setup(model: &'static Model, changes: &[(&str, Value)]) -> Setup {
     let mut setup = Setup::of(model);
@@ -384,4 +384,16 @@ fn input_that_brings_an_event_exactly_to_its_limit_is_told() {
         }
         assert!(plant.sensitivities(2).is_ok(), "the mass does not matter to that");
     }
+}
+
+/// A direction of sliding is no state of a linear map, wherever a model keeps it: three trolleys have three contacts.
+#[test]
+fn directions_of_sliding_are_no_states() {
+    let mut plant = Setup::of(&festoon::MODEL).start(0.0).unwrap();
+    plant.set("pulseForce", 500.0).unwrap();
+    plant.advance_to(0.2).unwrap();
+    assert!(plant.get("trolley[1].velocity").unwrap() != 0.0, "a trolley slides");
+    let step = plant.transition(0.21, &[], &["trolley[1].position"]).unwrap();
+    let kept: Vec<_> = step.states.iter().chain(&step.next_states).filter(|name| name.ends_with(".Sliding")).collect();
+    assert!(kept.is_empty(), "{kept:?}");
 }

@@ -5,6 +5,7 @@
 
 mod error;
 mod face;
+mod place;
 mod session;
 mod ssv;
 mod tables;

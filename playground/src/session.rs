@@ -5,6 +5,7 @@ use pneumatic_servo::model::{Model, Setup};
 use pneumatic_servo::models;
 
 use crate::CallError;
+use crate::place::{no_such, of_place};
 use crate::ssv::ssv;
 
 /// How many numbers the buffer holds.
@@ -104,18 +105,6 @@ impl Session {
         let plant = self.plants.get_mut(slot).and_then(Option::as_mut).ok_or(no_such("plant", slot))?;
         Ok((plant, &mut self.buffer))
     }
-}
-
-/// What is in a place of a list, given as the page gives numbers.
-pub fn of_place<'a, T>(list: &'a [T], what: &'static str, place: f64) -> Result<&'a T, CallError> {
-    // The cast saturates and makes 0 of what is no number; only a place that it leaves as it is counts.
-    let index = place as usize;
-    let found = list.get(index).filter(|_| index as f64 == place);
-    found.ok_or(CallError::NoSuch { what, number: place })
-}
-
-pub fn no_such(what: &'static str, number: usize) -> CallError {
-    CallError::NoSuch { what, number: number as f64 }
 }
 
 #[cfg(test)]

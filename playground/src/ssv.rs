@@ -4,7 +4,7 @@ use pneumatic_servo::models;
 use pneumatic_servo_ssp::{Parameter, ParameterSet};
 
 use crate::CallError;
-use crate::session::{no_such, of_place};
+use crate::place::{no_such, of_place};
 
 const TOOL: &str = concat!("pneumatic-servo-playground ", env!("CARGO_PKG_VERSION"));
 

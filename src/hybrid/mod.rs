@@ -7,6 +7,7 @@ mod indicators;
 mod limits;
 mod longest_steps;
 mod sample;
+pub mod side;
 mod system;
 
 pub use couplings::Couplings;

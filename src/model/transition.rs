@@ -112,13 +112,13 @@ impl Plant {
     fn start_slopes(&mut self, parameters: &[&str]) -> Result<Vec<Vec<(String, f64)>>, TransitionError> {
         let Columns { along, states, names, .. } = self.columns(parameters, &[])?;
         let companion = self.companion_along(&along[names.len()..], true).map_err(|_| self.unlike(parameters))?;
-        let memory = companion.memory_names();
+        let memory = companion.told();
         let column = |slopes: &Slopes| match &slopes.lost {
             Some(lost) => Err(TransitionError::NoDerivative(lost.clone().later(self.begin()))),
             None => {
                 let of_states = states.iter().map(|(_, place, name)| (name.clone(), slopes.states[*place]));
                 let of_memory =
-                    memory.iter().zip(&slopes.memory).map(|(name, slope)| (format!("memory.{name}"), *slope));
+                    memory.iter().zip(&slopes.memory).map(|(leaf, slope)| (format!("memory.{}", leaf.name), *slope));
                 Ok(of_states.chain(of_memory).collect())
             }
         };
@@ -189,7 +189,7 @@ impl Plant {
             Some((number, place, table.by_reference(reference)?.variable.name.clone()))
         });
         let states: States = numbered.collect();
-        let memory = self.simulation.equations().map(|equations| equations.memory_names()).unwrap_or_default();
+        let memory = self.simulation.equations().map(|equations| equations.told()).unwrap_or_default();
         let (along, names) = columns(&states, &memory, self.inputs.len(), &along);
         Ok(Columns { along, states, names, outputs: places })
     }

@@ -213,6 +213,7 @@ struct Trend {
     /// Velocity last seen in m/s.
     velocity: f64,
     /// 1 if its magnitude grew, or after a reversal; -1 if it fell.
+    #[serde(with = "crate::hybrid::side")]
     sign: f64,
 }
 

@@ -3,7 +3,7 @@
 use super::besides::Of;
 use super::difference::{Around, Evaluation, Move, Outcome};
 use super::equations::{Act, At, Equations};
-use super::leaves::Leaves;
+use super::leaves::{Leaf, Leaves};
 use super::memory::Dependence;
 use super::neighbours::Neighbours;
 use super::slopes::{Driven, Slopes, add};
@@ -124,9 +124,9 @@ impl Companion {
         &self.memory
     }
 
-    /// The names of the numbers of the memory.
-    pub fn memory_names(&self) -> Vec<String> {
-        self.equations.memory_names()
+    /// What the numbers of the memory are.
+    pub fn told(&self) -> Vec<Leaf> {
+        self.equations.told()
     }
 
     /// Follows inputs, which may vary from now on.

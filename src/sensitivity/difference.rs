@@ -330,7 +330,8 @@ mod tests {
     fn numbers_that_follow_from_one_without_a_slope_have_none() {
         let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
         let equations = plant.simulation().equations().expect("equations");
-        let (memory, names) = (equations.memory(), equations.memory_names());
+        let (memory, told) = (equations.memory(), equations.told());
+        let names: Vec<String> = told.into_iter().map(|leaf| leaf.name).collect();
         let at = At { time: 0.0, x: &[], u: &[0.25, 0.0, 0.24, 0.0] };
         let sample = |equations: &mut dyn Equations, at: At| {
             let before = equations.memory();

@@ -4,7 +4,7 @@ use std::any::Any;
 
 use nalgebra::SMatrix;
 
-use super::leaves::Leaves;
+use super::leaves::{Leaf, Leaves};
 use super::variation::Piece;
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Real, Scalar, Tangent};
@@ -78,8 +78,8 @@ pub trait Equations: Send {
     /// # Panics
     /// If it is none of this model.
     fn remember(&mut self, memory: &Leaves);
-    /// The names of the numbers of the memory.
-    fn memory_names(&self) -> Vec<String>;
+    /// What the numbers of the memory are.
+    fn told(&self) -> Vec<Leaf>;
     /// Rates of the states.
     fn rates(&self, at: At) -> Vec<f64>;
     /// Jacobian of the rates, column by column.
@@ -194,16 +194,16 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
         if rounded.is_empty() {
             return Vec::new();
         }
-        let names = self.memory_names();
-        (0..names.len()).filter(|place| rounded.contains(&names[*place])).collect()
+        let told = self.told();
+        (0..told.len()).filter(|place| rounded.contains(&told[*place].name)).collect()
     }
 
     fn remember(&mut self, memory: &Leaves) {
         self.memory = memory.memory().expect("a memory of this model");
     }
 
-    fn memory_names(&self) -> Vec<String> {
-        super::leaves::names(&self.memory)
+    fn told(&self) -> Vec<Leaf> {
+        super::leaves::told(&self.memory)
     }
 
     fn rates(&self, At { time, x, u }: At) -> Vec<f64> {

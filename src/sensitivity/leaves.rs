@@ -11,6 +11,8 @@ use std::sync::Arc;
 use serde::de::DeserializeOwned;
 use serde::ser::{self, Serialize, Serializer};
 
+use crate::hybrid::side;
+
 /// The saved form of a memory, and where its numbers are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaves {
@@ -83,11 +85,20 @@ impl Leaves {
     }
 }
 
-/// The names of the numbers of a memory, in their order: those of its fields, joined by dots.
-pub fn names<M: Serialize>(memory: &M) -> Vec<String> {
-    let mut finder = Finder { names: Some(Vec::new()), ..Finder::default() };
+/// What a number of a memory is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    /// The names of the fields that lead to it, joined by dots.
+    pub name: String,
+    /// Whether it says a [side] and nothing else.
+    pub is_side: bool,
+}
+
+/// What the numbers of a memory are, in their order.
+pub fn told<M: Serialize>(memory: &M) -> Vec<Leaf> {
+    let mut finder = Finder { told: Some(Vec::new()), ..Finder::default() };
     memory.serialize(Walk(&mut finder)).expect("a memory holds plain data");
-    finder.names.unwrap_or_default()
+    finder.told.unwrap_or_default()
 }
 
 /// Adds the numbers of a memory to others, and returns what all else in it is: the same for memories that are alike.
@@ -107,6 +118,8 @@ trait Look {
     fn wide(&mut self, value: u128);
     /// Bytes as they are.
     fn plain(&mut self, bytes: &[u8]);
+    /// Whether what follows is a [side].
+    fn mark(&mut self, _is_side: bool) {}
     /// What follows has a name.
     fn enter(&mut self, _name: &str) {}
     /// The end of that.
@@ -155,8 +168,10 @@ struct Finder {
     places: Vec<usize>,
     /// The path to here.
     path: Vec<String>,
-    /// The paths of the numbers, if they are asked for.
-    names: Option<Vec<String>>,
+    /// What the numbers are, if that is asked for.
+    told: Option<Vec<Leaf>>,
+    /// Whether the next number is a side.
+    is_side: bool,
     /// Number of the next item of the innermost sequences.
     items: Vec<usize>,
 }
@@ -165,9 +180,10 @@ impl Look for Finder {
     fn number(&mut self, _value: f64) {
         self.places.push(self.length);
         self.length += size_of::<f64>();
-        if let Some(names) = &mut self.names {
-            names.push(self.path.join(".").replace(".[", "["));
+        if let Some(told) = &mut self.told {
+            told.push(Leaf { name: self.path.join(".").replace(".[", "["), is_side: self.is_side });
         }
+        self.is_side = false;
     }
 
     /// In groups of seven bits.
@@ -184,8 +200,12 @@ impl Look for Finder {
         self.length += bytes.len();
     }
 
+    fn mark(&mut self, is_side: bool) {
+        self.is_side = is_side;
+    }
+
     fn enter(&mut self, name: &str) {
-        if self.names.is_some() {
+        if self.told.is_some() {
             self.path.push(name.to_owned());
         }
     }
@@ -203,7 +223,7 @@ impl Look for Finder {
             *next += 1;
             *next
         });
-        if self.names.is_some() {
+        if self.told.is_some() {
             self.path.push(format!("[{number}]"));
         }
     }
@@ -347,7 +367,8 @@ impl<'a, L: Look> Serializer for Walk<'a, L> {
         Ok(())
     }
 
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _name: &'static str, value: &T) -> Result<(), Never> {
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, name: &'static str, value: &T) -> Result<(), Never> {
+        self.0.mark(name == side::NAME);
         value.serialize(self)
     }
 
@@ -541,9 +562,29 @@ mod tests {
         assert!(!are_alike(|other| other.note.push('!')));
     }
 
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Wheel {
+        since: f64,
+        #[serde(with = "side")]
+        turns: f64,
+        rest: f64,
+    }
+
+    /// What marks a side is not saved: only who asks what a number is sees it.
+    #[test]
+    fn sides_are_told_and_saved_as_numbers() {
+        let wheel = Wheel { since: 1.0, turns: -1.0, rest: 3.0 };
+        assert_eq!(told(&wheel).into_iter().map(|leaf| leaf.is_side).collect::<Vec<_>>(), [false, true, false]);
+        let saved = postcard::to_allocvec(&wheel).expect("plain data");
+        assert_eq!(saved, [1.0f64, -1.0, 3.0].map(f64::to_le_bytes).concat());
+        assert_eq!((Leaves::of(&wheel).memory(), Leaves::of(&wheel).values()), (Some(wheel), vec![1.0, -1.0, 3.0]));
+    }
+
     #[test]
     fn numbers_are_named_by_their_fields() {
         let expected = ["modes[2].Slides", "modes[3].place", "modes[3].load", "taps[1]", "taps[2]", "fall[2]"];
-        assert_eq!(names(&memory(0.0)), expected);
+        let told = told(&memory(0.0));
+        assert_eq!(told.iter().map(|leaf| leaf.name.as_str()).collect::<Vec<_>>(), expected);
+        assert!(told.iter().all(|leaf| !leaf.is_side));
     }
 }

@@ -1,6 +1,6 @@
 //! One communication step as a linear map.
 
-use super::{Along, Companion, NoDerivative, Slopes};
+use super::{Along, Companion, Leaf, NoDerivative, Slopes};
 
 /// What a communication step does to small changes, exact through the events in it: rows are what changes, columns by what.
 ///
@@ -8,7 +8,8 @@ use super::{Along, Companion, NoDerivative, Slopes};
 /// x+ = A*x + B*u + P*p        y = C*x + D*u + Q*p
 /// ```
 ///
-/// `x` are the continuous states and, behind them, the numbers that the memory keeps (`memory.friction.since`); `x+` are those
+/// `x` are the continuous states and, behind them, the numbers that the memory keeps (`memory.friction.since`) but for
+/// its [sides](crate::hybrid::side); `x+` are those
 /// at the end of the step, whose memory may keep others. `u` is added to the inputs over the whole step, and `y` are the outputs
 /// at its end, as a run records them. All matrices are row by row, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,21 +38,14 @@ pub struct Transition {
 pub type States = Vec<(usize, usize, String)>;
 
 /// The columns of a transition, and the names of those that are states.
-pub fn columns(states: &States, memory: &[String], inputs: usize, parameters: &[Along]) -> (Vec<Along>, Vec<String>) {
-    let kept = memory.iter().enumerate().filter(|(_, name)| is_continuous(name));
+pub fn columns(states: &States, memory: &[Leaf], inputs: usize, parameters: &[Along]) -> (Vec<Along>, Vec<String>) {
+    let kept = memory.iter().enumerate().filter(|(_, leaf)| !leaf.is_side);
     let of_states = states.iter().map(|(number, _, name)| (Along::State(*number), name.clone()));
-    let of_memory = kept.map(|(number, name)| (Along::Memory(number), format!("memory.{name}")));
+    let of_memory = kept.map(|(number, leaf)| (Along::Memory(number), format!("memory.{}", leaf.name)));
     let (mut along, names): (Vec<_>, Vec<_>) = of_states.chain(of_memory).unzip();
     along.extend((0..inputs).map(Along::Input));
     along.extend(parameters);
     (along, names)
-}
-
-/// Whether a number of a memory is more than the direction that a mode of friction has: `friction.Karnopp.Sliding`.
-fn is_continuous(name: &str) -> bool {
-    let last = name.rsplit('.').next().unwrap_or(name);
-    let is_mode = name.split('.').any(|part| part == "friction") && last.starts_with(char::is_uppercase);
-    !is_mode && !matches!(last, "direction" | "sign")
 }
 
 impl Transition {
@@ -63,7 +57,7 @@ impl Transition {
         outputs: &[usize],
         computed: usize,
     ) -> Self {
-        let after = companion.memory_names();
+        let after = companion.told();
         let (count, mut values) = (companion.slopes().len(), vec![0.0; computed]);
         let (mut by_direction, mut lost) = (Vec::with_capacity(count), Vec::new());
         for direction in 0..count {
@@ -78,8 +72,7 @@ impl Transition {
         let is_lost = |direction: usize| lost.iter().any(|(column, _)| *column == direction);
         let has_slopes =
             |leaf: &usize| slopes.iter().enumerate().all(|(column, it)| is_lost(column) || !it.memory[*leaf].is_nan());
-        let kept: Vec<usize> =
-            (0..after.len()).filter(|leaf| is_continuous(&after[*leaf]) && has_slopes(leaf)).collect();
+        let kept: Vec<usize> = (0..after.len()).filter(|leaf| !after[*leaf].is_side && has_slopes(leaf)).collect();
         let column = |(column, slopes): (usize, &Slopes)| -> Vec<f64> {
             let of_states = states.iter().map(|(_, place, _)| slopes.states[*place]);
             let own = of_states.chain(kept.iter().map(|leaf| slopes.memory[*leaf]));
@@ -92,7 +85,7 @@ impl Transition {
         };
         let of_states = states.iter().map(|(.., name)| name.clone());
         let next_states: Vec<String> =
-            of_states.chain(kept.iter().map(|leaf| format!("memory.{}", after[*leaf]))).collect();
+            of_states.chain(kept.iter().map(|leaf| format!("memory.{}", after[*leaf].name))).collect();
         let (next, out) = (next_states.len(), outputs.len());
         Self {
             states: names,

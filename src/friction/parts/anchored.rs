@@ -26,6 +26,7 @@ pub enum Mode {
     /// Sliding.
     Sliding {
         /// Direction of sliding, +1 or -1.
+        #[serde(with = "crate::hybrid::side")]
         direction: f64,
     },
 }

@@ -9,7 +9,7 @@ use std::any::Any;
 
 use super::{Inputs, Kinks, Last, Outputs, Parameters};
 use crate::numbers::Tangent;
-use crate::sensitivity::{Act, At, Equations, Leaves, Piece, names, read};
+use crate::sensitivity::{Act, At, Equations, Leaf, Leaves, Piece, read, told};
 
 /// The control law, and what its last sample has left.
 pub(super) struct Sampled {
@@ -71,8 +71,8 @@ impl Equations for Sampled {
         self.last = memory.memory().expect("a memory of this model");
     }
 
-    fn memory_names(&self) -> Vec<String> {
-        names(&self.last)
+    fn told(&self) -> Vec<Leaf> {
+        told(&self.last)
     }
 
     fn rates(&self, _at: At) -> Vec<f64> {
