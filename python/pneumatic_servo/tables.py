@@ -88,6 +88,10 @@ class Table:
 def read_table(file: str | Path) -> Table:
     """Read a table; errors name file, line, column and value."""
     file = Path(file)
+    if file.is_dir():
+        raise IsADirectoryError(f"{file}: it is a folder; name a table in it")
+    if not file.exists():
+        raise FileNotFoundError(f"{file}: there is no such file")
     if file.suffix.lower() == ".parquet":
         return _of_parquet(file)
     if file.suffix.lower() == ".mat":
@@ -106,9 +110,11 @@ def header_of(file: str | Path) -> list[str]:
 def _of_text(file: Path) -> Table:
     with opened(file) as stream:
         lines = [(number, line) for number, line in enumerate(stream.read().splitlines(), start=1) if _counts(line)]
-    first, head = lines[0] if lines else (1, "")
+    if not lines:
+        raise ValueError(f"{file}: it is empty; a table has a line with the names of its columns, and rows of numbers")
+    first, head = lines[0]
     separator = next((each for each in SEPARATORS if each in head.strip()), ",")
-    header = [cell.strip() for cell in _cells(head, separator)] if head else []
+    header = [cell.strip() for cell in _cells(head, separator)]
     names, units = _names_and_units(header)
     body = lines[1:]
     if body and _is_units(cells := _cells(body[0][1], separator), len(header)):
@@ -209,8 +215,6 @@ def _of_parquet(file: Path) -> Table:
         import pandas
     except ImportError as error:
         raise MissingPackage("pandas and pyarrow for Parquet files", "parquet") from error
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: there is no such file")
     try:
         frame = pandas.read_parquet(file)
     except ImportError as error:
@@ -247,8 +251,6 @@ def _of_mat(file: Path) -> Table:
         from scipy.io import loadmat
     except ImportError as error:
         raise MissingPackage("SciPy", "identification") from error
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: there is no such file")
     try:
         found = {name: np.squeeze(value) for name, value in loadmat(file).items() if not name.startswith("__")}
     except (NotImplementedError, ValueError) as error:

@@ -94,6 +94,20 @@ def test_conditions_are_told_apart_by_what_is_asked() -> None:
     ]  # fmt: skip
 
 
+def test_what_a_law_is_expected_to_be_off_by_widens_the_intervals() -> None:
+    """With three pressures the others tell little of it, so that what is expected counts."""
+    data = [seal(p, seed=k) for k, p in enumerate(PRESSURES[:3])]
+    widths = []
+    for law_error in (0.01, 0.2, 1.0):
+        found = fit(data, cross_validate="pressure", law_error=law_error).cross_validation
+        assert found is not None
+        told = [case.friction for case in found.cases if case.friction is not None]
+        widths.append(np.array([np.log(one.high / one.low) for one in told]))
+    assert len(widths[0]) == 3 and np.all(2.0 * widths[0] < widths[1]) and np.all(widths[1] < widths[2])
+    with pytest.raises(ValueError, match=r"law_error=0\.0: it must be positive"):
+        fit(data, law_error=0.0)
+
+
 @pytest.mark.parametrize(
     ("quantity", "words"),
     [

@@ -13,6 +13,7 @@ from named_mistakes import AFTER, COLUMNS, MISTAKES, record, said_after, said_be
 from numpy.typing import NDArray
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.recorder import clipped, leaps
+from pneumatic_servo.identification.signals import SLIDING
 from pneumatic_servo.identification.table import Measured
 from test_identification_interrupt import stopping
 
@@ -66,7 +67,7 @@ def test_missing_rows_are_noted() -> None:
     """Rows that are lost with their times do no harm; the notes say how many there were."""
     kept = np.delete(np.arange(1000), [100, 101, 500])
     signals = {name: course[:1000][kept] for name, course in record().items()}
-    [note] = recorder.check(Measured("a table", signals, lambda signal, row: f"row {row} of {signal}"))
+    [note] = recorder.check(Measured("a table", signals, lambda signal, row: f"row {row} of {signal}"), SLIDING)
     assert (
         note
         == "a table: 3 samples are missing, the first before row 100 of time; single ones are bridged on straight lines"

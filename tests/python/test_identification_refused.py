@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -141,3 +142,26 @@ def test_force_beside_a_pressure_needs_an_area(tmp_path: Path, capsys: pytest.Ca
     found = json.loads(result.read_text(encoding="utf-8"))["parameters"]
     assert found.keys() == {"friction.coulomb.Fc", "area"}
     assert_close(found["area"]["value"], 500e-6, rel=0.01, what="area")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda file: None, ["my.csv: there is no such file"]),
+        (lambda file: file.mkdir(), ["my.csv: it is a folder"]),
+        (lambda file: file.write_bytes(b""), ["my.csv: it is empty"]),
+        (lambda file: file.write_text("# a remark\n\n"), ["my.csv: it is empty"]),
+        (lambda file: file.write_text("t,x,f\n0,1,2\n"), ["my.csv: too short, a single sample; at least 50"]),
+        (lambda file: file.write_text("t,y,f\n0,1,2\n"), ["my.csv:1: there is no column x", "there are t, y, f"]),
+    ],
+)
+def test_file_that_is_no_table_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], make: Callable[[Path], object], words: list[str]
+) -> None:
+    make(tmp_path / "my.csv")
+    out = tmp_path / "my.ssv"
+    assert main(["fit", str(tmp_path / "my.csv"), "--experiment", "motion", "--law", "Coulomb", "--columns",
+                 "time=t,position=x,frictionForce=f", "--out", str(out)]) == 2  # fmt: skip
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and all(word in told for word in words), told
+    assert not out.exists()

@@ -250,8 +250,8 @@ def test_options_of_a_fit_reach_it(folder: Path, monkeypatch: pytest.MonkeyPatch
         return found
 
     monkeypatch.setattr("pneumatic_servo.identification.fit", recorded)
-    options = {"starts": 7, "rated": 2.5, "width": 0.1, "inputs": "lines"}
-    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    options = {"starts": 7, "rated": 2.5, "width": 0.1, "inputs": "lines", "law_error": 0.5}
+    words = [word for name, value in options.items() for word in (f"--{name.replace('_', '-')}", str(value))]
     command = ["fit", "my.csv", "--experiment", "motion", "--law", "Coulomb", "--columns", COLUMNS, *words]
     assert main(command) == 0
     assert {name: called[0][name] for name in options} == options

@@ -19,11 +19,12 @@ import sys
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from pneumatic_servo.cli.common import check_outputs, settings_of, words_of
 from pneumatic_servo.errors import MissingPackage, NotConverged
 from pneumatic_servo.model import Model
-from pneumatic_servo.units import written
+from pneumatic_servo.units import has_unit, written
 from pneumatic_servo.variables import Value
 
 NAME = "fit"
@@ -66,6 +67,10 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--cross-validate", default="", metavar="QUANTITY,...",
         help="predict each condition from the others: record, pressure, load, amplitude, speed, supplyPressure",
     )  # fmt: skip
+    parser.add_argument(
+        "--law-error", type=float, default=0.2, metavar="SHARE",
+        help="what friction is expected to differ by from any law between these conditions (default: 0.2)",
+    )  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="SSV", help="values that tools load into the FMU")
     parser.add_argument("--json", type=Path, metavar="JSON", help="values with their intervals")
     parser.add_argument("--report", type=Path, metavar="HTML", help="page with tables and figures")
@@ -89,7 +94,8 @@ def run(options: argparse.Namespace) -> None:
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,
-        "posterior": options.posterior is not None, "cross_validate": options.cross_validate, "progress": True,
+        "posterior": options.posterior is not None, "cross_validate": options.cross_validate,
+        "law_error": options.law_error, "progress": True,
     }  # fmt: skip
     laws = options.law.split(",")
     if options.evidence and len(laws) < 2:
@@ -128,14 +134,20 @@ def run(options: argparse.Namespace) -> None:
 
 
 def known(experiment: str, given: list[str]) -> dict[str, Value]:
-    """Read known parameters, several to an option; also of sensors, and of a bench what its model does not have."""
+    """Read known parameters, several to an option; also of sensors, and of a bench what its model does not have.
+
+    For the experiment `force` values with a unit stay as they are written: of a machine that rotates it is another.
+    """
     fitting = import_module("pneumatic_servo.identification.fitting")
-    beside = {**fitting.OF_SENSORS, **fitting.OF_BENCH.get(experiment, {})}
-    special: dict[str, Value] = {}
+    signals = import_module("pneumatic_servo.identification.signals")
+    beside = fitting.units_beside(experiment, signals.SLIDING)
+    special: dict[str, Any] = {}
     others = []
     for word in words_of(given):
         name, equals, text = word.partition("=")
-        if equals and name in beside:
+        if equals and experiment == "force" and has_unit(text):
+            special[name] = text
+        elif equals and name in beside:
             special[name] = written(text, beside[name], f"--set {word}", is_bare_allowed=True)
         else:
             others.append(word)

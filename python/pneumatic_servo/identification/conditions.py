@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumatic_servo.identification.kinds import measured_speed
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.identification.regimes import measured_speed
 from pneumatic_servo.identification.smoothing import fastest
 from pneumatic_servo.words import said
 
@@ -96,6 +96,7 @@ def _by_quantity(problem: Problem, records: list[Record], quantity: str) -> list
     jumps = np.diff(own[order]) > SAME * np.maximum(np.abs(own[order][1:]), np.abs(own[order][:-1]))
     groups = np.split(order, np.flatnonzero(jumps) + 1)
     means = [float(np.mean(own[group])) for group in groups]
+    unit = unit if quantity == "load" else problem.experiment.units.of(unit)
     return [
         Condition(quantity, mean, f"{quantity} {mean:.4g} {unit}", tuple(sorted(group.tolist())))
         for mean, group in zip(means, groups, strict=True)

@@ -21,6 +21,8 @@ AWAY = 0.3
 """A way to and fro ends within this share of its length from where it began: a weight gives back what it took."""
 UNLIKE = 1.5
 """A velocity that is so many times the slope of its position, or less by it, is in another unit."""
+MISTAKEN = (("mm/s", 1e3), ("deg/s", 57.3), ("rpm", 9.55))
+"""Units of a velocity that are taken for the SI unit, and what it then is too large by."""
 WIDTH = 0.04
 """Width in s of the parabolas that give velocities here."""
 CENTRE = 5.0
@@ -59,9 +61,13 @@ def _check_velocity(experiment: Experiment, windows: Sequence[Window]) -> None:
     likeness = float(seen @ true / max(float(np.linalg.norm(seen) * np.linalg.norm(true)), 1e-300))
     if abs(likeness) > 0.8 and not 1.0 / UNLIKE < ratio < UNLIKE:
         meant = "; is its sign turned? then write velocity=-column" if ratio < 0.0 else ""
-        meant = "; is it in mm/s? then write velocity=column[mm/s]" if 500.0 < ratio < 2000.0 else meant
+        other = next((unit for unit, times in MISTAKEN if 0.5 * times < ratio < 2.0 * times), None)
+        units = experiment.units
+        if other is not None and (other == "mm/s") != units.is_rotating:
+            meant = f"; is it in {other}? then write velocity=column[{other}]"
         raise ValueError(
-            f"{both[0].record.name}: velocity is {ratio:.4g} times the slope of position, in m/s and m{meant}"
+            f"{both[0].record.name}: velocity is {ratio:.4g} times the slope of position, in "
+            f"{units.of_signal('velocity')} and {units.of_signal('position')}{meant}"
         )
 
 

@@ -24,7 +24,7 @@ from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.foretold import Foretold, Left, foretell
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.ranges import Ranges, asked_of
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.identification.solve import refine
 from pneumatic_servo.identification.watch import Watch
 from pneumatic_servo.run import table
@@ -33,8 +33,6 @@ Array = NDArray[np.float64]
 
 MISSED = 3.0
 """Where no friction is told, a condition that leaves so many times what is left if it is fitted is not predicted."""
-COLUMNS = ["left out", "samples", "signal", "rms predicted", "rms fitted along", "unit", "friction predicted (N)",
-           "low", "high", "measured (N)", "measured low", "measured high", "holds"]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -69,6 +67,15 @@ class Case:
             return self.friction.is_within
         return all(rms <= MISSED * self.fitted[signal] for signal, rms in self.rms.items())
 
+    def said(self, units: Units) -> str:
+        """Return what the others predict of it, for people: friction, or what is left of each signal."""
+        if self.friction is not None:
+            return self.friction.said(units.of("N"))
+        return ", ".join(
+            f"{signal} is predicted to {rms:.3g} {units.of_signal(signal)} rms, and fitted to {self.fitted[signal]:.3g}"
+            for signal, rms in self.rms.items()
+        )
+
 
 @dataclass(frozen=True)
 class CrossValidation:
@@ -78,17 +85,28 @@ class CrossValidation:
     ----------
     cases : tuple of Case
         One for each condition.
+    units : Units
+        The units of the fit.
     """
 
     cases: tuple[Case, ...]
+    units: Units = SLIDING
 
     @property
     def holds(self) -> int:
         """In how many of the conditions the law holds."""
         return sum(case.holds for case in self.cases)
 
+    @property
+    def columns(self) -> list[str]:
+        """The names of the columns of the table."""
+        force = self.units.of("N")
+        return ["left out", "samples", "signal", "rms predicted", "rms fitted along", "unit",
+                f"friction predicted ({force})", "low", "high", f"measured ({force})", "measured low",
+                "measured high", "holds"]  # fmt: skip
+
     def rows(self) -> list[list[Any]]:
-        """Return the table; its columns are `COLUMNS`."""
+        """Return the table, under its `columns`."""
         found: list[list[Any]] = []
         for case in self.cases:
             told = case.friction
@@ -99,7 +117,8 @@ class CrossValidation:
                 ]  # fmt: skip
             for signal, rms in case.rms.items():
                 found.append([
-                    case.condition.name, case.samples, signal, rms, case.fitted[signal], SIGNALS[signal], *friction,
+                    case.condition.name, case.samples, signal, rms, case.fitted[signal],
+                    self.units.of_signal(signal), *friction,
                     "yes" if case.holds else "no",
                 ])  # fmt: skip
         return found
@@ -108,7 +127,7 @@ class CrossValidation:
         """Return the table as it is written to JSON: what is not finite, as an end that nothing tells, is null."""
         return [
             {name: None if isinstance(cell, float) and not np.isfinite(cell) else cell
-             for name, cell in zip(COLUMNS, row, strict=True)}
+             for name, cell in zip(self.columns, row, strict=True)}
             for row in self.rows()
         ]  # fmt: skip
 
@@ -120,7 +139,7 @@ class CrossValidation:
 
     def to_csv(self, file: str | Path) -> None:
         """Write the table."""
-        write_csv(Path(file), COLUMNS, self.rows())
+        write_csv(Path(file), self.columns, self.rows())
 
     def plot(self) -> Figure:
         """Draw friction in each condition, predicted by the others and measured; without friction, what is left."""
@@ -144,25 +163,24 @@ class CrossValidation:
             else:
                 axis.plot([], [], color=BLUE, lw=4, alpha=0.3, label="predicted by the others, 95 %")
                 axis.plot([], [], "o", ms=4, color=VERMILION, label="measured")
-                axis.set_xlabel("friction (N)")
+                axis.set_xlabel(f"friction ({self.units.of('N')})")
                 axis.legend(loc="best", fontsize=7)
         return figure
 
     def __repr__(self) -> str:
         lines = [f"each condition left out in turn: the law holds in {self.holds} of {len(self.cases)}"]
         for case in self.cases:
-            what = str(case.friction) if case.friction is not None else ", ".join(
-                f"{signal}: {rms:.4g} {SIGNALS[signal]} rms, {case.fitted[signal]:.4g} if fitted along"
-                for signal, rms in case.rms.items()
-            )  # fmt: skip
-            lines.append(f"  {case.condition.name}: {what}{'' if case.holds else ': the law does not hold there'}")
+            failed = "" if case.holds else ": the law does not hold there"
+            lines.append(f"  {case.condition.name}: {case.said(self.units)}{failed}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        return table(COLUMNS, self.texts())
+        return table(self.columns, self.texts())
 
 
-def cross_validate(problem: Problem, x: Array, groups: Sequence[Condition], loss: str, watch: Watch) -> CrossValidation:
+def cross_validate(
+    problem: Problem, x: Array, groups: Sequence[Condition], loss: str, law_error: float, watch: Watch
+) -> CrossValidation:
     """Leave out one condition after the other.
 
     Parameters
@@ -173,6 +191,8 @@ def cross_validate(problem: Problem, x: Array, groups: Sequence[Condition], loss
         The conditions.
     loss : str
         Loss function.
+    law_error : float
+        What friction is expected to differ by from the law, as a share.
     watch : Watch
         Is told how far it is.
     """
@@ -188,10 +208,12 @@ def cross_validate(problem: Problem, x: Array, groups: Sequence[Condition], loss
         rms, along = _rms(left), _rms(Left.of(out, theirs))
         same = _of_others(others, groups, group)
         beyond = Ranges.of(training, found).beyond(asked_of(out, asked))
-        friction = foretell(training, found, same, out, asked, left) if _tells_friction(problem.experiment) else None
+        friction = None
+        if _tells_friction(problem.experiment):
+            friction = foretell(training, found, same, out, asked, left, law_error)
         samples = sum(window.fitted for window in out.windows)
         cases.append(Case(group, samples, rms, along, friction, tuple(beyond.values())))
-    return CrossValidation(tuple(cases))
+    return CrossValidation(tuple(cases), problem.experiment.units)
 
 
 def _rms(left: Left) -> dict[str, float]:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
-from pneumatic_servo.identification.regimes import measured_speed
+from pneumatic_servo.identification.kinds import measured_speed
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.result import Fit
 
@@ -18,8 +18,13 @@ POINTS = 4000
 """Points that a line of a figure has at most."""
 SHOWN = 60
 """Samples before and after the worst misfit that its picture has."""
-UNITS = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "Pa": ("bar", 1e-5), "N": ("N", 1.0)}
-"""What figures show."""
+UNITS = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "Pa": ("bar", 1e-5)}
+"""What figures show in place of an SI unit."""
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Return the unit in which figures show an SI unit, and the factor to it."""
+    return UNITS.get(unit, (unit, 1.0))
 
 
 def overlay(residuals: Residuals) -> Figure:
@@ -29,7 +34,7 @@ def overlay(residuals: Residuals) -> Figure:
         figure = Drawing(figsize=(WIDTH, 0.6 + HEIGHT * 2 * len(signals)), layout="constrained")
         axes = figure.subplots(2 * len(signals), 1, sharex=True, squeeze=False)[:, 0]
         for place, signal in enumerate(signals):
-            unit, factor = UNITS[residuals.unit(signal)]
+            unit, factor = shown(residuals.unit(signal))
             upper, lower = axes[2 * place], axes[2 * place + 1]
             for course in residuals.courses(signal):
                 cut = slice(None, None, max(1, len(course.time) // POINTS))
@@ -51,7 +56,7 @@ def worst_misfit(residuals: Residuals) -> Figure | None:
     if worst is None:
         return None
     window, course = residuals.windows[worst.window], list(residuals.courses(worst.signal))[worst.window]
-    record, (unit, factor) = window.record, UNITS[residuals.unit(worst.signal)]
+    record, (unit, factor) = window.record, shown(residuals.unit(worst.signal))
     near = slice(max(0, worst.sample - SHOWN), worst.sample + SHOWN + 1)
     time = record.begin + record.time[near]
     with mpl.rc_context(STYLE):
@@ -62,8 +67,9 @@ def worst_misfit(residuals: Residuals) -> Figure | None:
         upper.set_ylabel(f"{worst.signal} ({unit})")
         upper.set_title(f"{record.name}: worst at {record.begin + record.time[worst.sample]:.4g} s")
         upper.legend(ncols=2, loc="best")
-        lower.plot(time, 1e3 * measured_speed(record)[near], color=VERMILION, lw=1.0)
-        lower.set(xlabel="time of the record (s)", ylabel="velocity (mm/s)")
+        pace, times = shown(residuals.unit("velocity"))
+        lower.plot(time, times * measured_speed(record)[near], color=VERMILION, lw=1.0)
+        lower.set(xlabel="time of the record (s)", ylabel=f"velocity ({pace})")
         for axis in (upper, lower):
             axis.axvline(record.begin + record.time[worst.sample], color=GREY, lw=0.7, ls=":")
     return figure
@@ -72,16 +78,17 @@ def worst_misfit(residuals: Residuals) -> Figure | None:
 def against(residuals: Residuals) -> Figure:
     """Draw what remains against velocity and position, and its autocorrelation."""
     signal = residuals.signals[0]
-    unit, factor = UNITS[residuals.unit(signal)]
+    unit, factor = shown(residuals.unit(signal))
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 2.8), layout="constrained")
         first, second, third = figure.subplots(1, 3)
         rest = residuals.all(signal)
         cut = slice(None, None, max(1, len(rest) // POINTS))
-        first.plot(1e3 * residuals.velocity[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
-        first.set(xlabel="velocity (mm/s)", ylabel=f"rest of {signal} ({unit})")
-        second.plot(1e3 * residuals.position[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
-        second.set(xlabel="position (mm)")
+        (pace, by_pace), (way, by_way) = (shown(residuals.unit(name)) for name in ("velocity", "position"))
+        first.plot(by_pace * residuals.velocity[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
+        first.set(xlabel=f"velocity ({pace})", ylabel=f"rest of {signal} ({unit})")
+        second.plot(by_way * residuals.position[cut], factor * rest[cut], ".", ms=1.5, color=VERMILION)
+        second.set(xlabel=f"position ({way})")
         white = residuals.correlation(signal)
         third.plot(np.arange(len(white)), white, color=BLUE)
         third.axhspan(-residuals.limit(signal), residuals.limit(signal), color=GREY, alpha=0.3)
@@ -101,11 +108,14 @@ def friction_map(fit: Fit) -> Figure | None:
         figure = Drawing(figsize=(WIDTH, 3.2), layout="constrained")
         axis = figure.subplots()
         cut = slice(None, None, max(1, int(np.sum(loaded)) // (2 * POINTS)))
-        axis.plot(1e3 * speed[loaded][cut], (force[loaded] / level[loaded])[cut], ".", ms=1.5, color=GREY, label="data")
+        unit, factor = shown(fit.units.of_signal("velocity"))
+        axis.plot(
+            factor * speed[loaded][cut], (force[loaded] / level[loaded])[cut], ".", ms=1.5, color=GREY, label="data"
+        )
         curve = steady(fit, float(np.max(np.abs(speed), initial=1e-6)))
         if curve is not None:
-            axis.plot(1e3 * curve[0], curve[1], color=BLUE, label=f"{fit.law}, steady")
-        axis.set(xlabel="velocity (mm/s)", ylabel="friction at load level 1 (N)")
+            axis.plot(factor * curve[0], curve[1], color=BLUE, label=f"{fit.law}, steady")
+        axis.set(xlabel=f"velocity ({unit})", ylabel=f"friction at load level 1 ({fit.units.of('N')})")
         axis.legend()
     return figure
 

@@ -17,6 +17,7 @@ from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
+from pneumatic_servo.identification.foretold import USUAL
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
@@ -25,12 +26,13 @@ from pneumatic_servo.identification.posterior import emcee_of, sample
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
 from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
-from pneumatic_servo.identification.table import Column, columns_of, listed, measured
+from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
 from pneumatic_servo.identification.watch import Told, Watch, told
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.units import has_unit
 from pneumatic_servo.variables import Value
 from pneumatic_servo.words import said
 
@@ -77,6 +79,7 @@ def fit(
     intervals: str = "jacobian",
     posterior: bool = False,
     cross_validate: str | Sequence[str] = (),
+    law_error: float = USUAL,
     workers: int | None = None,
     executor: Executor | None = None,
     cluster: Any = None,
@@ -128,6 +131,9 @@ def fit(
         What is left out and predicted, one condition after the other: ``record``, ``pressure``, ``load``,
         ``amplitude``, ``speed``, ``supplyPressure``, or several of them; see `CrossValidation`. A record is cut at gaps
         only, so that each stretch has one pressure.
+    law_error : float
+        Standard deviation, as a share, of what friction is expected to differ by from any law between these conditions,
+        before the data tell; see `CrossValidation`.
     workers : int, optional
         Threads; by default one per core.
     executor : concurrent.futures.Executor, optional
@@ -179,7 +185,7 @@ def fit(
             data, experiment=experiment, law=law, fit=fit, columns=columns, settings=settings, hold_out=hold_out,
             hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width, play=play, window=window,
             inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
-            cross_validate=cross_validate, workers=workers,
+            cross_validate=cross_validate, law_error=law_error, workers=workers,
             executor=executor if cluster is None else cluster.get_executor(), watch=watch,
         )  # fmt: skip
 
@@ -188,7 +194,8 @@ def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
     settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int, rated: float,
     width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
-    posterior: bool, cross_validate: str | Sequence[str], workers: int | None, executor: Executor | None, watch: Watch,
+    posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
+    executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
     options = Options(
         rated=_positive("rated", values.number_in("N", "rated", rated)),
@@ -199,6 +206,7 @@ def _fit(
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
         checks.whole_number(name, number, least=0)
+    _positive("law_error", law_error)
     if workers is not None:
         checks.whole_number("workers", workers, least=1)
     if not 0.0 <= hold_out < 1.0:
@@ -213,11 +221,16 @@ def _fit(
         if loss != "linear":
             raise ValueError(f"{said('posterior')}: the loss {loss} is none of a likelihood; use linear")
         emcee_of()
-    kind = make_experiment(experiment, law, settings, options)
+    check_names(experiment, law)
     read = columns_of(columns) if columns is not None else None
-    records, notes = _load(kind, listed(data), read, loss)
+    sources = _read(data, read)
     is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
-    extra = _load(kind, listed(hold_out_data), read, loss)[0] if is_extra else []
+    extra_sources = _read(hold_out_data, read) if is_extra else []
+    kind = make_experiment(
+        experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
+    )
+    records, notes = _load(kind, sources, loss)
+    extra = _load(kind, extra_sources, loss)[0] if is_extra else []
     _check_sensors(kind)
     check_known_pressures(kind)
     free = free_parameters(kind, fit)
@@ -242,7 +255,7 @@ def _fit(
     try:
         if groups:
             watch.stage("cross-validation")
-            found = replace(found, cross_validation=cross_validate_by(fitted, best.x, groups, loss, watch))
+            found = replace(found, cross_validation=cross_validate_by(fitted, best.x, groups, loss, law_error, watch))
         if posterior:
             found = _with_posterior(found, fitted, best.x, seed, executor, watch)
     except KeyboardInterrupt:
@@ -281,7 +294,7 @@ def _told_early(problem: Problem, watch: Watch) -> list[str]:
 def _finished(problem: Problem, fitted: Problem, best: Solution, sure: Certainty, notes: Sequence[str]) -> Fit:
     problem = problem.seen_by(fitted.sensors).begun(fitted, best.x)
     found = _result(problem, best.x[: len(problem.free)], best.converged, best.message, sure, notes)
-    judged(problem.measured(), found.rms)
+    judged(problem.experiment, problem.measured(), found.rms)
     return found
 
 
@@ -296,27 +309,45 @@ def _interrupted(problem: Problem, fitted: Problem, watch: Watch, notes: Sequenc
     return interrupted
 
 
-def make_experiment(name: str, law: str, settings: Parameters | None, options: Options) -> Experiment:
-    """Return the experiment of a name."""
+def _units(
+    experiment: str, sources: Sequence[Measured], settings: Parameters | None, fit: str | Sequence[str]
+) -> Units:
+    """Return the units of the machine, as far as anybody wrote one."""
+    stated = [(signal, si, where) for source in sources for signal, (si, where) in source.stated.items()]
+    given = dict(settings) if isinstance(settings, Mapping) else {}
+    words = split(fit) if isinstance(fit, str) else checks.names("fit", fit)
+    given |= {f"{said('fit')}: {name}": text for name, text in starts_of(words)}
+    return told_units(experiment, stated, given)
+
+
+def check_names(name: str, law: str) -> None:
+    """Refuse an experiment or a law that there is not."""
     if name not in EXPERIMENTS:
         raise ValueError(
             f"{said('experiment', name)}: it must be one of {', '.join(EXPERIMENTS)}"
             f"{did_you_mean(str(name), EXPERIMENTS)}"
         )
-    kind = EXPERIMENTS[name]
-    table = kind(law, {}, options).table
-    laws = table.parameters["friction.law"].items
+    laws = EXPERIMENTS[name](law, {}, Options()).table.parameters["friction.law"].items
     if law not in laws:
         hint = did_you_mean(str(law), laws)
         raise ValueError(f"{said('law', law)}: there is no such law{hint}; there are {', '.join(laws)}")
-    known = _known(name, table, settings)
+
+
+def make_experiment(
+    name: str, law: str, settings: Parameters | None, options: Options, units: Units = SLIDING
+) -> Experiment:
+    """Return the experiment of a name."""
+    check_names(name, law)
+    kind = EXPERIMENTS[name]
+    table = kind(law, {}, options).table
+    known = _known(name, table, settings, units)
     if known.get("friction.law", law) != law:
         raise ValueError(
             f"{said('law', law)}: the law is given twice, by {said('settings')} as {known['friction.law']}"
         )
     beside = {key: value for key, value in known.items() if key not in table.variables}
     own = {key: value for key, value in known.items() if key in table.variables}
-    return kind(law, {**table._fitted(own), **beside}, options)
+    return kind(law, {**table._fitted(own), **beside}, options, units)
 
 
 def _check_sensors(experiment: Experiment) -> None:
@@ -327,18 +358,28 @@ def _check_sensors(experiment: Experiment) -> None:
             raise ValueError(f"{said('settings', name)}: only sensors of {there} have a part in this experiment")
 
 
-def _known(name: str, table: Model, settings: Parameters | None) -> dict[str, Value]:
+def _known(name: str, table: Model, settings: Parameters | None, units: Units) -> dict[str, Value]:
     """Return known parameters in SI units; those of a test bench are none of its model."""
     if settings is None or not isinstance(settings, Mapping):
         return table._settings(settings, "settings")
-    special = {**OF_SENSORS, **OF_BENCH.get(name, {})}
+    special = units_beside(name, units)
     own = {key: value for key, value in settings.items() if key not in special}
     for key in own:
         if key not in table.variables:
             hint = did_you_mean(str(key), table.variables)
             raise ValueError(f"{said('settings', key)}: there is no such parameter of {table.name}{hint}")
+        unit = table.variables[key].unit
+        if units.of(unit) != unit and has_unit(own[key]):
+            own[key] = values.number_in(units.of(unit), key, own[key])
     beside = {key: values.number_in(special[key], key, value) for key, value in settings.items() if key in special}
     return {**table._settings(own, "settings"), **beside}
+
+
+def units_beside(name: str, units: Units) -> dict[str, str]:
+    """Return what may be known besides the parameters of the model, with its SI unit."""
+    own = {f"gain.{signal}": units.of_gain(signal) for signal in SIGNALS if signal != "time"}
+    own |= {f"offset.{signal}": units.of_signal(signal) for signal in SIGNALS if signal != "time"}
+    return {**OF_SENSORS, **own, **{key: units.of(unit) for key, unit in OF_BENCH.get(name, {}).items()}}
 
 
 def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[Free]:
@@ -347,7 +388,7 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     if not words:
         every = [*usual(experiment.law, experiment.table, experiment.settings), *experiment.unknown]
         words = [name for name in every if name not in experiment.settings]
-    free = [parse(word, experiment.table, experiment.compared, experiment.beside) for word in words]
+    free = [parse(word, experiment.table, experiment.compared, experiment.beside, experiment.units) for word in words]
     names = [parameter.name for parameter in free]
     for name in names:
         if names.count(name) > 1:
@@ -362,18 +403,20 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     return free
 
 
-def _load(
-    experiment: Experiment, data: Sequence[Any], columns: Mapping[str, Column] | None, loss: str
-) -> tuple[list[Record], list[str]]:
-    if not len(data):
+def _read(data: Any, columns: Mapping[str, Column] | None) -> list[Measured]:
+    sources = listed(data)
+    if not len(sources):
         raise ValueError("there are no data")
-    sources = [measured(number, source, columns) for number, source in enumerate(data, start=1)]
+    return [measured(number, source, columns) for number, source in enumerate(sources, start=1)]
+
+
+def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[list[Record], list[str]]:
     experiment.use(set.intersection(*(set(source.signals) for source in sources)))
     records, notes = load(sources)
     sources, mended = checked(experiment, sources, loss)
     if mended:
         records, notes = load(sources)
-    recorded = [note for source in sources for note in recorder.check(source)]
+    recorded = [note for source in sources for note in recorder.check(source, experiment.units)]
     return records, [*mended, *recorded, *notes]
 
 
@@ -385,9 +428,10 @@ def _check_size(problem: Problem) -> None:
         raise ValueError("all at rest: no sample moves beyond the noise of the position")
     for signal, course in problem.measured().items():
         if np.ptp(course) == 0.0:
+            still = f"{signal} = {course[0]:g} {problem.experiment.units.of_signal(signal)} all the time"
             raise ValueError(
-                f"{problem.windows[0].record.name}: {signal} = {course[0]:g} {SIGNALS[signal]} all the time, so that "
-                "nothing can be learned of it; is it the right column?"
+                f"{problem.windows[0].record.name}: {still}, so that nothing can be learned of it; is it the right "
+                "column?"
             )
     samples = sum(window.fitted for window in problem.windows)
     count = samples * len(problem.experiment.compared)

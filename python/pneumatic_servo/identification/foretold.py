@@ -12,7 +12,8 @@ with the derivatives J_i by the parameters in the condition i, those f_i by the 
 orthonormal basis B_i of both. How large tau is, is told by friction as a whole in each condition, about the curve that
 the law can draw through them at best; it is integrated out, as A. Gelman advises for few groups ("Prior distributions
 for variance parameters in hierarchical models", Bayesian Analysis, 2006): that a law is off by more than a factor of
-1.5 between conditions is not expected; the data say the rest. The condition that is left out is off by a share, too.
+1.5 between conditions is not expected, unless `law_error` gives another deviation than 0.2; the data say the rest. The
+condition that is left out is off by a share, too.
 """
 
 from __future__ import annotations
@@ -70,10 +71,11 @@ class Foretold:
         """Whether the interval is so wide that it tells hardly anything."""
         return self.high > WIDE * self.low
 
-    def __str__(self) -> str:
+    def said(self, unit: str) -> str:
+        """Return it for people, in a unit."""
         return (
-            f"predicted {self.predicted:.4g} N [{self.low:.4g}, {self.high:.4g}], "
-            f"measured {self.measured:.4g} N [{self.measured_low:.4g}, {self.measured_high:.4g}]"
+            f"predicted {self.predicted:.4g} {unit} [{self.low:.4g}, {self.high:.4g}], "
+            f"measured {self.measured:.4g} {unit} [{self.measured_low:.4g}, {self.measured_high:.4g}]"
         )
 
 
@@ -136,8 +138,9 @@ def _of_factor(problem: Problem, x: Array, left: Left) -> Array:
 
 
 def foretell(
-    training: Problem, x: Array, groups: Sequence[Sequence[int]], out: Problem, asked: Array, left: Left
-) -> Foretold:
+    training: Problem, x: Array, groups: Sequence[Sequence[int]], out: Problem, asked: Array, left: Left,
+    law_error: float,
+) -> Foretold:  # fmt: skip
     """Predict friction of windows from others that are fitted, and measure it.
 
     Parameters
@@ -150,6 +153,8 @@ def foretell(
         The windows that are left out, with the values that the others tell and what they begin with.
     left : Left
         What is left of them then.
+    law_error : float
+        Deviation of tau, before the data tell.
     """
     fitted = Left.of(training, x)
     factors = _of_factor(training, x, fitted)
@@ -158,7 +163,7 @@ def foretell(
     own = np.column_stack([np.where(np.isin(windows, list(group)), factors, 0.0) for group in groups])
     mean, slope = _mean_friction(out, asked)
     sensors = _of_sensors(training)
-    middle, low, high, spread = _foretold(fitted, own, training.blocks(2 * STRETCHES), slope, sensors)
+    middle, low, high, spread = _foretold(fitted, own, training.blocks(2 * STRETCHES), slope, sensors, law_error)
     with np.errstate(over="ignore"):
         # Where the others tell nothing of it, the upper end is as good as infinite.
         middle, low, high = (float(mean * np.exp(end)) for end in (middle, low, high))
@@ -170,7 +175,12 @@ def foretell(
 
 
 def _foretold(
-    left: Left, factors: Array, blocks: NDArray[np.int64], slope: Array, sensors: Sequence[int]
+    left: Left,
+    factors: Array,
+    blocks: NDArray[np.int64],
+    slope: Array,
+    sensors: Sequence[int],
+    law_error: float,
 ) -> tuple[float, float, float, float]:
     """Return median and ends of the logarithm of the factor that is expected, and the median of tau."""
     noise = _noise(np.column_stack([left.derivatives, factors]), left.residuals, blocks)
@@ -182,7 +192,7 @@ def _foretold(
         solved = np.linalg.solve(whole, np.column_stack([right, slope]))
         likely = _likelihood(levels, tau, noise)[2]
         # The grid is even in the logarithm of tau.
-        weights.append(likely + np.log(tau) - 0.5 * (tau / USUAL) ** 2)
+        weights.append(likely + np.log(tau) - 0.5 * (tau / law_error) ** 2)
         means.append(float(slope @ solved[:, 0]))
         variances.append(float(slope @ solved[:, 1]) + tau**2)
     shares = np.exp(np.array(weights) - np.max(weights))

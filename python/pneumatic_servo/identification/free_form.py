@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from pneumatic_servo.identification.figures import steady
-from pneumatic_servo.identification.regimes import REST
+from pneumatic_servo.identification.kinds import REST
 from pneumatic_servo.identification.smoothing import fastest
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ FEWEST = 200
 
 @dataclass(frozen=True)
 class FreeForm:
-    """What is left of friction in N rms, in motion: by the law, and by a free curve on top of it.
+    """What is left of friction, as rms, in motion: by the law, and by a free curve on top of it.
 
     Attributes
     ----------
@@ -47,10 +47,13 @@ class FreeForm:
     curves : dict
         By a curve over ``velocity``, ``velocity and load``, ``velocity, load and position``, predicted for stretches of
         time that the curve was not fitted to.
+    unit : str
+        Unit of friction.
     """
 
     law: float
     curves: dict[str, float]
+    unit: str = "N"
 
     @property
     def family(self) -> str:
@@ -62,10 +65,10 @@ class FreeForm:
         return max(0.0, 1.0 - self.curves[variables] / self.law) if self.law > 0.0 else 0.0
 
     def __str__(self) -> str:
-        curves = ", ".join(f"{rms:.3g} N over {name}" for name, rms in self.curves.items())
+        curves = ", ".join(f"{rms:.3g} {self.unit} over {name}" for name, rms in self.curves.items())
         return (
-            f"Of friction in motion the law leaves {self.law:.3g} N rms, a free curve {curves}: a law of {self.family} "
-            f"could leave {100.0 * self.gain(self.family):.0f} % less."
+            f"Of friction in motion the law leaves {self.law:.3g} {self.unit} rms, a free curve {curves}: a law "
+            f"of {self.family} could leave {100.0 * self.gain(self.family):.0f} % less."
         )
 
 
@@ -90,7 +93,9 @@ def free_form(fit: Fit) -> FreeForm | None:
         [last, along, along * way]
     )
     return FreeForm(
-        float(np.sqrt(np.mean(rest**2))), {name: _predicted(table, rest) for name, table in columns.items()}
+        float(np.sqrt(np.mean(rest**2))),
+        {name: _predicted(table, rest) for name, table in columns.items()},
+        fit.units.of("N"),
     )
 
 

@@ -12,12 +12,15 @@ from pneumatic_servo.identification.experiments import Window
 from pneumatic_servo.identification.experiments.motion import Motion
 from pneumatic_servo.identification.parameters import Free, group_of
 from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.signals import ROTATING
 from pneumatic_servo.identification.smoothing import fastest
 
 Array = NDArray[np.float64]
 
 BELOW = 0.8
 """Share of a static friction that is not free with which sliding friction starts at most."""
+VISCOUS = ("N.s/m", ROTATING["N.s/m"])
+"""Units of viscous friction."""
 ELEMENTS = 10
 """Elements of the laws that have several."""
 
@@ -99,7 +102,7 @@ def _line(own: Sequence[Free], pace: Array, dry: Array, least: float) -> tuple[f
     """Friction at speed 0 and its growth, from the faster samples; no growth under a law without a free one."""
     middle = max(float(np.median(dry)), 1e-9)
     fast = pace > least
-    if not any(free.unit == "N.s/m" for free in own) or np.sum(fast) < 10:
+    if not any(free.unit in VISCOUS for free in own) or np.sum(fast) < 10:
         return middle, 0.0
     slope, coulomb = np.polyfit(pace[fast], dry[fast], 1)
     if slope <= 0.0 or coulomb < 0.1 * middle:

@@ -16,6 +16,7 @@ from pneumatic_servo.identification.experiments import Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
 from pneumatic_servo.identification.parameters import split, usual
 from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.identification.telling import Telling, telling
 from pneumatic_servo.run import table
 from pneumatic_servo.words import said
@@ -198,7 +199,7 @@ def _free(
 
     What is named for all laws, say with bounds, counts instead of the same by default.
     """
-    table = make_experiment(experiment, law, settings, Options()).table
+    table = make_experiment(experiment, law, settings, Options(), told_units(experiment, [], settings)).table
     words = [split(given) if isinstance(given, str) else names("fit", given) for given in (own, common)]
     named = {word.partition("=")[0].partition(":")[0].strip() for word in words[1]}
     chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
@@ -87,7 +87,9 @@ def split(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
-def parse(word: str, model: Model, compared: Sequence[str], beside: Mapping[str, str] = NOTHING) -> Free:
+def parse(
+    word: str, model: Model, compared: Sequence[str], beside: Mapping[str, str] = NOTHING, units: Units = SLIDING
+) -> Free:
     """Read `NAME[=start][:low:high]`."""
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
@@ -95,6 +97,8 @@ def parse(word: str, model: Model, compared: Sequence[str], beside: Mapping[str,
     if len(bounds) not in (0, 2):
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, beside, where)
+    if free.name not in beside:
+        free = replace(free, unit=units.of(free.unit))
     if equals:
         free = replace(free, start=_number(start, free.unit, where), is_given=True)
     if bounds:
@@ -137,14 +141,14 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
         if kind == "lag":
             return Free(name, "s", 0.0, 0.0, 0.5, 0.02, legal=(0.0, math.inf))
         if kind == "gain":
-            return Free(name, "1", 1.0, -math.inf, math.inf, 1.0)
-        return Free(name, SIGNALS[signal], 0.0, -math.inf, math.inf, _OFFSETS[SIGNALS[signal]])
+            return Free(name, beside[name], 1.0, -math.inf, math.inf, 1.0)
+        return Free(name, beside[name], 0.0, -math.inf, math.inf, _OFFSETS[beside[name]])
     if name == "incline" and name in beside:
         return Free(name, "rad", 0.0, -0.5 * math.pi, 0.5 * math.pi, 0.1, legal=(-0.5 * math.pi, 0.5 * math.pi))
     if name == "spring" and name in beside:
-        return Free(name, "N/m", 100.0, 0.0, math.inf, 100.0, legal=(0.0, math.inf))
+        return Free(name, beside[name], 100.0, 0.0, math.inf, 100.0, legal=(0.0, math.inf))
     if name == "springRest" and name in beside:
-        return Free(name, "m", 0.0, -math.inf, math.inf, 0.01)
+        return Free(name, beside[name], 0.0, -math.inf, math.inf, 0.01)
     if name == "area":
         if "force" not in compared:
             raise ValueError(f"{where}: area needs the columns force and pressure, in the experiment motion")
@@ -158,7 +162,7 @@ def free_of(name: str, model: Model, compared: Sequence[str], beside: Mapping[st
     return _of(variable, where)
 
 
-_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2, "V": 0.1}
+_OFFSETS = {"m": 1e-4, "N": 1.0, "Pa": 1e3, "m/s": 1e-2, "V": 0.1, "rad": 1e-3, "rad/s": 1e-2, "N.m": 1.0, "A": 0.1}
 """Magnitudes of the offsets of sensors."""
 
 

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 from pneumatic_servo.errors import warn
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SIGNALS, Units
 from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
 from pneumatic_servo.noticed import tell_saturation
@@ -61,7 +61,7 @@ def checked(experiment: Experiment, data: Sequence[Measured], loss: str) -> tupl
     found, notes = [], []
     for source in data:
         _check_interval(experiment, source)
-        without, told = _without_outliers(source, loss)
+        without, told = _without_outliers(source, loss, experiment.units)
         notes += told
         _check_ranges(experiment, without)
         found.append(without)
@@ -86,12 +86,12 @@ def assumed(experiment: Experiment, free: Sequence[str]) -> list[str]:
     return [f"not given, so that the default counts: {values}"]
 
 
-def judged(measured: Mapping[str, Array], rms: Mapping[str, float]) -> None:
+def judged(experiment: Experiment, measured: Mapping[str, Array], rms: Mapping[str, float]) -> None:
     """Warn of signals of which a fit leaves about as much as they have."""
     for signal, values in measured.items():
         spread = float(np.std(values))
         if np.isfinite(rms.get(signal, np.nan)) and rms[signal] > BADLY * spread > 0.0:
-            unit = SIGNALS[signal]
+            unit = experiment.units.of_signal(signal)
             warn(
                 f"the fitted model does not describe {signal}: it leaves {rms[signal]:.4g} {unit} rms of a signal that "
                 f"varies by {spread:.4g} {unit} rms; look at units, signs, what was assumed, and what is free"
@@ -135,7 +135,7 @@ def _check_position(experiment: Experiment, source: Measured, low: float, high: 
     told = _told(source, "position", low, high)
     mm = f"in mm it would be {1e-3 * low:.5g} to {1e-3 * high:.5g} m: write position=...[mm]"
     if experiment.name not in ("rig", "pneumatic"):
-        if high - low > 10.0:
+        if high - low > 10.0 and not experiment.units.is_rotating:
             raise ValueError(f"{told}; {mm}")
         return
     stroke = experiment.value("cylinder.stroke", {})
@@ -196,7 +196,7 @@ def _check_pressure(source: Measured, signal: str, low: float, high: float) -> N
     )
 
 
-def _without_outliers(source: Measured, loss: str) -> tuple[Measured, list[str]]:
+def _without_outliers(source: Measured, loss: str, units: Units) -> tuple[Measured, list[str]]:
     signals, notes = dict(source.signals), []
     for signal, values in source.signals.items():
         # A voltage may well be a pulse of one sample.
@@ -205,7 +205,9 @@ def _without_outliers(source: Measured, loss: str) -> tuple[Measured, list[str]]
         wrong, usual = outliers(values)
         if not len(wrong):
             continue
-        first = [f"{source.where(signal, int(row))} = {values[row]:g} {SIGNALS[signal]}" for row in wrong[:SHOWN]]
+        first = [
+            f"{source.where(signal, int(row))} = {values[row]:g} {units.of_signal(signal)}" for row in wrong[:SHOWN]
+        ]
         more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
         told = f"{source.name}: {signal} is far off all samples around it at {', '.join(first)}{more}"
         if loss == "linear":

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pneumatic_servo.identification.experiments import Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder
+from pneumatic_servo.identification.kinds import measured_speed
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.regimes import measured_speed
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SLIDING, Units
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,15 +34,19 @@ class Ranges:
     ----------
     limits : dict
         Low and high by signal; of ``velocity`` those of the faster direction in both.
+    units : Units
+        The units of the fit.
     """
 
     limits: Mapping[str, tuple[float, float]]
+    units: Units = SLIDING
 
     @staticmethod
     def of(problem: Problem, x: Array) -> Ranges:
         """Return the ranges of the samples that are fitted, with gains and offsets of sensors as in a vector."""
         courses = _courses(problem, x, lambda window: window.used & ~window.held)
-        return Ranges({signal: _limits(signal, course) for signal, course in courses.items()})
+        limits = {signal: _limits(signal, course) for signal, course in courses.items()}
+        return Ranges(limits, problem.experiment.units)
 
     def beyond(self, asked: Mapping[str, ArrayLike]) -> dict[str, str]:
         """Say of each signal that leaves its range how far; values are in SI units.
@@ -59,7 +63,7 @@ class Ranges:
             low, high = self.limits[signal]
             margin = max(MARGIN * (high - low), OF_LARGEST * max(abs(low), abs(high)))
             least, most = (float(end) for end in np.quantile(values, [RARE, 1.0 - RARE]))
-            unit = SIGNALS[signal]
+            unit = self.units.of_signal(signal)
             if most > high + margin:
                 found[signal] = f"{signal} reaches {most:.4g} {unit}, of which up to {high:.4g} {unit} was fitted"
             elif least < low - margin:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.errors import warn
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import Units
 from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
 
@@ -38,7 +38,7 @@ ASKED = ("time", "valveVoltage", "supplyPressure")
 """What a controller asks for may well stay at an end, leap, and be repeated."""
 
 
-def check(source: Measured) -> list[str]:
+def check(source: Measured, units: Units) -> list[str]:
     """Warn of what a recorder has likely done to a table; return notes of what does no harm.
 
     Warns
@@ -50,10 +50,11 @@ def check(source: Measured) -> list[str]:
         if signal not in ASKED:
             for end, count in clipped(values):
                 warn(
-                    f"{source.name}: {signal} stays at {end:.6g} {SIGNALS[signal]}, the end of what it reads, for "
-                    f"{count} samples: is its range too small, so that it is clipped there? Leave these stretches out"
+                    f"{source.name}: {signal} stays at {end:.6g} {units.of_signal(signal)}, the end of what it reads, "
+                    f"for {count} samples: is its range too small, so that it is clipped there? Leave these stretches "
+                    "out"
                 )
-    _check_leaps(source)
+    _check_leaps(source, units)
     _check_repeats(source)
     return _missing(source)
 
@@ -100,7 +101,7 @@ def leaps(time: Array, position: Array) -> NDArray[np.int64]:
     return np.flatnonzero((steps > LEAP * others) & (steps > least) & usual)
 
 
-def _check_leaps(source: Measured) -> None:
+def _check_leaps(source: Measured, units: Units) -> None:
     if "position" not in source.signals:
         return
     time, position = source.signals["time"], source.signals["position"]
@@ -108,10 +109,10 @@ def _check_leaps(source: Measured) -> None:
     if len(found):
         first = int(found[0])
         more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
+        leap = f"{position[first + 1] - position[first]:.4g} {units.of_signal('position')}"
         warn(
-            f"{source.where('position', first + 1)}: position leaps by {position[first + 1] - position[first]:.4g} m "
-            f"within one sample{more}, as no mass does: were samples dropped there, and time counted on? Give the "
-            "time as it was recorded, or cut the record there"
+            f"{source.where('position', first + 1)}: position leaps by {leap} within one sample{more}, as no mass "
+            "does: were samples dropped, and time counted on? Give the time as it was recorded, or cut the record there"
         )
 
 

@@ -106,7 +106,7 @@ def _pieces(name: str, signals: Mapping[str, Array]) -> list[Record]:
     time = signals["time"]
     intervals = np.diff(time)
     if not len(intervals):
-        raise ValueError(f"{name}: too short, a single sample")
+        raise ValueError(f"{name}: too short, a single sample; at least {SHORTEST} are needed")
     ends = [0, *(np.flatnonzero(intervals > max(GAP * np.median(intervals), LOST)) + 1), len(time)]
     others = {signal: values for signal, values in signals.items() if signal != "time"}
     whole = Record(name, time - time[0], float(time[0]), others)

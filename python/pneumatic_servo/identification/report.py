@@ -9,7 +9,6 @@ from io import BytesIO
 
 from matplotlib.figure import Figure
 
-from pneumatic_servo.identification.cross_validation import COLUMNS
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.regimes import regimes
 from pneumatic_servo.identification.result import Fit
@@ -30,6 +29,7 @@ def page(fit: Fit) -> str:
     friction, worst = friction_map(fit), worst_misfit(residuals)
     parts = [
         f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{verdict} {escape(fit.message)}</p>",
+        f"<p>Units are those {escape(fit.units.told)}.</p>" if fit.units.is_rotating else "",
         f"<p class={fit.verdict.light}><b>{fit.verdict.light.capitalize()}.</b> {escape(fit.verdict.text)}</p>",
         "<h2>Parameters, with 95 % intervals</h2>",
         _table(
@@ -77,7 +77,7 @@ def _free_form(fit: Fit) -> list[str]:
     rows += [[f"a free curve over {n}", f"{rms:.4g}", f"{found.gain(n):.0%}"] for n, rms in found.curves.items()]
     return [
         "<h2>What any law could still gain</h2>",
-        _table(["friction in motion", "rms (N)", "less than the law leaves"], rows),
+        _table(["friction in motion", f"rms ({found.unit})", "less than the law leaves"], rows),
     ]
 
 
@@ -88,7 +88,7 @@ def _conditions(fit: Fit) -> list[str]:
     beyond = [f"{case.condition.name}: {text}" for case in found.cases for text in case.beyond]
     return [
         "<h2>Each condition predicted by the others</h2>",
-        _table(COLUMNS, found.texts()),
+        _table(found.columns, found.texts()),
         *(f"<p>An extrapolation. {escape(text)}.</p>" for text in beyond),
         _image(found.plot(), "friction of each condition, predicted and measured"),
     ]

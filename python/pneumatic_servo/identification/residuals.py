@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.kinds import Mask, kinds
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -50,9 +51,14 @@ class Residuals:
         [self.differences] = fit.problem.differences([fit.x])
         self.signals = fit.problem.experiment.compared
 
+    @cached_property
+    def kinds(self) -> dict[str, list[Mask]]:
+        """Which samples of each window belong to each kind of motion."""
+        return kinds(self.problem)
+
     def unit(self, signal: str) -> str:
         """Return the SI unit of a signal."""
-        return SIGNALS[signal]
+        return self.problem.experiment.units.of_signal(signal)
 
     def courses(self, signal: str) -> Iterator[Course]:
         """Yield the windows of a signal one after the other; samples that are not compared are NaN."""

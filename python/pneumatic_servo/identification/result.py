@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from pneumatic_servo.files import whole
 from pneumatic_servo.identification.intervals import Certainty
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import Units
 from pneumatic_servo.run import table
 from pneumatic_servo.ssv import ssv
 from pneumatic_servo.variables import Value
@@ -96,6 +96,11 @@ class Fit:
         known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
         table = self.problem.experiment.table
         return {name: value for name, value in known.items() if name in table.variables}
+
+    @property
+    def units(self) -> Units:
+        """The units of signals and parameters; those of a rotating machine are other than its model's."""
+        return self.problem.experiment.units
 
     @property
     def beside(self) -> list[str]:
@@ -181,9 +186,13 @@ class Fit:
             part.write_text(text, encoding="utf-8")
 
     def to_ssv(self, file: str | Path) -> None:
-        """Write the settings as a set of values that tools load into the FMU."""
+        """Write the settings as a set of values that tools load into the FMU.
+
+        Units in it are those of the FMU; of a rotating machine the description says how to read them.
+        """
         model = self.problem.experiment.table
-        text = ssv(Path(file).stem, f"Fitted parameters of {model.name}", model, self.settings)
+        described = ", ".join(filter(None, [f"Fitted parameters of {model.name}", self.units.told]))
+        text = ssv(Path(file).stem, described, model, self.settings)
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")
 
@@ -200,7 +209,9 @@ class Fit:
         lines = [f"{self.law}: {'converged' if self.converged else 'not converged'}"]
         lines += [f"  {name:{width}}  {estimate}" for name, estimate in self.parameters.items()]
         for title, rms in (("rms", self.rms), ("hold-out rms", self.hold_out_rms)):
-            lines += [f"  {title} of {signal}: {value:.6g} {SIGNALS[signal]}" for signal, value in rms.items()]
+            lines += [
+                f"  {title} of {signal}: {value:.6g} {self.units.of_signal(signal)}" for signal, value in rms.items()
+            ]
         lines += [f"  not determined: {name}: {reason}" for name, reason in self.undetermined.items()]
         lines += [f"  note: {note}" for note in self.notes]
         return "\n".join(lines)
@@ -209,7 +220,7 @@ class Fit:
         rows = (
             [name, f"{e.value:.6g}", f"{e.low:.6g}", f"{e.high:.6g}", e.unit] for name, e in self.parameters.items()
         )
-        left = ([signal, f"{rms:.6g}", SIGNALS[signal]] for signal, rms in self.rms.items())
+        left = ([signal, f"{rms:.6g}", self.units.of_signal(signal)] for signal, rms in self.rms.items())
         verdict = "converged" if self.converged else "not converged"
         notes = "".join(f"<li>{escape(note)}</li>" for note in self.notes)
         return (

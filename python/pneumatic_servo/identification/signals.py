@@ -1,6 +1,13 @@
-"""What can be measured."""
+"""What can be measured, and in which units a fit speaks of it."""
 
 from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pneumatic_servo.units import NUMBER, scale, units_of
 
 SIGNALS = {
     "time": "s",
@@ -18,3 +25,142 @@ SIGNALS = {
 }
 """Signals and their SI units. `pressure` is that of a test bench above ambient, those of the chambers are absolute, as
 everywhere in the model."""
+
+ROTATING = {
+    "m": "rad", "m/s": "rad/s", "m/s2": "rad/s2", "N": "N.m", "kg": "kg.m2", "N/m": "N.m/rad", "N.s/m": "N.m.s/rad",
+    "1/m": "1/rad", "N/s": "N.m/s",
+}  # fmt: skip
+"""What a rotating machine has in place of the units of one that slides; equations and numbers are the same."""
+
+ALSO = {"position": ("rad",), "velocity": ("rad/s",), "force": ("N.m", "A")}
+"""Other SI units that readings of the experiment `force` may have."""
+
+GAINS = {("N", "A"): "N/A", ("N.m", "A"): "N.m/A", ("N", "N.m"): "1/m", ("N.m", "N"): "m"}
+"""The unit of a gain that makes a force or a torque of a reading."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units of a fit.
+
+    Attributes
+    ----------
+    is_rotating : bool
+        Whether the machine rotates: its force is a torque, its mass an inertia, its position an angle.
+    readings : dict
+        SI units of signals that are read in another one than that of the machine, as the current of a motor.
+    """
+
+    is_rotating: bool = False
+    readings: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, unit: str) -> str:
+        """Return what is said in place of a unit of the model."""
+        return ROTATING.get(unit, unit) if self.is_rotating else unit
+
+    def of_signal(self, signal: str) -> str:
+        """Return the SI unit of what is read of a signal."""
+        # The force that loads a bearing is one in N.
+        own = SIGNALS[signal] if signal == "normalForce" else self.of(SIGNALS[signal])
+        return self.readings.get(signal, own)
+
+    def of_gain(self, signal: str) -> str:
+        """Return the unit of what a reading is multiplied by."""
+        return GAINS.get((self.of(SIGNALS[signal]), self.of_signal(signal)), "1")
+
+    @property
+    def told(self) -> str:
+        """How to read the units of the model, for people; nothing for a machine that slides."""
+        return "of a rotating machine: read N.m for N, kg.m2 for kg, rad for m" if self.is_rotating else ""
+
+
+SLIDING = Units()
+
+
+def si_of(signal: str, unit: str, where: str) -> str:
+    """Return the SI unit that a unit of a signal is converted to; `where` begins the message of an error."""
+    others = ALSO.get(signal, ())
+    for si in (SIGNALS[signal], *others):
+        try:
+            scale(unit, si, where)
+        except ValueError:
+            continue
+        return si
+    more = ", ".join(name for si in others for name in units_of(si))
+    named = ", ".join(units_of(SIGNALS[signal])) + (f", or for the experiment force of {more}" if more else "")
+    raise ValueError(f"{where}: the unit {unit} is refused; it must be one of {named}")
+
+
+def told_units(experiment: str, stated: Sequence[tuple[str, str, str]], given: Mapping[str, Any]) -> Units:
+    """Return the units of a fit, from those that were written.
+
+    Parameters
+    ----------
+    experiment : str
+        Name of the experiment.
+    stated : sequence of tuple of str
+        Signal, SI unit, and where it was written, for each column with a unit.
+    given : mapping
+        Values by name, of which those with a unit of a rotating machine tell that it is one.
+
+    Raises
+    ------
+    ValueError
+        If one is written for a machine that slides and another for one that rotates.
+    """
+    other = {signal: si for signal, si, _ in stated if si != SIGNALS[signal]}
+    if experiment != "force":
+        for signal, si, where in stated:
+            if si != SIGNALS[signal]:
+                raise ValueError(
+                    f"{where}: {signal} is in {si}, which only the experiment force takes; {experiment} takes "
+                    f"{', '.join(units_of(SIGNALS[signal]))}"
+                )
+        return SLIDING
+    motion = [one for one in stated if one[0] in ("position", "velocity")]
+    turning = [one for one in motion if one[0] in other]
+    sliding = [one for one in motion if one[0] not in other]
+    if turning and sliding:
+        (first, unit, _), (second, another, where) = turning[0], sliding[0]
+        raise ValueError(
+            f"{where}: {second} is in {another}, but {first} in {unit}: a machine slides or it rotates; which is it?"
+        )
+    words = [name for name, value in given.items() if _is_of_rotation(value)]
+    if words and sliding:
+        raise ValueError(
+            f"{words[0]} = {given[words[0]]} is of a rotating machine, but {sliding[0][0]} is in {sliding[0][1]}; "
+            "which is it?"
+        )
+    is_rotating = bool(turning or words or (other.get("force") == "N.m" and not sliding))
+    own = {signal: ROTATING[SIGNALS[signal]] if is_rotating else SIGNALS[signal] for signal in ALSO}
+    forces = sorted({si for signal, si, _ in stated if signal == "force"})
+    if len(forces) > 1:
+        raise ValueError(f"force is in {' and in '.join(forces)} in different records; which is it?")
+    return Units(is_rotating, {"force": forces[0]} if forces and forces[0] != own["force"] else {})
+
+
+def _is_of_rotation(value: Any) -> bool:
+    """Tell whether a value is written in a unit that only a rotating machine has."""
+    unit = ""
+    if isinstance(value, str):
+        match = NUMBER.fullmatch(value)
+        unit = match[2] if match else ""
+    elif isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
+        unit = value[1]
+    # An angle may be an incline.
+    for si in ROTATING.values():
+        if unit and si != "rad":
+            try:
+                scale(unit, si, "")
+            except ValueError:
+                continue
+            return True
+    return False
+
+
+def starts_of(words: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield names with their starts and bounds as they are written, of words NAME[=start][:low:high]."""
+    for word in words:
+        name, *texts = re.split("[:=]", word)
+        for text in texts:
+            yield name.strip(), text

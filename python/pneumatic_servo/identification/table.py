@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SIGNALS, si_of
 from pneumatic_servo.inputs import held_from
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run
@@ -45,7 +45,7 @@ class Column:
         if match is None:
             raise ValueError(f"{where}: it must be {signal}=column or {signal}=column[unit]")
         if match[3] is not None:
-            scale(match[3], SIGNALS[signal], where)
+            si_of(signal, match[3], where)
         return Column(match[2], match[3], bool(match[1]))
 
 
@@ -83,12 +83,15 @@ class Measured:
         Says where a sample of a signal stands, for people.
     written : dict
         Column and unit of each signal as they stand in the table, for people.
+    stated : dict
+        The SI unit of each signal whose unit somebody wrote, and where.
     """
 
     name: str
     signals: Mapping[str, Array]
     where: Callable[[str, int], str]
     written: Mapping[str, str] = field(default_factory=dict)
+    stated: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
 def measured(number: int, source: Any, columns: Mapping[str, Column] | None) -> Measured:
@@ -126,17 +129,21 @@ def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Co
             )
         signals = {key: _numbers(key, values) for key, values in source.items()}
         return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {signal}")
-    signals = {}
+    signals, stated = {}, {}
     for signal, column in columns.items():
         if column.name not in source:
             raise ValueError(
                 f"{said('columns')}: there is no array {column.name} for {signal}"
                 f"{did_you_mean(column.name, source)}; there are {', '.join(map(str, source))}"
             )
-        times, offset = scale(column.unit or SIGNALS[signal], SIGNALS[signal], signal)
+        times, offset = 1.0, 0.0
+        if column.unit is not None:
+            si = si_of(signal, column.unit, signal)
+            times, offset = scale(column.unit, si, signal)
+            stated[signal] = (si, said("columns", f"{signal}={column.name}[{column.unit}]"))
         values = times * _numbers(column.name, source[column.name]) + offset
         signals[signal] = -values if column.turned else values
-    return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {columns[signal].name}")
+    return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {columns[signal].name}", stated=stated)
 
 
 def _numbers(name: str, values: Any) -> Array:
@@ -151,25 +158,29 @@ def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> 
     places = {signal: _place(table, signal, column) for signal, column in chosen.items()}
     if not len(table.values):
         raise ValueError(f"{table.file}: there are no rows below the header")
-    signals, written = {}, {}
+    signals, written, stated = {}, {}, {}
     for signal, column in chosen.items():
         place = places[signal]
-        unit = _unit_of(table, place, signal, column)
-        values = table.in_si(place, unit, SIGNALS[signal])
+        where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
+        unit = _unit_of(table, place, signal, column, where)
+        si = SIGNALS[signal] if unit is None else si_of(signal, unit, where)
+        values = table.in_si(place, unit or si, si)
         signals[signal] = -values if column.turned else values
-        written[signal] = f"{column.name} in {unit}"
+        written[signal] = f"{column.name} in {unit or si}"
+        if unit is not None:
+            stated[signal] = (si, where)
     for signal in DRIVEN if table.is_recorded else ():
         if signal in signals:
             signals[signal] = held_from(signals[signal])
     _check_time(table, places["time"], chosen["time"])
-    return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written)
+    return Measured(name, signals, lambda signal, row: table.where(row, places[signal]), written, stated)
 
 
 def _by_name(table: Table) -> dict[str, Column]:
     """Return the columns that have the names of signals."""
     found = {name: Column(name, None) for name in table.names if name in SIGNALS}
     if "time" not in found:
-        there = ", ".join(table.header) or "an empty line"
+        there = ", ".join(table.header)
         raise ValueError(
             f"{table.file}:{table.first}: there is no column `time`, only {there}; {said('columns')} says which column "
             "is which signal, for example time=t,position=x[mm]"
@@ -177,13 +188,16 @@ def _by_name(table: Table) -> dict[str, Column]:
     return found
 
 
-def _unit_of(table: Table, place: int, signal: str, column: Column) -> str:
-    """Return the unit of a column: as given, as written in the table, or the SI unit; the first two must agree."""
+def _unit_of(table: Table, place: int, signal: str, column: Column, where: str) -> str | None:
+    """Return the unit of a column: as given or as written in the table, which must agree; None without either."""
     written = table.units[place]
+    # Behind a pressure it is a chamber.
+    if written == "A" and signal != "force":
+        written = None
     if written is None or column.unit is None:
-        return column.unit or written or SIGNALS[signal]
-    where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
-    if scale(written, SIGNALS[signal], where) != scale(column.unit, SIGNALS[signal], where):
+        return column.unit or written
+    si = si_of(signal, written, where)
+    if si != si_of(signal, column.unit, where) or scale(written, si, where) != scale(column.unit, si, where):
         raise ValueError(f"{where}: the table says {written}, {said('columns')} {column.unit}; which is it?")
     return column.unit
 
@@ -192,10 +206,9 @@ def _place(table: Table, signal: str, column: Column) -> int:
     found = table.find(column.name)
     place = f"{table.file}:{table.first}"
     if not found:
-        there = ", ".join(table.header) or "an empty line"
+        hint = did_you_mean(column.name, table.names)
         raise ValueError(
-            f"{place}: there is no column {column.name} for {signal}{did_you_mean(column.name, table.names)}, "
-            f"only {there}"
+            f"{place}: there is no column {column.name} for {signal}{hint}; there are {', '.join(table.header)}"
         )
     if len(found) > 1:
         raise ValueError(f"{place}: there are {len(found)} columns {column.name}; which is {signal}?")

@@ -14,7 +14,6 @@ from pneumatic_servo.identification.ranges import held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.signals import SIGNALS
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -98,7 +97,7 @@ def _of_search(fit: Fit) -> Iterator[Finding]:
 def _of_misfit(fit: Fit) -> Iterator[Finding]:
     residuals = fit._residuals
     for signal, rms in fit.rms.items():
-        unit = SIGNALS[signal]
+        unit = fit.units.of_signal(signal)
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
         spread, sensor = float(np.std(measured)), Sensor.of([course.measured for course in residuals.courses(signal)])
         noise = float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
@@ -148,7 +147,7 @@ def _of_prediction(fit: Fit) -> Iterator[Finding]:
     for signal, rms in fit.hold_out_rms.items():
         ratio = rms / max(fit.rms[signal], 1e-300)
         light = "red" if not ratio <= FAR_OFF else "yellow" if ratio > OFF else "green"
-        unit = SIGNALS[signal]
+        unit = fit.units.of_signal(signal)
         yield Finding(
             light, f"Data held out are predicted to {rms:.3g} {unit} rms of {signal}, {ratio:.2g} times what is left "
             "of those fitted."
@@ -164,16 +163,12 @@ def _of_conditions(fit: Fit) -> Iterator[Finding]:
     for case in cases:
         name, told = case.condition.name, case.friction
         if not case.holds:
-            what = str(told) if told is not None else ", ".join(
-                f"{signal} is predicted to {rms:.3g} {SIGNALS[signal]} rms, and fitted to {case.fitted[signal]:.3g}"
-                for signal, rms in case.rms.items()
-            )  # fmt: skip
             friction = "" if told is None else "friction is "
-            yield Finding("red", f"The law does not hold at {name}: from the others {friction}{what}.")
+            yield Finding("red", f"The law does not hold at {name}: from the others {friction}{case.said(fit.units)}.")
         elif told is not None and told.is_wide:
             yield Finding(
                 "yellow", f"The others hardly tell {name}: friction there is predicted as {told.low:.3g} to "
-                f"{told.high:.3g} N."
+                f"{told.high:.3g} {fit.units.of('N')}."
             )  # fmt: skip
     spreads = [case.friction.spread for case in cases if case.friction is not None]
     spreads = [spread for spread in spreads if np.isfinite(spread)]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.records import Record
-from pneumatic_servo.identification.signals import SIGNALS
+from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.identification.smoothing import low_pass
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
@@ -150,14 +150,17 @@ class Experiment(ABC):
         Parameters that are known.
     options : Options
         How the data are used.
+    units : Units
+        The units of the data and of the machine.
     """
 
     name: ClassVar[str]
     required: ClassVar[Sequence[str]]
     """Signals that have to be measured."""
 
-    def __init__(self, law: str, settings: Mapping[str, Value], options: Options) -> None:
+    def __init__(self, law: str, settings: Mapping[str, Value], options: Options, units: Units = SLIDING) -> None:
         self.law = law
+        self.units = units
         self.settings = dict(settings)
         self.options = options
         self.table = self.make_table()
@@ -201,7 +204,8 @@ class Experiment(ABC):
         """
         found: dict[str, str] = {}
         for signal in (*self.compared, *self.driving):
-            found |= {f"gain.{signal}": "1", f"offset.{signal}": SIGNALS[signal], f"delay.{signal}": "s"}
+            gain, unit = self.units.of_gain(signal), self.units.of_signal(signal)
+            found |= {f"gain.{signal}": gain, f"offset.{signal}": unit, f"delay.{signal}": "s"}
         return {**found, **{f"lag.{signal}": "s" for signal in self.compared}}
 
     @property

@@ -35,7 +35,8 @@ class Force(Experiment):
     level = normalForce/rated
     ```
 
-    The spring takes the position that was measured, so that it needs one.
+    The spring takes the position that was measured, so that it needs one. Of a rotating machine mass is an inertia,
+    force a torque, and position an angle.
     """
 
     name = "force"
@@ -50,6 +51,8 @@ class Force(Experiment):
         super().use(signals)  # type: ignore[arg-type]
         if not self.signals & set(COMPARED):
             raise ValueError(f"{said('experiment', 'force')} needs a column for position or velocity")
+        if self.units.is_rotating and "incline" in self.settings:
+            raise ValueError(f"{said('settings', 'incline')}: a machine that rotates has none; its mass is an inertia")
         for name in ("spring", "springRest"):
             if name in self.settings and "position" not in self.signals:
                 raise ValueError(f"{said('settings', name)}: a spring needs a column for position")
@@ -66,14 +69,16 @@ class Force(Experiment):
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The mass: that of the bench says nothing of anybody's machine."""
-        return ("mass",)
+        """The mass, since that of the bench says nothing of anybody's machine, and what makes a force of a current."""
+        return ("mass",) if self.units.of_gain("force") == "1" else ("mass", "gain.force")
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """Incline and spring, which the bench does not have."""
-        spring = {"spring": "N/m", "springRest": "m"} if "position" in self.signals else {}
-        return {**super().beside, "incline": "rad", **spring}
+        """Incline and spring, which the bench does not have; what rotates is not heavier on one side."""
+        own = {} if self.units.is_rotating else {"incline": "rad"}
+        if "position" in self.signals:
+            own |= {"spring": self.units.of("N/m"), "springRest": self.units.of("m")}
+        return {**super().beside, **own}
 
     def windows(self, record: Record) -> list[Record]:
         """Cut a record into short parts, since the noise of a force adds up in the position."""
@@ -137,7 +142,7 @@ class Force(Experiment):
         return speed, friction, self.level(window, values)
 
     def guess(self, windows: Sequence[Window], values: Values) -> dict[str, float]:
-        """Return mass, spring and offset of the force by least squares, beside friction that is dry and viscous."""
+        """Return mass or gain, spring and offset by least squares, beside friction that is dry and viscous."""
         rows, right = [], []
         for window in windows:
             speed, acceleration = self._motion(window.record)
@@ -153,10 +158,12 @@ class Force(Experiment):
             return {}
         mass, _, _, offset, *spring = np.linalg.lstsq(table[fast], force[fast], rcond=None)[0]
         gain = self.beside_value("gain.force", values, 1.0)
+        if "gain.force" in values and "mass" not in values and mass > 0.0:
+            gain = self.value("mass", values) / float(mass)
         found = {"offset.force": float(offset)} if "offset.force" in values else {}
         if spring and spring[0] > 0.0:
             found["spring"] = float(gain * spring[0])
-        return {**found, "mass": float(gain * mass)} if gain * mass > 0.0 else found
+        return {**found, "mass": float(gain * mass), "gain.force": gain} if gain * mass > 0.0 else found
 
     def _motion(self, record: Record) -> tuple[Array, Array]:
         """Return smoothed velocity and acceleration at the communication points."""

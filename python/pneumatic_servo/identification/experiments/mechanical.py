@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.identification.experiments.base import Beginning, Options, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, middle
 from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.signals import SLIDING, Units
 from pneumatic_servo.identification.smoothing import smooth
 from pneumatic_servo.model import Model
 from pneumatic_servo.variables import Value
@@ -31,8 +32,9 @@ class Mechanical(OfCylinder):
     name = "mechanical"
     required = ("time", "position", "chamberA.pressure", "chamberB.pressure")
 
-    def __init__(self, law: str, settings: Mapping[str, Value], options: Options) -> None:
-        super().__init__(law, settings, replace(options, window=WINDOW if options.window is None else options.window))
+    def __init__(self, law: str, settings: Mapping[str, Value], options: Options, units: Units = SLIDING) -> None:
+        window = WINDOW if options.window is None else options.window
+        super().__init__(law, settings, replace(options, window=window), units)
 
     def make_model(self) -> Model:
         """Return the bench."""
