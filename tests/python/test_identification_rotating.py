@@ -68,6 +68,15 @@ def test_figures_are_in_its_units() -> None:
     )
 
 
+def test_band_of_a_prediction_is_in_its_units() -> None:
+    runs = ps.Model("FrictionBench").simulate_many(
+        {"mass": [19.0, 21.0]}, common={"bench.drive": "Free"}, inputs={"appliedForce": 50.0}, stop=0.1,
+        outputs=["position", "frictionForce", "velocity"],
+    )  # fmt: skip
+    labels = [axis.get_ylabel() for axis in ps.Band(runs, found().units).plot().axes]
+    assert labels == ["position (rad)", "frictionForce (N.m)", "velocity (rad/s)"]
+
+
 def test_parameter_set_says_how_to_read_it(tmp_path: Path) -> None:
     """The FMU has units of a slide, which a tool compares; the description says what they stand for."""
     found().to_ssv(tmp_path / "a.ssv")

@@ -23,9 +23,10 @@ from pneumatic_servo.checks import whole_number
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.intervals import BLOCKS, LEVEL, RANK
-from pneumatic_servo.identification.posterior import Proposal, arviz_of
+from pneumatic_servo.identification.posterior import arviz_of
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.sampling import Proposal
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import jacobian
 

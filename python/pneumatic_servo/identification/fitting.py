@@ -22,10 +22,10 @@ from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
-from pneumatic_servo.identification.posterior import emcee_of, sample
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
 from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
 from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
 from pneumatic_servo.identification.table import Column, Measured, columns_of, listed, measured
