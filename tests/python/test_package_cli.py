@@ -57,7 +57,7 @@ def test_simulation_writes_the_bits_of_the_package(folder: Path) -> None:
         ("time,supplyPressure\n0,5e5\n1,-1\n", [], ["my.csv:3", "column 2", "supplyPressure", "-1"]),
         ("time,valveVoltage\n0,nan\n", [], ["my.csv:2", "valveVoltage", "nan"]),
         ("time,valveVoltage\n", [], ["my.csv", "no rows"]),
-        ("", [], ["my.csv:1", "time"]),
+        ("", [], ["my.csv: it is empty", "names of its columns"]),
         (TABLE, ["--set", "valve.c=1"], ["--set valve.c=1", "valve.C"]),
         (TABLE, ["--set", "valve.C=much"], ["valve.C", "much"]),
         (TABLE, ["--set", "valve.C"], ["valve.C", "NAME=VALUE"]),
