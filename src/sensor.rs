@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar, random};
-use crate::variables::{Field, ParameterError, Tunable, Unit, Variable, units};
+use crate::variables::{Field, Meaning, ParameterError, Tunable, Unit, Variable, units};
 
 /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.
 ///
@@ -87,7 +87,9 @@ impl Sensor {
             time(1, "lag").text("Time constant of the sensor, first order; 0: none"),
             own(2, "noise").text("Standard deviation of the noise of a sample; needs a sample time"),
             own(3, "resolution").text("Step of the readings; 0: none; needs a sample time"),
-            time(4, "sampleTime").text("Time between samples, from the start on; 0: the reading is continuous"),
+            time(4, "sampleTime")
+                .meaning(Meaning::Sampling)
+                .text("Time between samples, from the start on; 0: the reading is continuous"),
         ]
         .map(|variable| variable.within(group, base))
     }

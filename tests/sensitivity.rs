@@ -245,31 +245,6 @@ fn mode_that_differs_to_both_sides_is_told_by_time_and_reason() {
     assert!(plant.sensitivities(1).is_ok(), "other directions are none the worse");
 }
 
-#[test]
-fn names_of_no_direction_are_refused() {
-    let mut plant = cylinder("Stribeck", 1e-6).start(0.0).expect("starts");
-    let mut refused = |names: &[&str]| plant.carry_sensitivities(names).expect_err("refused").to_string();
-    for (names, expected) in [
-        (&["valve.D"][..], "there is no variable valve.D; did you mean"),
-        (&["friction.law"], "there are no sensitivities with respect to friction.law: it is a choice"),
-        (&["friction.gms.N"], "there are no sensitivities with respect to friction.gms.N: it is a whole number"),
-        (
-            &["solver.relativeTolerance"],
-            "there are no sensitivities with respect to solver.relativeTolerance: it changes how",
-        ),
-        (&["frictionForce"], "there are no sensitivities with respect to frictionForce: it is computed"),
-        (
-            &["friction.deflection"],
-            "there are no sensitivities with respect to friction.deflection: it is no continuous state",
-        ),
-        (&["valve.C", "position", "valve.C"], "there are no sensitivities with respect to valve.C: it is given twice"),
-        (&["time"], "there are no sensitivities with respect to time: it is the time"),
-    ] {
-        let found = refused(names);
-        assert!(found.starts_with(expected), "{found}");
-    }
-}
-
 /// Changes that slopes cannot follow end them; without names there are none to follow.
 #[test]
 fn sensitivities_begin_where_they_are_asked_for() {

@@ -69,7 +69,8 @@ pub fn begin(begin: Begin, directions: &[Along]) -> Result<Companion, Along> {
     }
     let nominals = begin.indicators.iter().map(|indicator| indicator.nominal).collect();
     let inputs = Driven { since: time, values: begin.followed.to_vec(), slopes: vec![0.0; count] };
-    let mut companion = Companion::new([equations, spare], (time, x, inputs), tolerance, nominals, ways);
+    let names = begin.table.inputs().map(|input| input.name.as_str()).collect();
+    let mut companion = Companion::new([equations, spare], (time, x, inputs), tolerance, (nominals, names), ways);
     companion.set_inputs(begin.inputs[0], begin.inputs[1]);
     Ok(companion)
 }

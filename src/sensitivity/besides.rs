@@ -60,13 +60,24 @@ impl Companion {
         }
         let (memory, unknown) = dependence.of(slopes);
         if any(&memory) {
-            let still = vec![0.0; at.x.len()];
             let here = of.values(self.equations.as_ref(), at);
-            let movement = Move { time: 0.0, x: still, inputs: way.inputs.clone(), memory };
+            let mut movement = Move { time: 0.0, x: self.stillness.clone(), inputs: way.inputs.clone(), memory };
             let (memory, scales, spare) = (&self.memory, &self.scales[..], self.spare.as_mut());
             let mut around = Around { at, memory, scales, spare };
             let evaluate = |equations: &dyn Equations, at: At| of.values(equations, at);
-            found.copy_from_slice(&around.plain_slope(&movement, Some(way), &here, &evaluate)?);
+            let (slopes, is_bent) = around.plain_slope(&movement, Some(way), &here, &evaluate)?;
+            found.copy_from_slice(&slopes);
+            if is_bent {
+                // A spring that is just at its limit bends by its anchor and by the position, and may not by both together. Where it
+                // does, it is on its way across; what one point of a step is worth, the parts of the step are too short to tell.
+                movement.x.clone_from(&self.slopes[direction].states);
+                let (slopes, is_bent) = around.plain_slope(&movement, Some(way), &here, &evaluate)?;
+                if !is_bent {
+                    let still = vec![0.0; at.u.len()];
+                    of.slopes(self.equations.as_ref(), at, (&movement.x, &still), found);
+                    found.iter_mut().zip(slopes).for_each(|(found, all)| *found = all - *found);
+                }
+            }
         } else {
             self.known_besides(direction, at, of, found);
         }

@@ -42,6 +42,7 @@ pub struct Companion {
     pub(super) stillness: Vec<f64>,
     /// Nominal values of the indicators.
     nominals: Vec<f64>,
+    pub(super) input_names: Vec<&'static str>,
     /// Error of the slopes in a part of a step, relative to the largest they have had.
     pub(super) tolerance: f64,
     /// In how many parts per s pieces of steps are integrated.
@@ -60,12 +61,12 @@ pub struct Companion {
 
 impl Companion {
     /// A companion of a run at a time and at states, for directions with their first slopes. Equations, twice, have the memory
-    /// of the run; indicators have nominal values.
+    /// of the run; indicators have nominal values, and inputs names.
     pub fn new(
         [equations, spare]: [Box<dyn Equations>; 2],
         (time, x, inputs): (f64, Vec<f64>, Driven),
         tolerance: f64,
-        nominals: Vec<f64>,
+        (nominals, input_names): (Vec<f64>, Vec<&'static str>),
         ways: Vec<(Way, Slopes)>,
     ) -> Self {
         let (ways, slopes) = ways.into_iter().unzip();
@@ -87,6 +88,7 @@ impl Companion {
             stillness: vec![0.0; scales.len()],
             scales,
             nominals,
+            input_names,
             tolerance,
             pace: 0.0,
             is_new: true,

@@ -38,10 +38,10 @@ pub(super) struct Outcome {
 
 impl Outcome {
     pub fn of(number: f64) -> Self {
-        Self::plain(vec![number])
+        Self::of_all(vec![number])
     }
 
-    fn plain(numbers: Vec<f64>) -> Self {
+    pub fn of_all(numbers: Vec<f64>) -> Self {
         Self { numbers, form: None, origin: Vec::new() }
     }
 
@@ -94,28 +94,36 @@ impl Around<'_> {
         }
     }
 
-    /// The derivative of plain numbers, of which those at the point are known, along a movement: by the nearest points alone.
+    /// The derivative of plain numbers, of which those at the point are known, along a movement: by the nearest points alone, and by
+    /// nearer ones where they bend in between; with whether they bend at the point itself.
     pub fn plain_slope(
         &mut self,
         movement: &Move,
         way: Option<&mut Way>,
         here: &[f64],
         evaluate: &dyn Fn(&dyn Equations, At) -> Vec<f64>,
-    ) -> Result<Vec<f64>, String> {
+    ) -> Result<(Vec<f64>, bool), String> {
         let mut way = way.filter(|way| way.has_beside());
         let share = self.share(movement, way.as_deref());
         let one_sided = way.as_deref().and_then(|way| way.one_sided);
-        let evaluate = |equations: &mut dyn Equations, at: At| Outcome::plain(evaluate(equations, at));
-        let base = Outcome::plain(Vec::new());
+        let evaluate = |equations: &mut dyn Equations, at: At| Outcome::of_all(evaluate(equations, at));
+        let base = Outcome::of_all(Vec::new());
         let mut side = |share: f64| self.side(movement, way.as_deref_mut(), &base, &evaluate, share);
         let Some(sign) = one_sided else {
-            let [above, below] = both(&mut side, share)?;
-            return Ok(slope_between(&above.numbers, &below.numbers, 2.0 * share));
+            let mut slopes = Vec::new();
+            for share in [1.0, NEAR, NEAR * NEAR].map(|part| part * share) {
+                let [above, below] = both(&mut side, share)?;
+                slopes = slope_between(&above.numbers, &below.numbers, 2.0 * share);
+                if (0..here.len()).all(|i| !is_bent([below.numbers[i], here[i], above.numbers[i]], 0.0)) {
+                    return Ok((slopes, false));
+                }
+            }
+            return Ok((slopes, true));
         };
         let (near, far) = (side(sign * share)?, side(2.0 * sign * share)?);
         let slope =
             |((near, far), here): ((&f64, &f64), &f64)| sign * (4.0 * (near - here) - (far - here)) / (2.0 * share);
-        Ok(near.numbers.iter().zip(&far.numbers).zip(here).map(slope).collect())
+        Ok((near.numbers.iter().zip(&far.numbers).zip(here).map(slope).collect(), false))
     }
 
     /// By how much of a movement to go to either side.

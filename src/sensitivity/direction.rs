@@ -63,6 +63,9 @@ fn along(entry: &Entry) -> Result<Along, &'static str> {
         (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.meaning == Some(Meaning::Solving) => {
             Err("it changes how a run is computed, not what is computed")
         }
+        (Place::Parameter(_), _, Kind::Real(_)) if entry.variable.meaning == Some(Meaning::Sampling) => {
+            Err("it says when samples are taken, and these see the inputs of a communication point")
+        }
         (Place::Parameter(place), _, Kind::Real(_)) => Ok(Along::Parameter(place)),
         (Place::Input(place), _, Kind::Real(_)) => Ok(Along::Input(place)),
     }

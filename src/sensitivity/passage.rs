@@ -1,11 +1,12 @@
 //! What a companion does where its run does something to states and memory: events, samples, changes of the inputs.
 
-use super::Crossing;
 use super::companion::Companion;
 use super::difference::{Move, Outcome, TIME_SCALE};
 use super::equations::{Act, At, Equations};
 use super::leaves::Leaves;
 use super::slopes::{along, any};
+use super::way::Way;
+use super::{Crossing, NoDerivative};
 
 /// Events that one change sets off, before a run gives up.
 const MAX_SWITCHES: usize = 100;
@@ -13,6 +14,11 @@ const MAX_SWITCHES: usize = 100;
 const GRAZING: f64 = 1e-7;
 /// Distance from its limit, relative to its nominal value, at which an indicator is at it.
 const AT_LIMIT: f64 = 1e-10;
+/// Distances from a state, relative to its scale, at which slopes by it are compared, and by how much they grow from one to the next
+/// where a motion may leave that state in many ways: with a rate that grows as the root of the distance it is 32, and with one that
+/// grows as its power 0.6, where the way is the only one, 16.
+const NEARER: [f64; 3] = [1e-7, 1e-10, 1e-13];
+const STEEPER: f64 = 24.0;
 /// How far behind its limit, relative to its nominal value, an indicator is where both sides of it are.
 const BEHIND: f64 = 1e-7;
 
@@ -56,6 +62,24 @@ impl Companion {
         self.crossings.push(Crossing { time, event: name, rate, delays: delays.clone() });
         let ahead = if rate.is_finite() { BEHIND * nominal / rate.abs() } else { 0.0 };
         self.pass_ahead(acts, true, Some(&delays), ahead);
+        if (0..self.x.len()).any(|state| flow.x[state] == 0.0 && self.is_steep(state)) {
+            let reason = "behind it rates have an infinite slope by a state that was held";
+            for slopes in self.slopes.iter_mut().filter(|slopes| slopes.lost.is_none()) {
+                slopes.lost = Some(NoDerivative { time, event: name.to_owned(), reason: reason.to_owned() });
+            }
+        }
+    }
+
+    /// Whether rates have an infinite slope by a state at the present point: it grows and grows, the nearer one comes.
+    fn is_steep(&self, state: usize) -> bool {
+        let (n, u) = (self.x.len(), self.inputs.at(self.time));
+        let columns = NEARER.map(|share| {
+            let mut x = self.x.clone();
+            x[state] += share * self.scales[state];
+            self.equations.jacobian(At { time: self.time, x: &x, u: &u })[n * state..][..n].to_vec()
+        });
+        let grows = |row: usize| columns.windows(2).all(|two| two[1][row].abs() > STEEPER * two[0][row].abs());
+        (0..n).any(grows)
     }
 
     /// Takes a sample of a time in s: the later, the later it is due.
@@ -132,6 +156,40 @@ impl Companion {
         }
     }
 
+    /// Ends the slopes that move an input which has come from another value, or may have from anywhere, and rests where more of it
+    /// does something else than less: a voltage just at an end of the range that a valve heeds.
+    fn refuse_bends(&mut self, acts: &[Act], before: Option<&[f64]>) {
+        let (time, u) = (self.time, self.inputs.at(self.time));
+        let has_come = |input: &usize| before.is_none_or(|before| before[*input] != u[*input]);
+        let rests = |input: &usize| self.inputs.slopes[*input] == 0.0;
+        let is_moved = self.ways.iter().any(Way::has_beside);
+        let matters = |input: &usize| is_moved || self.ways.iter().any(|way| way.inputs[*input] != 0.0);
+        let inputs: Vec<usize> = (0..u.len()).filter(|it| has_come(it) && rests(it) && matters(it)).collect();
+        let rates = |equations: &mut dyn Equations, at: At| {
+            let mut x = at.x.to_vec();
+            acts.iter().for_each(|act| equations.enact(*act, at.time, &mut x, at.u));
+            Outcome::of_all(equations.rates(At { x: &x, ..at }))
+        };
+        self.spare.remember(&self.memory);
+        let base = rates(self.spare.as_mut(), At { time, x: &self.x, u: &u });
+        for input in inputs {
+            let mut added = vec![0.0; u.len()];
+            added[input] = 1.0;
+            let alone = Move { inputs: added, ..self.still() };
+            if self.slope_along(&alone, None, (&base, &[]), &rates).is_ok() {
+                continue;
+            }
+            for direction in 0..self.ways.len() {
+                if self.slopes[direction].lost.is_none() {
+                    let movement = Move { x: self.stillness.clone(), ..self.movement(direction) };
+                    let slopes = self.slope_along(&movement, Some(direction), (&base, &[]), &rates);
+                    let reason = || "more of it does something else than less".to_owned();
+                    self.or_lose(direction, slopes.map(|_| 0.0).map_err(|_| reason()), self.input_names[input]);
+                }
+            }
+        }
+    }
+
     /// Hands on the slopes of the directions for which acts on the memory alone do nothing else, and tells which these are, with the
     /// memory behind the acts; `None` if these do more.
     fn hand_on(&mut self, acts: &[Act]) -> Option<(Vec<bool>, Leaves)> {
@@ -164,6 +222,7 @@ impl Companion {
         let before = if delays.is_some() { self.equations.rates(At { time, x: &self.x, u: &u }) } else { Vec::new() };
         let mut x = self.x.clone();
         acts.iter().for_each(|act| self.equations.enact(*act, time, &mut x, &u));
+        let jumped_from = self.jumped_from.clone();
         for _ in 0..if settles { MAX_SWITCHES } else { 0 } {
             let indicators = self.equations.indicators(At { time, x: &x, u: &u });
             if let Some(before) = self.jumped_from.take() {
@@ -179,6 +238,9 @@ impl Companion {
         }
         // What is added to inputs is followed from the begin on, even where they rest.
         let is_first = acts.first() == Some(&Act::Follow) && std::mem::take(&mut self.is_new);
+        if settles && delays.is_none() && (is_first || jumped_from.is_some()) {
+            self.refuse_bends(&acts, if is_first { None } else { jumped_from.as_deref() });
+        }
         let is_changed = !self.equations.holds(self.mirror.held());
         // A sample that changes nothing may do so just here.
         let is_sample = matches!(acts[..], [Act::Sample { .. }, ..]);

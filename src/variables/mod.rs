@@ -92,6 +92,8 @@ pub enum Meaning {
     StribeckExponent,
     /// The choice of a friction law.
     FrictionLaw,
+    /// When samples are taken.
+    Sampling,
     /// How a run is computed, not what is computed.
     Solving,
 }

@@ -39,6 +39,7 @@ parameters! {
     /// 431-445, has the linear regression that this extends.
     Dnlrx {
         sample_time: f64 = Variable::parameter(4, "Ts", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
+            .meaning(Meaning::Sampling)
             .text("Sample time");
         count: usize = elements::count(4);
         position_taps: usize = Variable::count(6, "nx", 1).range(0.0, (POSITION_TAPS - 1) as f64)

@@ -28,7 +28,7 @@ use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
 use crate::solver::{Mark, StepError};
-use crate::variables::{ParameterError, ParameterSet, Table, Tunable, Variable, units};
+use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
@@ -123,6 +123,7 @@ parameters! {
     /// The parameters. The gains suit the cylinder with its default parameters.
     Parameters {
         sample_time: f64 = Variable::parameter(1001, "sampleTime", units::SECOND, 1e-3).range(1e-6, 10.0).shown_in("ms")
+            .meaning(Meaning::Sampling)
             .text("Sample time");
         position_gain: Tunable = Variable::parameter(1002, "gain.position", units::PER_SECOND, 12.0).range(0.0, 1e6)
             .text("Wanted velocity per position error");
