@@ -107,3 +107,22 @@ def test_sign_of_a_force_is_doubted() -> None:
         pytest.raises(ps.Interrupted),
     ):
         ps.fit(data, experiment="force", law="Coulomb", starts=0, progress=stopping(0))
+
+
+def test_fit_that_leaves_noise_is_not_asked_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where noise is all that is left no fault can explain half of it, so that no run is made for the question."""
+
+    def asked(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("pneumatic_servo.identification.doubts.sensitivities", asked)
+    time = np.arange(0.0, 4.0, 2e-3)
+    position = 1e-3 * np.sin(6.0 * time)
+    friction = 7.0 * np.sign(np.append(0.0, np.diff(position))) + 0.05 * np.random.default_rng(0).standard_normal(2000)
+    given = {"experiment": "motion", "law": "Coulomb", "fit": "friction.coulomb.Fc", "play": 0.0, "starts": 0,
+             "settings": {"friction.coulomb.sigma2": 0.0}, "progress": False}  # fmt: skip
+    data = {"time": time, "position": position, "frictionForce": friction}
+    assert ps.fit(data, **given).doubt is None
+    late = {**data, "frictionForce": np.append(np.full(5, friction[0]), friction[:-5])}
+    with pytest.raises(AssertionError):
+        _ = ps.fit(late, **given).doubt

@@ -81,6 +81,9 @@ class Doubt:
 
 def doubt(fit: Fit) -> Doubt | None:
     """Return the fault of a sensor that would explain the most of what a fit leaves, if it is much."""
+    # Noise is what no fault explains: where little else is left, none can explain much.
+    if not any(rms**2 * (1.0 - MUCH) > fit._residuals.noise(signal) ** 2 for signal, rms in fit.rms.items()):
+        return None
     problem = fit.problem.trained()
     # What windows begin with is where it was fitted.
     x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])

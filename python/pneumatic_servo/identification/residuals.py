@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from pneumatic_servo.identification.kinds import Mask, kinds
+from pneumatic_servo.identification.sensor import Sensor
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -59,6 +60,11 @@ class Residuals:
     def unit(self, signal: str) -> str:
         """Return the SI unit of a signal."""
         return self.problem.experiment.units.of_signal(signal)
+
+    def noise(self, signal: str) -> float:
+        """Return the noise of the sensor of a signal as the data tell it, with that of its converter."""
+        sensor = Sensor.of([course.measured for course in self.courses(signal)])
+        return float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
 
     def courses(self, signal: str) -> Iterator[Course]:
         """Yield the windows of a signal one after the other; samples that are not compared are NaN."""

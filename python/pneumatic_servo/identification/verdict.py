@@ -13,7 +13,6 @@ from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.sensor import Sensor
 
 if TYPE_CHECKING:
     from pneumatic_servo.identification.result import Fit
@@ -99,8 +98,7 @@ def _of_misfit(fit: Fit) -> Iterator[Finding]:
     for signal, rms in fit.rms.items():
         unit = fit.units.of_signal(signal)
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
-        spread, sensor = float(np.std(measured)), Sensor.of([course.measured for course in residuals.courses(signal)])
-        noise = float(np.hypot(sensor.noise, sensor.step / np.sqrt(12.0)))
+        spread, noise = float(np.std(measured)), residuals.noise(signal)
         own = regimes(residuals, signal)
         where = _worst(own, float(np.sqrt(np.mean(residuals.all(signal) ** 2))))
         tied = _listed([one.name for one in own if not one.is_white])
