@@ -2,10 +2,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use crate::build::toolchain::Toolchain;
 use crate::files;
 use crate::gates;
 use crate::playground;
@@ -48,17 +50,18 @@ pub fn build(workspace: &Workspace) -> Result<PathBuf> {
         fs::remove_dir_all(&wheels).with_context(|| format!("cannot remove the old {}", wheels.display()))?;
     }
     let for_linux = if cfg!(target_os = "linux") { linux() } else { Vec::new() };
-    maturin(workspace, &wheels, &for_linux)?;
+    process::run(&mut maturin(workspace, &wheels, &for_linux)?)?;
     let wheel = only_file(&wheels)?;
     println!("{}", wheel.display());
     Ok(wheel)
 }
 
-/// Builds a wheel of what was bundled last, for another system or processor, into a folder of its own.
+/// Builds a wheel of what was bundled last, for another system or processor that a toolchain can compile for, into a folder
+/// of its own.
 ///
 /// # Errors
 /// When a tool is missing or fails.
-pub fn build_for(workspace: &Workspace, target: &str, folder: &Path) -> Result<PathBuf> {
+pub fn build_for(workspace: &Workspace, toolchain: &Toolchain, target: &str, folder: &Path) -> Result<PathBuf> {
     files::renew(folder)?;
     // The linker of MinGW is at hand where the library for Windows is built; what Zig brings for Windows is another one.
     let mut options = match target {
@@ -67,7 +70,7 @@ pub fn build_for(workspace: &Workspace, target: &str, folder: &Path) -> Result<P
         _ => ["--features", "import-library"].map(str::to_owned).into(),
     };
     options.extend(["--target".to_owned(), target.to_owned()]);
-    maturin(workspace, folder, &options)?;
+    process::run(maturin(workspace, folder, &options)?.envs(toolchain.variables()))?;
     only_file(folder)
 }
 
@@ -77,7 +80,7 @@ fn linux() -> Vec<String> {
     ["--zig", "--compatibility", &format!("manylinux_{major}_{minor}")].map(str::to_owned).into()
 }
 
-fn maturin(workspace: &Workspace, out: &Path, options: &[String]) -> Result<()> {
+fn maturin(workspace: &Workspace, out: &Path, options: &[String]) -> Result<Command> {
     let venv = Venv::prepare(workspace, Requirements::ZIG)?;
     let cache = workspace.environments.join("zig-cache");
     let (major, minor) = gates::OLDEST_MACOS;
@@ -90,7 +93,7 @@ fn maturin(workspace: &Workspace, out: &Path, options: &[String]) -> Result<()> 
         .env("MACOSX_DEPLOYMENT_TARGET", format!("{major}.{minor}"))
         .env("CARGO_ZIGBUILD_CACHE_DIR", &cache)
         .env("ZIG_GLOBAL_CACHE_DIR", &cache);
-    process::run(&mut maturin)
+    Ok(maturin)
 }
 
 /// Installs the wheel into an environment, in place of one installed before.

@@ -1,5 +1,6 @@
 //! The Rust toolchains of this machine, and which of them can compile for a target.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -62,6 +63,16 @@ impl Toolchain {
         let host = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
         let file = self.sysroot.join("lib/rustlib").join(host).join("bin/rust-lld");
         file.is_file().then_some(file)
+    }
+
+    /// Variables for tools that call Cargo by themselves, such as maturin: they make those take this toolchain.
+    pub fn variables(&self) -> Vec<(&'static str, OsString)> {
+        let mut variables = vec![("CARGO", self.cargo.clone().into()), ("RUSTC", self.rustc.clone().into())];
+        if self.compiles_std {
+            variables.push(("RUSTC_BOOTSTRAP", "1".into()));
+            variables.push(("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind".into()));
+        }
+        variables
     }
 
     /// Whether its standard library for a target is installed.

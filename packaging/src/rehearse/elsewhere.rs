@@ -8,7 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::PROGRAM;
-use crate::build::toolchain::Toolchain;
+use crate::build::toolchain::Target;
 use crate::build::tools::Tool;
 use crate::gates;
 use crate::platform::Platform;
@@ -78,7 +78,8 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
             continue;
         }
         let folder = workspace.target.join("rehearsal").join(elsewhere.target);
-        let wheel = wheel::build_for(workspace, elsewhere.target, &folder.join("wheel"))?;
+        let (toolchain, _) = Target::find(elsewhere.triples[0], elsewhere.triples[0])?.found()?;
+        let wheel = wheel::build_for(workspace, &toolchain, elsewhere.target, &folder.join("wheel"))?;
         let name = wheel.file_name().unwrap_or_default().to_string_lossy();
         ensure!(name.ends_with(elsewhere.tag), "{name} does not end with {}", elsewhere.tag);
         let module = module(&wheel)?;
@@ -96,14 +97,14 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
 
 impl Elsewhere {
     fn missing(&self) -> Result<Vec<Tool>> {
-        let toolchain = Toolchain::in_use()?;
-        let lacking = self.triples.iter().filter(|triple| !toolchain.has(triple));
-        let std = lacking.map(|triple| {
-            Tool::new(format!("Rust's standard library for {triple}"), format!("rustup target add {triple}"))
-        });
-        let linker = (self.platform == Platform::Win64)
-            .then(|| Tool::unless_found("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64-posix"));
-        Ok(std.chain(linker.flatten()).collect())
+        let mut missing = Vec::new();
+        for triple in self.triples {
+            missing.extend(Target::find(triple, triple)?.missing());
+        }
+        if self.platform == Platform::Win64 {
+            missing.extend(Tool::unless_found("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64-posix"));
+        }
+        Ok(missing)
     }
 }
 
