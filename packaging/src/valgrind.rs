@@ -156,12 +156,19 @@ fn per_step(program: &Path, case: &str) -> Result<u64> {
 fn collected(program: &Path, case: &str, steps: u64) -> Result<u64> {
     let mut words = case.split(' ');
     let law = words.next().context("no law")?;
+    instructions(Command::new(program).args([law, &steps.to_string()]).args(words))
+}
+
+/// How many instructions a program takes from its start to its end.
+///
+/// # Errors
+/// When valgrind is missing, or the program fails.
+pub fn instructions(program: &Command) -> Result<u64> {
     let mut valgrind = Command::new("valgrind");
     valgrind
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-        .arg(program)
-        .args([law, &steps.to_string()])
-        .args(words);
+        .arg(program.get_program())
+        .args(program.get_args());
     let output = valgrind.output().context("cannot start valgrind")?;
     let report = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {

@@ -43,15 +43,35 @@ f64 module_sum64(f64 x, f64 y);
 #define grow module_grow
 #define sum64 module_sum64
 
-/* Memory. The offset is a constant and always less than MEMORY. */
+/* Memory. The offset is a constant and always less than MEMORY. Behind MEMORY is a MARGIN that belongs to nothing: what is at
+   a small offset from an address below MEMORY is in one of the two, so that one comparison serves all fields of a structure. */
 #if defined(__BYTE_ORDER__) && defined(__ORDER_BIG_ENDIAN__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
 #define BIG_ENDIAN_HOST 1
 #endif
 
 INLINE u8 *at(Module *s, u8 *m, u32 address, u32 offset, u32 size) {
-    if (UNLIKELY(address > MEMORY - size - offset)) trap(s, OUT_OF_BOUNDS);
+    if (UNLIKELY(offset + size <= MARGIN ? address >= MEMORY : address > MEMORY - size - offset)) trap(s, OUT_OF_BOUNDS);
     return m + address + offset;
 }
+
+/* Numbers as they lie in memory, of which the same bytes may be several kinds. */
+#if defined(__GNUC__) || defined(__clang__)
+#define IN_MEMORY(of) typedef of __attribute__((may_alias)) of##_there
+#else
+#define IN_MEMORY(of) typedef of of##_there
+#endif
+IN_MEMORY(u8);
+IN_MEMORY(s8);
+IN_MEMORY(u16);
+IN_MEMORY(s16);
+IN_MEMORY(u32);
+IN_MEMORY(s32);
+IN_MEMORY(u64);
+IN_MEMORY(f32);
+IN_MEMORY(f64);
+
+/* Loads and stores by the letter of what is in C, and the bytes and s for a sign where less is in memory. Their addresses have
+   the natural alignment, or else their names end in u. */
 
 #ifdef BIG_ENDIAN_HOST
 INLINE u64 bytes_in(const u8 *p, int size) {
@@ -64,20 +84,28 @@ INLINE void bytes_out(u8 *p, int size, u64 x) {
     for (i = 0; i < size; i++) p[i] = (u8)(x >> (8 * i));
 }
 #define LOADS(name, of, in) \
-    INLINE of name(Module *s, u8 *m, u32 a, u32 o) { return (of)(in)bytes_in(at(s, m, a, o, sizeof(in)), sizeof(in)); }
+    INLINE of name(Module *s, u8 *m, u32 a, u32 o) { return (of)(in)bytes_in(at(s, m, a, o, sizeof(in)), sizeof(in)); } \
+    INLINE of name##u(Module *s, u8 *m, u32 a, u32 o) { return name(s, m, a, o); }
 #define STORES(name, of, in) \
-    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of x) { bytes_out(at(s, m, a, o, sizeof(in)), sizeof(in), (in)x); }
+    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of x) { bytes_out(at(s, m, a, o, sizeof(in)), sizeof(in), (in)x); } \
+    INLINE void name##u(Module *s, u8 *m, u32 a, u32 o, of x) { name(s, m, a, o, x); }
 #else
-#define LOADS(name, of, in)                             \
-    INLINE of name(Module *s, u8 *m, u32 a, u32 o) {    \
-        in x;                                           \
-        memcpy(&x, at(s, m, a, o, sizeof x), sizeof x); \
-        return (of)x;                                   \
+#define LOADS(name, of, in)                                                      \
+    INLINE of name(Module *s, u8 *m, u32 a, u32 o) {                             \
+        return (of)*(const in##_there *)(const void *)at(s, m, a, o, sizeof(in)); \
+    }                                                                            \
+    INLINE of name##u(Module *s, u8 *m, u32 a, u32 o) {                          \
+        in x;                                                                    \
+        memcpy(&x, at(s, m, a, o, sizeof x), sizeof x);                          \
+        return (of)x;                                                            \
     }
-#define STORES(name, of, in)                                 \
-    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of y) { \
-        in x = (in)y;                                        \
-        memcpy(at(s, m, a, o, sizeof x), &x, sizeof x);      \
+#define STORES(name, of, in)                                                     \
+    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of y) {                     \
+        *(in##_there *)(void *)at(s, m, a, o, sizeof(in)) = (in)y;               \
+    }                                                                            \
+    INLINE void name##u(Module *s, u8 *m, u32 a, u32 o, of y) {                  \
+        in x = (in)y;                                                            \
+        memcpy(at(s, m, a, o, sizeof x), &x, sizeof x);                          \
     }
 #endif
 
@@ -123,10 +151,13 @@ INLINE f64 of_bits64(u64 x) {
 }
 
 #ifdef BIG_ENDIAN_HOST
-INLINE f32 le(Module *s, u8 *m, u32 a, u32 o) { return of_bits32(li(s, m, a, o)); }
-INLINE f64 ld(Module *s, u8 *m, u32 a, u32 o) { return of_bits64(lj(s, m, a, o)); }
-INLINE void se(Module *s, u8 *m, u32 a, u32 o, f32 x) { si(s, m, a, o, bits32(x)); }
-INLINE void sd(Module *s, u8 *m, u32 a, u32 o, f64 x) { sj(s, m, a, o, bits64(x)); }
+#define BITS_OF(load, store, of, loads, stores, bits)                                 \
+    INLINE of load(Module *s, u8 *m, u32 a, u32 o) { return of_##bits(loads(s, m, a, o)); } \
+    INLINE void store(Module *s, u8 *m, u32 a, u32 o, of x) { stores(s, m, a, o, bits(x)); }
+BITS_OF(le, se, f32, li, si, bits32)
+BITS_OF(leu, seu, f32, li, si, bits32)
+BITS_OF(ld, sd, f64, lj, sj, bits64)
+BITS_OF(ldu, sdu, f64, lj, sj, bits64)
 #else
 LOADS(le, f32, f32)
 LOADS(ld, f64, f64)

@@ -57,7 +57,7 @@ struct Plant {
     PlantSink *sink;
     void (*logger)(void);
     void *environment;
-    u64 memory[MEMORY / 8];
+    u64 memory[(MEMORY + MARGIN) / 8];
 };
 
 /* A plant without an instance; NULL if there is no memory. */

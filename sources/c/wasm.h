@@ -53,6 +53,8 @@ typedef char f64_is_double_precision[sizeof(f64) == 8 ? 1 : -1];
 #error "PLANT_HEAP is a number of bytes: some hundred thousand, and less than 2 GB"
 #endif
 #define MEMORY (MODULE_PAGES * PAGE + (PLANT_HEAP + PAGE - 1u) / PAGE * PAGE)
+/* Bytes behind it that nothing uses. */
+#define MARGIN 4096u
 
 typedef void (*Function)(void);
 
@@ -67,7 +69,7 @@ enum {
 
 /* An instance of the module. */
 typedef struct Module {
-    /* MEMORY bytes, of which so many pages are in use. */
+    /* MEMORY and MARGIN, and how many pages of the first are in use. */
     u8 *memory;
     u32 pages;
     MODULE_GLOBALS

@@ -132,6 +132,14 @@ pub struct Compiler {
 }
 
 impl Compiler {
+    /// Which version it is.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn version(&self) -> Result<String> {
+        process::output(Command::new(self.program).arg("-dumpversion"))
+    }
+
     fn command(&self) -> Command {
         let mut command = Command::new(self.program);
         command.args(["-O1", "-Wall", "-Wextra", "-Werror"]).args(self.always);

@@ -2,6 +2,7 @@
 //! compared with the library in Rust, bit for bit.
 
 mod compiled;
+mod needs;
 mod suite;
 mod target;
 
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models::{self, pneumatic_servo_cylinder::MODEL};
@@ -24,29 +25,38 @@ use crate::library::Library;
 use crate::package;
 use crate::platform_test::{Machine, experiments_of, same};
 use crate::process::{self, heading};
+use crate::valgrind;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
-/// Compiles and runs the sources of all models, and those of the cylinder for all targets; a missing tool is an error.
+/// Compiles and runs the sources of all models, and those of the cylinder for all targets, or only those of one model or for
+/// one target; a missing tool is an error.
 ///
 /// # Errors
-/// When a tool is missing, a step fails or a bit differs.
-pub fn run(workspace: &Workspace) -> Result<()> {
-    tools::require(missing(&Target::ALL)?)?;
+/// When a tool is missing, a step fails or a bit differs, or nothing is called as is asked for.
+pub fn run(workspace: &Workspace, only: Option<&str>) -> Result<()> {
+    let is_wanted = |name: &str| only.is_none_or(|only| only == name);
+    let models: Vec<_> = models::ALL.iter().filter(|model| is_wanted(model.name)).collect();
+    let targets: Vec<_> = Target::ALL.into_iter().filter(|target| is_wanted(target.compiler().folder)).collect();
+    if models.is_empty() && targets.is_empty() {
+        let models = models::ALL.iter().map(|model| model.name);
+        let names: Vec<_> = models.chain(Target::ALL.map(|target| target.compiler().folder)).collect();
+        bail!("`{}` is no model and no target; there are {}", only.unwrap_or_default(), names.join(", "));
+    }
+    tools::require(missing(&targets)?)?;
     let rust = build::for_this_machine(workspace)?;
-    for model in models::ALL {
-        let (written, plant, library) = on_this_machine(workspace, model, &rust)?;
+    for model in models {
+        let (written, library) = on_this_machine(workspace, model, &rust)?;
         heading(&format!("Sources in C of {}: the tests of the C interface", model.name));
         suite::run(workspace, model, &library)?;
         if model.name == MODEL.name {
-            heading("Sources in C: how long a step takes");
+            heading("Sources in C: instructions of a step");
             speed(workspace, &written, &rust, &library)?;
             heading("Sources in C: FMUs that FMPy compiles");
             by_fmpy(workspace)?;
-            on_targets(workspace, &written, &plant, &rust)?;
         }
     }
-    Ok(())
+    if targets.is_empty() { Ok(()) } else { on_targets(workspace, &targets, &rust) }
 }
 
 /// The sources of the cylinder on this machine; where a tool is missing, that is an error under CI and otherwise said.
@@ -69,7 +79,7 @@ pub fn fuzz(workspace: &Workspace, length: Duration) -> Result<()> {
     let rust = build::for_this_machine(workspace)?;
     let mut libraries = Vec::new();
     for model in models::ALL {
-        libraries.push((model, on_this_machine(workspace, model, &rust)?.2));
+        libraries.push((model, on_this_machine(workspace, model, &rust)?.1));
     }
     heading("Sources in C: random calls");
     let begin = Instant::now();
@@ -90,40 +100,41 @@ fn missing(targets: &[Target]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
     Ok(missing)
 }
 
-/// The sources of a model, their objects without the functions of FMI, and their library, which has been run.
-fn on_this_machine(
-    workspace: &Workspace,
-    model: &'static Model,
-    rust: &[u8],
-) -> Result<(Written, Vec<PathBuf>, PathBuf)> {
+/// The sources of a model, and their library, which has been run.
+fn on_this_machine(workspace: &Workspace, model: &'static Model, rust: &[u8]) -> Result<(Written, PathBuf)> {
     heading(&format!("Sources in C of {}: make and compile them", model.name));
     let written = Written::of(workspace, model)?;
     let compiler = Target::Linux.compiler();
     let plant = written.plant(&compiler)?;
-    let library = written.library(&compiler, &[plant.clone(), written.faces(&compiler)?].concat())?;
+    let library = written.library(&compiler, &[plant, written.faces(&compiler)?].concat())?;
     heading(&format!("Sources in C of {}: run every law through FMI", model.name));
     let experiments = experiments_of(model);
     let expected = Machine::Linux.run(workspace, rust, &experiments)?;
     same("the library from C", &expected, &Machine::Linux.run(workspace, &read(&library)?, &experiments)?)?;
-    Ok((written, plant, library))
+    Ok((written, library))
 }
 
-/// The cylinder on all targets: a control loop and all laws on each, and FMI where a machine can load libraries.
-fn on_targets(workspace: &Workspace, written: &Written, plant: &[PathBuf], rust: &[u8]) -> Result<()> {
+/// The cylinder on this machine and on targets: a control loop and all laws on each, and FMI where a machine can load libraries.
+fn on_targets(workspace: &Workspace, targets: &[Target], rust: &[u8]) -> Result<()> {
     heading(&format!("Sources in C: {}", Target::Linux.name()));
-    let expected = Target::Linux.run(workspace, written, plant)?;
-    print!("{expected}");
+    let written = Written::of(workspace, &MODEL)?;
+    let expected = Target::Linux.run(workspace, &written, &written.plant(&Target::Linux.compiler())?)?;
+    print!("{}", expected.bits);
     let experiments = experiments_of(&MODEL);
-    for target in Target::ALL.into_iter().filter(|target| *target != Target::Linux) {
+    let reference = Machine::Linux.run(workspace, rust, &experiments)?;
+    for target in targets.iter().filter(|target| **target != Target::Linux) {
         heading(&format!("Sources in C: {}", target.name()));
         let compiler = target.compiler();
         let plant = written.plant(&compiler)?;
-        let found = target.run(workspace, written, &plant)?;
-        ensure!(found == expected, "{} computes other bits:\n{found}instead of\n{expected}", target.name());
+        let found = target.run(workspace, &written, &plant)?;
+        let (bits, others) = (found.bits, &expected.bits);
+        ensure!(bits == *others, "{} computes other bits:\n{bits}instead of\n{others}", target.name());
         println!("{}: the same bits", target.name());
+        if target.has_no_system() {
+            found.needs.compare(workspace, target.name(), &compiler)?;
+        }
         if let Some(machine) = target.machine() {
             let library = written.library(&compiler, &[plant, written.faces(&compiler)?].concat())?;
-            let reference = Machine::Linux.run(workspace, rust, &experiments)?;
             same(target.name(), &reference, &machine.run(workspace, &read(&library)?, &experiments)?)?;
         }
     }
@@ -145,23 +156,26 @@ fn by_fmpy(workspace: &Workspace) -> Result<()> {
     process::run(python.env("PATH", venv.path()?))
 }
 
-/// Prints how long a step takes in the library in Rust and in that from C, once compiled for size and once for speed.
+/// Prints how many instructions a step takes in the library in Rust and in that from C, as valgrind counts them.
 fn speed(workspace: &Workspace, written: &Written, rust: &[u8], library: &Path) -> Result<()> {
+    /// The difference between a long and a short run, so that the start does not count.
+    const STEPS: [u64; 2] = [50, 350];
     let compiler = Target::Linux.compiler();
-    let laws = format!("-DLAWS={}", LAWS.items.len());
-    let files = [laws.into(), workspace.root.join("tests/sources/speed.c"), "-ldl".into()];
+    let files = [workspace.root.join("tests/sources/speed.c"), "-ldl".into()];
     let program = written.program(&compiler, "speed", &files, &[])?;
     let native = written.folder.join("native.so");
     std::fs::write(&native, rust).context("cannot write the library in Rust")?;
-    let measure = |library: &Path| {
-        let printed = process::output(Command::new(&program).arg(library).arg(guid(&MODEL)))?;
-        let numbers = printed.lines().filter_map(|line| line.split(' ').nth(1)?.parse().ok());
-        Ok::<Vec<f64>, anyhow::Error>(numbers.collect())
+    let measure = |library: &Path, law: usize| {
+        let of = |steps: u64| {
+            let mut command = Command::new(&program);
+            valgrind::instructions(command.arg(library).arg(guid(&MODEL)).args([law.to_string(), steps.to_string()]))
+        };
+        Ok::<u64, anyhow::Error>((of(STEPS[1])? - of(STEPS[0])?) / (STEPS[1] - STEPS[0]))
     };
-    let (native, compiled) = (measure(&native)?, measure(library)?);
-    println!("law, ns a step in Rust, ns a step from C, ratio");
-    for ((item, native), compiled) in LAWS.items.iter().zip(native).zip(compiled) {
-        println!("{:>16} {native:>8.0} {compiled:>8.0} {:>6.2}", item.1, compiled / native);
+    println!("law, instructions of a step in Rust, from C, ratio");
+    for (law, item) in (1..).zip(LAWS.items) {
+        let (native, compiled) = (measure(&native, law)?, measure(library, law)?);
+        println!("{:>16} {native:>8} {compiled:>8} {:>6.2}", item.1, compiled as f64 / native as f64);
     }
     Ok(())
 }

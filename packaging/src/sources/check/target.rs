@@ -3,14 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use pneumatic_servo::friction::LAWS;
 
 use super::compiled::{Compiler, Written};
+use super::needs::Needs;
 use crate::build::tools::Tool;
 use crate::platform_test::{Machine, wine};
 use crate::process;
 use crate::workspace::Workspace;
+
+/// What came out on a target.
+pub struct Outcome {
+    /// The bits of all results.
+    pub bits: String,
+    /// What that took.
+    pub needs: Needs,
+}
 
 /// A target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,9 +66,9 @@ impl Target {
         match self {
             Self::Linux => "Linux on x86_64",
             Self::Clang => "Linux on x86_64, compiled by Clang",
-            Self::CortexM7 => "Cortex-M7 without operating system under QEMU",
-            Self::CortexM4 => "Cortex-M4 without operating system and floating-point unit under QEMU",
-            Self::CortexM4Single => "Cortex-M4 without operating system, with single precision, under QEMU",
+            Self::CortexM7 => "Cortex-M7",
+            Self::CortexM4 => "Cortex-M4 without floating-point unit",
+            Self::CortexM4Single => "Cortex-M4 with single precision",
             Self::Arm32 => "Linux on 32-bit Arm under QEMU",
             Self::BigEndian => "Linux on IBM Z (big-endian) under QEMU",
             Self::Arm64 => "Linux on 64-bit Arm under QEMU",
@@ -115,7 +124,8 @@ impl Target {
         }
     }
 
-    fn has_no_system(self) -> bool {
+    /// Whether it is a microcontroller, whose needs the page lists.
+    pub fn has_no_system(self) -> bool {
         matches!(self, Self::CortexM7 | Self::CortexM4 | Self::CortexM4Single)
     }
 
@@ -150,28 +160,25 @@ impl Target {
         compiler.into_iter().chain(emulator).chain(wine).collect()
     }
 
-    /// Runs many sums and products, the control loop of `examples/target`, and all laws; returns the bits that come out, and prints what was measured.
+    /// Runs accesses to memory, many sums and products, the control loop of `examples/target`, and all laws.
     ///
     /// # Errors
     /// When a program cannot be compiled, or ends with an error.
-    pub fn run(self, workspace: &Workspace, written: &Written, plant: &[PathBuf]) -> Result<String> {
-        let mut bits = String::new();
+    pub fn run(self, workspace: &Workspace, written: &Written, plant: &[PathBuf]) -> Result<Outcome> {
+        let mut outcome = Outcome { bits: String::new(), needs: Needs::of_objects(&self.compiler(), plant)? };
         for (name, file) in PROGRAMS {
             let program = self.program(workspace, written, name, &workspace.root.join(file), plant)?;
-            if self.has_no_system() {
-                println!("{}: {name}, text and data: {}", self.name(), size(&program)?);
-            }
             let printed = process::output(&mut self.start(&written.folder, &program))?.replace('\r', "");
             for line in printed.lines() {
                 match line.strip_prefix("measured ") {
-                    Some(measured) => println!("{}: {measured}", self.name()),
-                    None => bits += &format!("{line}\n"),
+                    Some(measured) => outcome.needs.add(measured)?,
+                    None => outcome.bits += &format!("{line}\n"),
                 }
             }
         }
-        let laws = bits.lines().filter(|line| line.starts_with("law ")).count();
-        ensure!(laws == LAWS.items.len(), "{} ran {laws} laws:\n{bits}", self.name());
-        Ok(bits)
+        let laws = outcome.bits.lines().filter(|line| line.starts_with("law ")).count();
+        ensure!(laws == LAWS.items.len(), "{} ran {laws} laws:\n{}", self.name(), outcome.bits);
+        Ok(outcome)
     }
 
     fn program(
@@ -221,17 +228,9 @@ impl Target {
     }
 }
 
-/// The bytes of a program for Arm that are written into the memory of the target.
-fn size(program: &Path) -> Result<u64> {
-    let printed = process::output(Command::new("arm-none-eabi-size").arg(program))?;
-    let mut columns = printed.lines().nth(1).unwrap_or_default().split_whitespace();
-    let mut next = || columns.next()?.parse::<u64>().ok();
-    let (text, data) = (next(), next());
-    text.zip(data).map(|(text, data)| text + data).with_context(|| format!("no size of a program: {printed}"))
-}
-
 /// What is run on each target.
-const PROGRAMS: [(&str, &str); 3] = [
+const PROGRAMS: [(&str, &str); 4] = [
+    ("memory", "tests/sources/memory.c"),
     ("arithmetic", "tests/sources/arithmetic.c"),
     ("loop", "examples/target/main.c"),
     ("laws", "tests/sources/laws.c"),

@@ -7,9 +7,9 @@
 use std::fmt::Write;
 
 use anyhow::{Context, Result, bail, ensure};
-use wasmparser::{BlockType, FunctionBody, Operator as Op};
+use wasmparser::{BlockType, FunctionBody, MemArg, Operator as Op};
 
-use super::operators::{Type, access, operator};
+use super::operators::{Access, Type, access, operator};
 use super::signature::{Signature, value_type};
 
 /// What a function may ask of its module.
@@ -356,7 +356,7 @@ impl<'a> Translation<'a> {
         let described = format!("{op:?}");
         let name = described.split([' ', '{']).next().unwrap_or_default();
         if let Some(access) = access(name) {
-            return self.access(access.function, access.loads, offset(op)?);
+            return self.access(access, place(op)?);
         }
         let Some(operator) = operator(name) else { bail!("it is not translated") };
         let second = if operator.arguments == 2 { Some(self.pop()?) } else { None };
@@ -385,11 +385,14 @@ impl<'a> Translation<'a> {
         self.push(Entry { text, of, compares, needs, reads });
     }
 
-    fn access(&mut self, function: &str, loads: Option<Type>, offset: u64) -> Result<()> {
+    fn access(&mut self, access: Access, place: MemArg) -> Result<()> {
         self.uses_memory = true;
-        let value = if loads.is_none() { Some(self.pop()?) } else { None };
+        let value = if access.loads.is_none() { Some(self.pop()?) } else { None };
         let address = self.pop()?;
-        match (loads, value) {
+        let offset = place.offset;
+        // Rust's compiler says of each access how its address is aligned; some processors need that.
+        let function = format!("{}{}", access.function, if place.align < place.max_align { "u" } else { "" });
+        match (access.loads, value) {
             (Some(of), _) => {
                 let text = format!("{function}(s,m,{},{offset}u)", address.value());
                 self.combine(text, of, false, &[&address]);
@@ -603,17 +606,17 @@ fn decimal(value: f64) -> Option<String> {
     value.is_finite().then(|| if value.is_sign_negative() { format!("({value:?})") } else { format!("{value:?}") })
 }
 
-/// Where an access to memory begins, counted from its address.
-fn offset(op: &Op) -> Result<u64> {
-    macro_rules! offset {
+/// Where an access to memory begins, counted from its address, and how that is aligned.
+fn place(op: &Op) -> Result<MemArg> {
+    macro_rules! place {
         ($($name:ident)*) => {
             match op {
-                $(Op::$name { memarg } => Ok(memarg.offset),)*
+                $(Op::$name { memarg } => Ok(*memarg),)*
                 _ => bail!("it is no access to memory"),
             }
         };
     }
-    offset! {
+    place! {
         I32Load I64Load F32Load F64Load I32Load8S I32Load8U I32Load16S I32Load16U I64Load8S I64Load8U I64Load16S
         I64Load16U I64Load32S I64Load32U I32Store I64Store F32Store F64Store I32Store8 I32Store16 I64Store8 I64Store16
         I64Store32
