@@ -106,7 +106,7 @@ fn on_this_machine(workspace: &Workspace, model: &'static Model, rust: &[u8]) ->
     let written = Written::of(workspace, model)?;
     let compiler = Target::Linux.compiler();
     let plant = written.plant(&compiler)?;
-    let library = written.library(&compiler, &[plant, written.faces(&compiler)?].concat())?;
+    let library = Written::library(&written, &compiler, &[plant, written.faces(&compiler)?].concat())?;
     heading(&format!("Sources in C of {}: run every law through FMI", model.name));
     let experiments = experiments_of(model);
     let expected = Machine::Linux.run(workspace, rust, &experiments)?;
@@ -134,7 +134,7 @@ fn on_targets(workspace: &Workspace, targets: &[Target], rust: &[u8]) -> Result<
             found.needs.compare(workspace, target.name(), &compiler)?;
         }
         if let Some(machine) = target.machine() {
-            let library = written.library(&compiler, &[plant, written.faces(&compiler)?].concat())?;
+            let library = Written::library(&written, &compiler, &[plant, written.faces(&compiler)?].concat())?;
             same(target.name(), &reference, &machine.run(workspace, &read(&library)?, &experiments)?)?;
         }
     }
