@@ -164,6 +164,9 @@ macro_rules! laws {
             $crate::builtin_laws! { $($own)* }
         }
     };
+    ($(#[$doc:meta])* $vis:vis mod $name:ident { ..$other:ident $($own:tt)* }) => {
+        compile_error!(concat!("the laws of the library join by the line `..builtin;`, not by `..", stringify!($other), "`"));
+    };
     ($(#[$doc:meta])* $vis:vis mod $name:ident { $($own:tt)* }) => {
         $(#[$doc])*
         $vis mod $name {

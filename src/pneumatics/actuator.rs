@@ -261,6 +261,9 @@ macro_rules! actuators {
             $crate::builtin_actuators! { $($own)* }
         }
     };
+    ($(#[$doc:meta])* $vis:vis mod $name:ident { ..$other:ident $($own:tt)* }) => {
+        compile_error!(concat!("the actuators of the library join by the line `..builtin;`, not by `..", stringify!($other), "`"));
+    };
     ($(#[$doc:meta])* $vis:vis mod $name:ident { $($own:tt)* }) => {
         $(#[$doc])*
         $vis mod $name {
