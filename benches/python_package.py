@@ -27,7 +27,7 @@ import numpy as np
 import pneumatic_servo as ps
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
-from pneumatic_servo.model import available_cores
+from pneumatic_servo.tasks import available_cores
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP, STEPS = 1e-3, 3000

@@ -33,7 +33,7 @@ from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.sensitivities import Crossing, Gradient, Sensitivities, Transition
-from pneumatic_servo.simulation import SavedState, Simulation
+from pneumatic_servo.simulation import SavedState, Simulation, transitions
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
@@ -95,6 +95,7 @@ __all__ = [
     "plan",
     "play",
     "read_ssv",
+    "transitions",
 ]
 
 _FITTING = ("Band", "Fit", "Options", "Plan", "Posterior", "Ranking", "Series", "compare_fits", "fit",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -32,6 +31,7 @@ from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
+from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value, Variable, Variables
 
 if TYPE_CHECKING:
@@ -592,11 +592,6 @@ def models() -> list[str]:
     'PneumaticServoCylinder'
     """
     return _native.models()
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _number_of_inputs(inputs: Mapping[str, Input]) -> int | None:

@@ -163,6 +163,17 @@ class Transition:
     def __iter__(self) -> Iterator[Array]:
         return iter((self.A, self.B, self.C, self.D))
 
+    @classmethod
+    def _of(
+        cls, told: _native._Transition, inputs: Sequence[str], parameters: Sequence[str], outputs: Sequence[str]
+    ) -> Transition:
+        """Return what the extension module tells of a step, with names."""
+        states, next_states, (a, b, c, d, p, q), lost = told
+        columns = [*states, *inputs, *parameters]
+        reasons = {columns[column]: NoDerivative(time, event, reason) for column, time, event, reason in lost}
+        x, next_x, u, by, of = map(tuple, (states, next_states, inputs, parameters, outputs))
+        return cls(a, b, c, d, p, q, x, next_x, u, by, of, reasons)
+
 
 @dataclass(frozen=True)
 class Gradient:

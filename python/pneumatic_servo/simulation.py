@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import _native, checks, noticed, values
 from pneumatic_servo.checks import mapping
-from pneumatic_servo.errors import NoDerivative
 from pneumatic_servo.sensitivities import Transition
+from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:
@@ -216,11 +216,56 @@ class Simulation:
         (True, True, (1, 3))
         """
         by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
-        states, next_states, (a, b, c, d, p, q), lost = self._native.transition(size, by, of)
-        inputs = tuple(self._model.inputs)
-        columns = [*states, *inputs, *by]
-        reasons = {columns[column]: NoDerivative(time, event, reason) for column, time, event, reason in lost}
-        return Transition(a, b, c, d, p, q, tuple(states), tuple(next_states), inputs, tuple(by), tuple(of), reasons)
+        return Transition._of(self._native.transition(size, by, of), list(self._model.inputs), by, of)
+
+
+def transitions(
+    simulations: Sequence[Simulation],
+    size: float,
+    *,
+    parameters: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    workers: int | None = None,
+) -> list[Transition]:
+    """Integrate many simulations over a step of a size in s, on all cores, and return what each step does.
+
+    A step and its `Transition` have the same bits as by `Simulation.transition`. Simulations may be of different laws
+    and models, and at different times.
+
+    Parameters
+    ----------
+    simulations : sequence of Simulation
+        Each of them another one.
+    size : float
+        Size of the step in s.
+    parameters, outputs : sequence of str
+        As for `Simulation.transition`.
+    workers : int, optional
+        Number of threads; by default one per core that this process may use.
+
+    Returns
+    -------
+    list of Transition
+        One for each simulation, with shapes and units of their own: states differ where laws and modes do.
+
+    Raises
+    ------
+    ValueError
+        For a name that is none, a step that leads nowhere, or a simulation that is given twice.
+    SimulationError
+        When the solver cannot go on; it tells the number of the simulation. The others have made their step.
+
+    Examples
+    --------
+    >>> import pneumatic_servo as ps
+    >>> simulations = [ps.Model().start({"valveVoltage": voltage}) for voltage in (6.0, 7.0)]
+    >>> [step.D.shape for step in ps.transitions(simulations, 1e-3, outputs=["position"])]
+    [(1, 3), (1, 3)]
+    """
+    by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
+    threads = available_cores() if workers is None else checks.whole_number("workers", workers, least=1)
+    told = _native.transitions([simulation._native for simulation in simulations], size, by, of, threads)
+    return [Transition._of(it, list(own._model.inputs), by, of) for it, own in zip(told, simulations, strict=True)]
 
 
 def _resumed(model: Model, settings: Mapping[str, Value], saved: SavedState) -> Simulation:

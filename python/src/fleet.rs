@@ -7,6 +7,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
+use pneumatic_servo::sensitivity::{Transition, TransitionError};
 use pneumatic_servo::variables::{Place, Variable};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -16,6 +17,7 @@ use crate::failure::{refused, refused_setting, refused_value, stopped};
 use crate::many::pool;
 use crate::model::Model;
 use crate::recording::places;
+use crate::transition::{Asked, Told, untold_of};
 use crate::value::{Setting, apply, setup};
 
 /// Plants of one model with one driven input, stepped together.
@@ -90,11 +92,7 @@ impl Fleet {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let inputs = inputs.as_slice()?;
         let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
-        if inputs.len() != plants.len() {
-            return Err(refused(format!("{} inputs for {} plants", inputs.len(), plants.len())));
-        }
-        let (place, variable) = self.input;
-        inputs.iter().try_for_each(|value| variable.check(*value)).map_err(refused)?;
+        let place = self.place(inputs, plants.len())?;
         let plants = &mut *plants;
         let width = self.observed.len();
         let mut seen = vec![0.0; plants.len() * width];
@@ -130,9 +128,53 @@ impl Fleet {
         outcome.map_err(stopped)?;
         Ok(self.array(py, plants.len(), seen))
     }
+
+    /// What these steps would do to small changes: of each plant a transition for each step. All plants stay where they are.
+    #[expect(clippy::too_many_arguments, reason = "they are those of `step` and two more")]
+    fn transitions<'py>(
+        &self,
+        py: Python<'py>,
+        inputs: PyReadonlyArray1<'py, f64>,
+        size: f64,
+        steps: usize,
+        parameters: Vec<String>,
+        outputs: Vec<String>,
+    ) -> PyResult<Vec<Vec<Told<'py>>>> {
+        let inputs = inputs.as_slice()?;
+        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let place = self.place(inputs, plants.len())?;
+        let (plants, asked) = (&mut *plants, Asked { parameters, outputs });
+        let made = |(plant, input): (&mut Plant, &f64)| {
+            let saved = plant.save();
+            plant.set_input(place, *input);
+            let made: Result<Vec<_>, _> = (0..steps).map(|_| asked.of(plant, plant.time() + size)).collect();
+            plant.restore(&saved).expect("a state of its own");
+            made
+        };
+        let made: Vec<_> = py.detach(|| match &self.pool {
+            None => plants.iter_mut().zip(inputs).map(made).collect(),
+            Some(pool) => pool.install(|| plants.par_iter_mut().zip(inputs.par_iter()).map(made).collect()),
+        });
+        let width = self.setup.table().inputs().count();
+        let tell = |(index, made): (usize, Result<Vec<Transition>, TransitionError>)| {
+            let made = made.map_err(|error| untold_of("plant", index, error))?;
+            Ok(made.into_iter().map(|transition| asked.tell(py, transition, width)).collect())
+        };
+        made.into_iter().enumerate().map(tell).collect()
+    }
 }
 
 impl Fleet {
+    /// The place of the driven input, of which there is a legal value for each of a number of plants.
+    fn place(&self, inputs: &[f64], plants: usize) -> PyResult<usize> {
+        if inputs.len() != plants {
+            return Err(refused(format!("{} inputs for {plants} plants", inputs.len())));
+        }
+        let (place, variable) = self.input;
+        inputs.iter().try_for_each(|value| variable.check(*value)).map_err(refused)?;
+        Ok(place)
+    }
+
     /// Room for the computed variables of a plant: one for many, since each plant's own would be fetched from memory.
     fn room(&self) -> Vec<f64> {
         vec![0.0; self.setup.table().computed().count()]

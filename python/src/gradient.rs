@@ -38,7 +38,7 @@ pub fn gradient<'py>(
     cotangents: PyReadonlyArray2<'py, f64>,
     parameters: Vec<String>,
 ) -> PyResult<Told<'py>> {
-    let mut again = Again::new(model, &settings, &inputs, grid)?;
+    let mut again = Again::new(model, &settings, &inputs, grid.into())?;
     let (rows, every) = (again.grid.rows(), again.grid.every);
     let weights = shaped("cotangents", cotangents.as_array(), [outputs.len(), rows])?;
     let [by, of] = [&parameters, &outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
@@ -66,7 +66,7 @@ pub fn tangent<'py>(
     of_inputs: PyReadonlyArray2<'py, f64>,
     of_parameters: Vec<(String, f64)>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let mut again = Again::new(model, &settings, &inputs, grid)?;
+    let mut again = Again::new(model, &settings, &inputs, grid.into())?;
     let count = again.plant.table().inputs().count();
     let (rows, every) = (again.grid.rows(), again.grid.every);
     let added = shaped("tangents of the inputs", of_inputs.as_array(), [count, again.grid.count])?;
@@ -86,28 +86,21 @@ fn shaped<'a>(what: &str, given: ArrayView2<'a, f64>, expected: [usize; 2]) -> P
 
 impl Again {
     /// A run with the arguments of `simulate`.
-    fn new(
-        model: &Model,
-        settings: &[Setting],
-        inputs: &[(String, Course)],
-        (start, step, count, every): (f64, f64, usize, usize),
-    ) -> PyResult<Self> {
-        let grid = Grid { start, step, count, every };
+    fn new(model: &Model, settings: &[Setting], inputs: &[(String, Course)], grid: Grid) -> PyResult<Self> {
         let setup = setup(model.model, settings)?;
-        let driven: PyResult<Vec<_>> =
-            inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
-        let mut driven = driven?;
+        let signals = inputs.iter().map(|(name, course)| Ok((name, course.signal()?)));
+        let mut driven = Driven::all(setup.table(), signals)?;
         let mut plant = started(setup, &mut driven, grid)?;
         let number = plant.table().inputs().count();
         let mut values: Vec<f64> = (0..number).map(|place| plant.value(Place::Input(place))).collect();
-        let mut all = Vec::with_capacity(count);
-        for index in 0..count {
+        let mut all = Vec::with_capacity(grid.count);
+        for index in 0..grid.count {
             for input in &mut driven {
                 values[input.place] = input.at(grid.point(index))?;
             }
             all.push(values.clone());
         }
-        let ends = (0..count).map(|index| grid.point(index) + grid.step).collect();
+        let ends = (0..grid.count).map(|index| grid.point(index) + grid.step).collect();
         Ok(Self { plant, grid, ends, inputs: all })
     }
 

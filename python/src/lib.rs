@@ -37,6 +37,8 @@ mod _native {
     use crate::single::simulate;
     #[pymodule_export]
     use crate::ssv::ssv;
+    #[pymodule_export]
+    use crate::transition::transitions;
 
     /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
     #[pymodule_init]

@@ -86,8 +86,8 @@ impl Plan<'_> {
         let mut reached = Reached::default();
         let mut setup = self.setup.clone();
         let outcome = apply(&mut setup, &self.runs[index]).map_err(refused_setting).and_then(|()| {
-            let driven = self.inputs.iter().map(|(name, signals)| Driven::find(setup.table(), name, signals.of(index)));
-            let mut driven = driven.collect::<PyResult<Vec<_>>>()?;
+            let signals = self.inputs.iter().map(|(name, signals)| Ok((name, signals.of(index))));
+            let mut driven = Driven::all(setup.table(), signals)?;
             let rows = Rows { outputs: &self.outputs, slots, slopes: None };
             record(setup.clone(), &mut driven, self.grid, rows, &mut reached, |step, plant| {
                 if step % STEPS_PER_LOOK != 0 {
@@ -143,8 +143,7 @@ pub fn simulate_many<'py>(
     progress: Option<Py<PyAny>>,
     most: Option<u64>,
 ) -> PyResult<Outcome<'py>> {
-    let (start, step, count, every) = grid;
-    let grid = Grid { start, step, count, every };
+    let grid = Grid::from(grid);
     let setup = setup(model.model, &settings)?;
     let outputs = places(setup.table(), &outputs)?;
     let inputs = inputs.iter().map(|(name, courses)| Ok((name.clone(), courses.signals()?)));

@@ -22,6 +22,13 @@ pub struct Grid {
     pub every: usize,
 }
 
+/// Start and step in s, number of steps, and steps per row: as Python hands it over.
+impl From<(f64, f64, usize, usize)> for Grid {
+    fn from((start, step, count, every): (f64, f64, usize, usize)) -> Self {
+        Self { start, step, count, every }
+    }
+}
+
 impl Grid {
     /// The communication point of an index, in s.
     pub fn point(&self, index: usize) -> f64 {
@@ -45,8 +52,15 @@ pub struct Driven<'a> {
 }
 
 impl<'a> Driven<'a> {
-    /// An input of a table.
-    pub fn find(table: &Table, name: &str, signal: Signal<'a>) -> PyResult<Self> {
+    /// Inputs of a table by their names, each with its signal.
+    pub fn all<'b>(
+        table: &Table,
+        signals: impl Iterator<Item = PyResult<(&'b String, Signal<'a>)>>,
+    ) -> PyResult<Vec<Self>> {
+        signals.map(|it| it.and_then(|(name, signal)| Self::find(table, name, signal))).collect()
+    }
+
+    fn find(table: &Table, name: &str, signal: Signal<'a>) -> PyResult<Self> {
         let refuse = || refused(format!("{name} is not an input{}", resembling(table, name)));
         let entry = table.find(name).ok_or_else(refuse)?;
         let Place::Input(place) = entry.place else { return Err(refuse()) };

@@ -14,7 +14,7 @@ use std::sync::{Mutex, MutexGuard};
 use crate::failure::{refused, refused_setting, stopped, untold};
 use crate::recording::Noticed;
 use crate::recording::places;
-use crate::transition::{Told, tell};
+use crate::transition::{Asked, Told};
 use crate::value::{Given, Setting};
 
 /// A running plant.
@@ -53,9 +53,15 @@ impl Simulation {
         Self { plant: Mutex::new(plant) }
     }
 
-    fn plant<'a>(&'a self, py: Python<'a>) -> MutexGuard<'a, Plant> {
+    /// The plant, by a thread that holds the interpreter.
+    pub fn plant<'a>(&'a self, py: Python<'a>) -> MutexGuard<'a, Plant> {
         // A plant that has panicked would still be whole; it never does.
         self.plant.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// The plant, by a thread that does not hold the interpreter.
+    pub fn locked(&self) -> MutexGuard<'_, Plant> {
+        self.plant.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
@@ -101,12 +107,10 @@ impl Simulation {
         outputs: Vec<String>,
     ) -> PyResult<Told<'py>> {
         let mut plant = self.plant(py);
-        let end = end_of(&plant, size)?;
+        let (end, asked) = (end_of(&plant, size)?, Asked { parameters, outputs });
         let plant = &mut *plant;
-        let [by, of] = [&parameters, &outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
-        let transition = py.detach(|| plant.transition(end, &by, &of));
-        let sizes = [plant.table().inputs().count(), outputs.len(), parameters.len()];
-        Ok(tell(py, transition.map_err(untold)?, sizes))
+        let transition = py.detach(|| asked.of(plant, end)).map_err(untold)?;
+        Ok(asked.tell(py, transition, plant.table().inputs().count()))
     }
 
     /// What is unusual about the parameters and the present inputs: variable, value and remark.
@@ -168,7 +172,10 @@ impl Simulation {
 }
 
 /// Where a step of a size in s ends.
-fn end_of(plant: &Plant, size: f64) -> PyResult<f64> {
+///
+/// # Errors
+/// `ValueError` if it leads nowhere.
+pub fn end_of(plant: &Plant, size: f64) -> PyResult<f64> {
     let end = plant.time() + size;
     if size.is_finite() && end > plant.time() {
         return Ok(end);

@@ -53,12 +53,10 @@ pub fn simulate<'py>(
     sensitivities: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Outcome<'py>> {
-    let (start, step, count, every) = grid;
-    let grid = Grid { start, step, count, every };
+    let grid = Grid::from(grid);
     let setup = setup(model.model, &settings)?;
-    let driven: PyResult<Vec<_>> =
-        inputs.iter().map(|(name, course)| Driven::find(setup.table(), name, course.signal()?)).collect();
-    let (mut driven, places) = (driven?, places(setup.table(), &outputs)?);
+    let signals = inputs.iter().map(|(name, course)| Ok((name, course.signal()?)));
+    let (mut driven, places) = (Driven::all(setup.table(), signals)?, places(setup.table(), &outputs)?);
     let mut slots = room(places.len(), grid.rows(), 1)?;
     let slopes = (!sensitivities.is_empty()).then(|| Slopes::new(sensitivities, places.len(), grid.rows()));
     let mut slopes = slopes.transpose()?;

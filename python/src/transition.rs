@@ -2,8 +2,14 @@
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use pneumatic_servo::sensitivity::Transition;
+use pneumatic_servo::model::Plant;
+use pneumatic_servo::sensitivity::{Transition, TransitionError};
 use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::failure::{refused, stopped, untold};
+use crate::many::pool;
+use crate::simulation::{Simulation, end_of};
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
@@ -12,8 +18,67 @@ type Lost = (usize, f64, String, String);
 /// Names of states before and behind a step, the matrices A, B, C, D, P, Q, and the columns that are lost.
 pub type Told<'py> = (Vec<String>, Vec<String>, Vec<Matrix<'py>>, Vec<Lost>);
 
+/// What is asked of a step.
+pub struct Asked {
+    /// Parameters with columns of their own.
+    pub parameters: Vec<String>,
+    /// Variables whose change at the end is told.
+    pub outputs: Vec<String>,
+}
+
+impl Asked {
+    /// Takes a plant to a time in s, and tells what that does to small changes.
+    pub fn of(&self, plant: &mut Plant, end: f64) -> Result<Transition, TransitionError> {
+        let [by, of] =
+            [&self.parameters, &self.outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+        plant.transition(end, &by, &of)
+    }
+
+    /// A transition of a model with so many inputs for Python.
+    pub fn tell<'py>(&self, py: Python<'py>, transition: Transition, inputs: usize) -> Told<'py> {
+        tell(py, transition, [inputs, self.outputs.len(), self.parameters.len()])
+    }
+}
+
+/// A failure of the plant or simulation of a number.
+pub fn untold_of(what: &str, index: usize, error: TransitionError) -> PyErr {
+    match error {
+        TransitionError::Step(error) => stopped(format!("{what} {index}: {error}")),
+        other => untold(other),
+    }
+}
+
+/// Steps of a size in s of many simulations, each of which is another one, on a number of threads: what each does to small changes.
+#[pyfunction]
+pub fn transitions<'py>(
+    py: Python<'py>,
+    simulations: Vec<Py<Simulation>>,
+    size: f64,
+    parameters: Vec<String>,
+    outputs: Vec<String>,
+    workers: usize,
+) -> PyResult<Vec<Told<'py>>> {
+    let ends: PyResult<Vec<f64>> = simulations.iter().map(|it| end_of(&it.get().plant(py), size)).collect();
+    let work: Vec<(&Simulation, f64)> = simulations.iter().map(Py::get).zip(ends?).collect();
+    if let Some(index) =
+        (0..work.len()).find(|it| work[..*it].iter().any(|(other, _)| std::ptr::eq(*other, work[*it].0)))
+    {
+        return Err(refused(format!("simulation {index} is given twice")));
+    }
+    let (asked, pool) = (Asked { parameters, outputs }, pool(workers)?);
+    let made = |(simulation, end): &(&Simulation, f64)| {
+        let mut plant = simulation.locked();
+        (asked.of(&mut plant, *end), plant.table().inputs().count())
+    };
+    let made: Vec<_> = py.detach(|| pool.install(|| work.par_iter().map(made).collect()));
+    let tell = |(index, (outcome, inputs)): (usize, (Result<Transition, TransitionError>, usize))| {
+        Ok(asked.tell(py, outcome.map_err(|error| untold_of("simulation", index, error))?, inputs))
+    };
+    made.into_iter().enumerate().map(tell).collect()
+}
+
 /// A transition for Python, with so many inputs, outputs and parameters.
-pub fn tell(py: Python<'_>, it: Transition, [inputs, outputs, parameters]: [usize; 3]) -> Told<'_> {
+fn tell(py: Python<'_>, it: Transition, [inputs, outputs, parameters]: [usize; 3]) -> Told<'_> {
     let (states, next) = (it.states.len(), it.next_states.len());
     let matrix = |rows: Vec<Vec<f64>>, shape: (usize, usize)| {
         let values = rows.into_iter().flatten().collect();

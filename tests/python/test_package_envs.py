@@ -8,11 +8,12 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pint
+import pneumatic_servo as ps
 import pneumatic_servo.envs as envs
 import pytest
 from bounds import assert_close, largest
 from pneumatic_servo.envs.drawing import Drawing
-from pneumatic_servo.envs.task import Task, rewards
+from pneumatic_servo.envs.task import Task, rewards, voltages
 
 NAME = "pneumatic_servo/Positioning-v0"
 
@@ -283,6 +284,33 @@ def test_options_that_are_not_known_are_refused(options: dict[str, object], word
     for environment in (gymnasium.make(NAME), gymnasium.make_vec(NAME, num_envs=2)):
         with pytest.raises(ValueError, match=words):
             environment.reset(seed=1, options=options)
+
+
+def test_transitions_are_those_of_the_steps_to_come() -> None:
+    """Bit for bit those of each plant alone; and the steps come to where they would have come without."""
+    names, outputs = ["valve.C"], ["position", "chamberA.pressure"]
+    task = {"laws": ["Stribeck", "LuGre", "CoulombStiction"], "period": 4e-3, "substeps": 2}
+    fleet, other = (envs.VectorPositioning(6, workers=workers, **task) for workers in (3, 1))
+    with pytest.raises(gymnasium.error.ResetNeeded, match="transitions was called before reset"):
+        fleet.transitions(np.zeros((6, 1), np.float32))
+    fleet.reset(seed=1), other.reset(seed=1)
+    model, random, inner = ps.Model(), np.random.default_rng(2), fleet._fleet
+    alone = [model.start({**inner.task.settings(model), **own}) for own in inner.settings]
+    for _ in range(10):
+        actions = random.uniform(-0.5, 0.5, (6, 1)).astype(np.float32)
+        found = fleet.transitions(actions, parameters=names, outputs=outputs)
+        assert fleet.step(actions)[0].tobytes() == other.step(actions)[0].tobytes()
+        for plant, voltage, steps in zip(alone, voltages(np.float64(actions[:, 0])), found, strict=True):
+            plant.set_one("valveVoltage", float(voltage))
+            assert len(steps) == 2
+            for step in steps:
+                expected = plant.transition(2e-3, parameters=names, outputs=outputs)
+                assert (step.states, step.outputs, step.parameters) == (expected.states, tuple(outputs), tuple(names))
+                for matrix in ("A", "B", "C", "D", "P", "Q"):
+                    assert getattr(step, matrix).tobytes() == getattr(expected, matrix).tobytes(), matrix
+    assert len({steps[0].states for steps in found}) > 1, "states differ from law to law"
+    with pytest.raises(ValueError, match="there is no variable posiion; did you mean position"):
+        fleet.transitions(actions, outputs=["posiion"])
 
 
 def test_step_needs_a_reset() -> None:

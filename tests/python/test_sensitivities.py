@@ -156,6 +156,49 @@ def test_transition_refuses_by_name_and_does_nothing_then(plant: ps.Model) -> No
     assert simulation.time == 0.0
 
 
+def test_transitions_of_many_have_the_bits_of_one(plant: ps.Model) -> None:
+    """Of several laws, with memories of their own, and of another model; on one thread and on several."""
+    laws = ["Stribeck", "LuGre", "CoulombStiction", "MaxwellSlip"]
+
+    def simulations() -> list[ps.Simulation]:
+        begun = [plant.start({"friction.law": law, "valveVoltage": 6.0 + number}) for number, law in enumerate(laws)]
+        for number, simulation in enumerate(begun):
+            simulation.step(0.05 + 0.01 * number)
+        return [*begun, ps.Model("FrictionBench").start({"friction.law": "GMS"})]
+
+    size, by, of = 2e-3, ["velocity0"], ["velocity", "frictionForce"]
+    alone = simulations()
+    expected = [simulation.transition(size, parameters=by, outputs=of) for simulation in alone]
+    for workers in (1, 3, None):
+        together = simulations()
+        found = ps.transitions(together, size, parameters=by, outputs=of, workers=workers)
+        assert [simulation.save().to_bytes() for simulation in together] == [it.save().to_bytes() for it in alone]
+        for one, other in zip(found, expected, strict=True):
+            for name in ("A", "B", "C", "D", "P", "Q"):
+                assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
+            assert (one.states, one.next_states, one.inputs) == (other.states, other.next_states, other.inputs)
+            assert {name: str(lost) for name, lost in one.lost.items()} == {
+                name: str(lost) for name, lost in other.lost.items()
+            }
+    assert len({one.states for one in found}) > 2, "states differ from law to law"
+
+
+def test_transitions_of_many_refuse_by_name_and_number(plant: ps.Model) -> None:
+    simulations = [plant.start(), plant.start()]
+    with pytest.raises(ValueError, match="simulation 2 is given twice"):
+        ps.transitions([*simulations, simulations[0]], 1e-3)
+    with pytest.raises(ValueError, match="there is no variable posiion; did you mean position"):
+        ps.transitions(simulations, 1e-3, outputs=["posiion"])
+    with pytest.raises(ValueError, match=r"with respect to friction\.law: it is a choice"):
+        ps.transitions(simulations, 1e-3, parameters=["friction.law"])
+    with pytest.raises(ValueError, match="leads nowhere"):
+        ps.transitions(simulations, 0.0)
+    with pytest.raises(ValueError, match="workers = 0 is refused: it must be at least 1"):
+        ps.transitions(simulations, 1e-3, workers=0)
+    assert [simulation.time for simulation in simulations] == [0.0, 0.0]
+    assert ps.transitions([], 1e-3) == []
+
+
 def test_adjoint_times_seed_is_tangent_times_cotangent(plant: ps.Model) -> None:
     """The chain of transitions forwards, with random seeds, against `vjp`, which takes it backwards."""
     rng = np.random.default_rng(1)

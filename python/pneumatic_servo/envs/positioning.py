@@ -13,11 +13,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
-from pneumatic_servo.checks import whole_number
+from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.envs.drawing import Drawing, Frame, Window
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
-from pneumatic_servo.model import Model, available_cores
+from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.sensitivities import Transition
+from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.values import number_in
 
@@ -212,6 +214,38 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         never = np.zeros(self.num_envs, dtype=np.bool_)
         return seen, reward, never, self._fleet.is_over(), self._info()
 
+    def transitions(
+        self, actions: NDArray[np.float32], *, parameters: Sequence[str] = (), outputs: Sequence[str] = ()
+    ) -> list[tuple[Transition, ...]]:
+        """Return what the period to come does to small changes under actions, exact through stick and slip.
+
+        The plants stay where they are; `step` with the same actions makes these very steps, unless an episode is over.
+
+        Parameters
+        ----------
+        actions : ndarray of shape (num_envs, 1)
+            As for `step`.
+        parameters, outputs : sequence of str
+            As for `pneumatic_servo.Simulation.transition`.
+
+        Returns
+        -------
+        list of tuple of Transition
+            For each plant a transition for each of its ``substeps``, in SI units: what changes with the voltage does so
+            per V, and an action of 1 is 5 V. States differ from law to law, and so do shapes.
+
+        Raises
+        ------
+        ValueError
+            For a name that is none of these.
+        SimulationError
+            When the solver cannot go on; it tells which plant is meant, by its number.
+        """
+        if not self._randoms:
+            raise ResetNeeded("transitions was called before reset")
+        by, of = names("parameters", parameters), names("outputs", outputs)
+        return self._fleet.transitions(np.asarray(actions, dtype=np.float64).reshape(self.num_envs), by, of)
+
     def render(self) -> tuple[Frame, ...] | None:
         """Return a picture of each plant, as in `Positioning`, with ``rgb_array``."""
         if self.render_mode is None:
@@ -254,6 +288,7 @@ class _Fleet:
         self.task = task
         self.stroke = task.stroke(model)
         common = list(task.settings(model).items())
+        self.inputs = list(model.inputs)
         self.native = _native.Fleet(model._native, number, common, "valveVoltage", OBSERVED, workers)
         self.targets = np.zeros(number)
         self.settings: list[dict[str, Any]] = [{} for _ in range(number)]
@@ -304,6 +339,12 @@ class _Fleet:
         seen = self.native.step(voltages(actions), task.period / task.substeps, task.substeps)
         self.counts += 1
         return observations(self.stroke, seen, self.targets), rewards(task, seen, self.targets, actions)
+
+    def transitions(self, actions: Array, by: list[str], of: list[str]) -> list[tuple[Transition, ...]]:
+        """Return what a period under actions does to small changes, substep by substep."""
+        size, count = self.task.period / self.task.substeps, self.task.substeps
+        told = self.native.transitions(voltages(actions), size, count, by, of)
+        return [tuple(Transition._of(step, self.inputs, by, of) for step in steps) for steps in told]
 
     def draw(self, drawing: Drawing, index: int) -> None:
         """Draw a plant as it is."""
