@@ -129,6 +129,7 @@ fn meaning(meaning: Meaning) -> &'static str {
         Meaning::ViscousFriction => "viscous friction",
         Meaning::StribeckExponent => "Stribeck exponent",
         Meaning::FrictionLaw => "friction law",
+        Meaning::Sampling => "sampling",
         Meaning::Solving => "solving",
     }
 }
