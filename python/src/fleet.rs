@@ -130,7 +130,6 @@ impl Fleet {
     }
 
     /// What these steps would do to small changes: of each plant a transition for each step. All plants stay where they are.
-    #[expect(clippy::too_many_arguments, reason = "they are those of `step` and two more")]
     fn transitions<'py>(
         &self,
         py: Python<'py>,
