@@ -109,6 +109,8 @@ fn pulses_cost_their_edges() {
     running.advance(10.0).unwrap();
     let [steps, rejected] = ["solver.steps", "solver.rejectedSteps"].map(|name| running.get(name));
     assert!((5e3..2e4).contains(&(steps + rejected)), "{steps} steps, {rejected} rejected");
+    let jacobians = running.get("solver.jacobians");
+    assert!(20.0 * jacobians < steps, "{jacobians} implicit steps, which cost twice as much as explicit ones");
 }
 
 /// A duty cycle counts from the period on that begins after it is set, on a communication point or not.

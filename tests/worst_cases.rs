@@ -465,7 +465,8 @@ fn flow_that_turns_is_as_accurate_as_others() {
     within(of_pressure, 2e-4, "Pa");
 }
 
-/// Parts that change within a step are left to the method whose error estimate sees them: several pascals were missed.
+/// Friction along the stroke changes within a step and is left to the method whose error estimate sees it; while valves open, what
+/// the estimate of explicit steps does not see counts as well. Without that, several pascals were missed.
 #[test]
 fn default_tolerance_keeps_a_micrometre_and_a_pascal_in_long_communication_steps() {
     let slow = [("switching.travelTime", 1e-3), ("switching.centre", 2.0), ("actuation", 3.0)];

@@ -176,6 +176,12 @@ pub trait HybridSystem<const N: usize, const U: usize> {
         false
     }
 
+    /// Whether something changes faster now than the error estimate of the explicit method can tell, such as a flow through a
+    /// valve that opens within a step. The difference from the midpoint rule then counts, too.
+    fn is_hasty(&self, _memory: &Self::Memory) -> bool {
+        false
+    }
+
     /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
     /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of gentle steps only, with the
     /// derivatives at hand.

@@ -94,6 +94,12 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
         Led { middle: states, end: states, bend: [0.0; STATES] }
     }
 
+    /// Whether it opens or closes now at a rate that may fill a step: what flows then grows by a higher power of the time than
+    /// the error estimate of explicit steps sees.
+    fn is_hasty(&self, _memory: &Self::Memory) -> bool {
+        false
+    }
+
     /// Lets the memory follow the voltage.
     fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
 
@@ -109,7 +115,7 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
 
     /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
-    /// in Pa of both chambers lie: whole numbers, which are compared side by side. Sampled actuators are not asked.
+    /// in Pa of both chambers lie: whole numbers, which are compared side by side.
     fn piece(&self, _states: [f64; STATES], _ports: &Ports<Real>, _pressures: Pair<Real>) -> Pair<Real> {
         Pair::zero()
     }
@@ -238,6 +244,8 @@ pub trait Actuators: Clone + std::fmt::Debug + Send + Sync + 'static {
     fn later(&self, states: [f64; STATES], voltage: f64, memory: &Self::Memory, stride: &Stride) -> Led<[f64; STATES]>;
     #[doc(hidden)]
     fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Self::Memory, step: f64) -> bool;
+    #[doc(hidden)]
+    fn is_hasty(&self, memory: &Self::Memory) -> bool;
     #[doc(hidden)]
     fn follow(&self, voltage: f64, memory: &mut Self::Memory);
     #[doc(hidden)]
@@ -495,6 +503,11 @@ macro_rules! actuator_items {
                 #[inline(always)]
                 fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
                     dispatch!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))
+                }
+
+                #[inline(always)]
+                fn is_hasty(&self, memory: &Memory) -> bool {
+                    dispatch!(self, memory, |actuator, memory| actuator.is_hasty(memory))
                 }
 
                 #[inline(always)]

@@ -139,6 +139,11 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> HybridSystem<N, U> for E {
     }
 
     #[inline(always)]
+    fn is_hasty(&self, memory: &Self::Memory) -> bool {
+        Shortcuts::is_hasty(self, memory)
+    }
+
+    #[inline(always)]
     fn relaxation(&self, time: f64, x: &[f64; N], rates: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> f64 {
         Shortcuts::relaxation(self, time, x, rates, u, memory)
     }

@@ -227,10 +227,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         };
         let slope = GRAVITY * libm::sin(p.incline);
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
-        // Pulses, friction along the stroke: they change faster within a step than its error estimate can tell. So do waves in
-        // short hoses, whose explicit steps would be too many.
-        let has_rapid_parts =
-            lines.longest_steps().classical < WORTHWHILE || actuator.is_sampled() || options.waviness != 0.0;
+        // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
+        let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness != 0.0;
         let mut cylinder = Self {
             is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
@@ -618,6 +616,10 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
         self.is_gentle
     }
 
+    fn is_hasty(&self, memory: &MemoryOf<L, A>) -> bool {
+        EXTENDED && self.actuator.is_hasty(&memory.actuator)
+    }
+
     fn relaxation<const N: usize>(
         &self,
         time: f64,
@@ -632,7 +634,12 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> Shortcuts<3> for PneumaticServ
 
     fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
         let of_motion = self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x));
-        if EXTENDED { of_motion.min(self.lines.longest_steps()) } else { of_motion }
+        if !EXTENDED {
+            return of_motion;
+        }
+        let longest = of_motion.min(self.lines.longest_steps());
+        // Chambers that pulses vent come so close to the pressure outside that the midpoint rule does not follow.
+        if self.actuator.is_sampled() { LongestSteps { midpoint: 0.0, ..longest } } else { longest }
     }
 
     fn is_smooth<const N: usize>(

@@ -4,10 +4,10 @@ mod pulses;
 
 use super::actuator::{Actuating, Ports, STATES, SUPPLY};
 use super::gas::GasState;
-use super::orifice::Inflow;
+use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
-use crate::hybrid::Sample;
-use crate::numbers::{Pair, Scalar};
+use crate::hybrid::{Led, Sample, Stride};
+use crate::numbers::{Pair, Real, Scalar};
 use crate::variables::{ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 
@@ -98,6 +98,7 @@ impl Actuating for SwitchingValves {
     const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, OPENINGS[0], OPENINGS[1]]; 2];
     const COMPUTED: usize = Outputs::<f64>::LEN;
     const IS_SAMPLED: bool = true;
+    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let Parameters { opening_delay, closing_delay, travel_time: travel, .. } = p;
@@ -122,6 +123,21 @@ impl Actuating for SwitchingValves {
 
     fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory) -> [S; STATES] {
         self.driver.rates(memory).map(S::constant)
+    }
+
+    /// Between its happenings each armature rests or moves at a constant speed.
+    fn later(&self, openings: [f64; STATES], _voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
+        let rates = self.driver.rates(memory);
+        let after = |time: f64| [0, 1].map(|valve| openings[valve] + rates[valve] * time);
+        Led { middle: after(0.5 * stride.size), end: after(stride.size), bend: [0.0; STATES] }
+    }
+
+    fn piece(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
+        edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
+    }
+
+    fn is_hasty(&self, memory: &Memory) -> bool {
+        memory.is_moving()
     }
 
     fn next_sample(&self, memory: &Memory) -> Sample {

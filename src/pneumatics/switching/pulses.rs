@@ -103,6 +103,11 @@ impl Memory {
         self.duty
     }
 
+    /// Whether an armature is on its way.
+    pub fn is_moving(&self) -> bool {
+        self.motions.iter().any(|motion| motion.arrives.is_some())
+    }
+
     /// Whether a driver can have left it.
     pub fn is_sound(&self) -> bool {
         let moments = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]).chain([self.fall]);

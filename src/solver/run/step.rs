@@ -16,6 +16,8 @@ const SAFETY: f64 = 0.9;
 const LOOSE: f64 = 1e-4;
 /// Fraction of the tolerance that an explicit step across a kink may use up.
 const KINK_SHARE: f64 = 0.1;
+/// What counts as error, where the estimate of the explicit method is too small, of the difference from the midpoint rule.
+const BEND_SHARE: f64 = 0.3;
 const MAX_GROWTH: f64 = 5.0;
 const MAX_SHRINKAGE: f64 = 0.1;
 /// Multiple of its scale that no state exceeds unless the scheme diverges.
@@ -58,7 +60,10 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
             Ok(end) => end,
             Err(nonsense) => return self.reject_nonsense(h, nonsense),
         };
-        let error = self.error_norm(&end, &self.error);
+        let mut error = self.error_norm(&end, &self.error);
+        if self.is_explicit && self.system.is_hasty(&self.memory) {
+            error = error.max(BEND_SHARE * self.error_norm(&end, &self.bend));
+        }
         if error > 1.0 {
             let kink = self.kink(h, end_time, &end).filter(Kink::is_well_within);
             let factor = match kink {
