@@ -66,7 +66,6 @@ pub fn build_for(workspace: &Workspace, toolchain: &Toolchain, target: &str, fol
     // The linker of MinGW is at hand where the library for Windows is built; what Zig brings for Windows is another one.
     let mut options = match target {
         _ if target.contains("linux") => linux(),
-        _ if target.contains("apple") => vec!["--zig".to_owned()],
         _ => ["--features", "import-library"].map(str::to_owned).into(),
     };
     options.extend(["--target".to_owned(), target.to_owned()]);

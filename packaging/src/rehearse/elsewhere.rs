@@ -21,10 +21,8 @@ use crate::workspace::Workspace;
 struct Elsewhere {
     /// What it is called.
     name: &'static str,
-    /// What maturin builds for.
+    /// What maturin builds for, with the standard library of Rust for it.
     target: &'static str,
-    /// The standard libraries of Rust that this needs.
-    triples: &'static [&'static str],
     platform: Platform,
     processors: &'static [&'static str],
     /// What the name of the wheel must end with.
@@ -33,11 +31,10 @@ struct Elsewhere {
     interpreter: Option<&'static str>,
 }
 
-const ALL: [Elsewhere; 3] = [
+const ALL: [Elsewhere; 2] = [
     Elsewhere {
         name: "Linux on aarch64",
         target: "aarch64-unknown-linux-gnu",
-        triples: &["aarch64-unknown-linux-gnu"],
         platform: Platform::Linux64,
         processors: &["aarch64"],
         tag: "manylinux2014_aarch64.manylinux_2_17_aarch64.whl",
@@ -46,19 +43,9 @@ const ALL: [Elsewhere; 3] = [
     Elsewhere {
         name: "Windows",
         target: "x86_64-pc-windows-gnu",
-        triples: &["x86_64-pc-windows-gnu"],
         platform: Platform::Win64,
         processors: &["x86_64"],
         tag: "win_amd64.whl",
-        interpreter: None,
-    },
-    Elsewhere {
-        name: "macOS",
-        target: "universal2-apple-darwin",
-        triples: &["x86_64-apple-darwin", "aarch64-apple-darwin"],
-        platform: Platform::Darwin64,
-        processors: &["aarch64", "x86_64"],
-        tag: "macosx_11_0_universal2.whl",
         interpreter: None,
     },
 ];
@@ -69,7 +56,8 @@ const ALL: [Elsewhere; 3] = [
 /// # Errors
 /// When a wheel cannot be built, is not what it should be, or does not run.
 pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
-    let mut left = Vec::new();
+    // Linked by Zig it would export more than its entry, and need libraries that no Mac need have.
+    let mut left = vec!["the wheel for macOS, which the workflow builds on a Mac".to_owned()];
     for elsewhere in &ALL {
         let missing = elsewhere.missing()?;
         if !missing.is_empty() {
@@ -78,7 +66,7 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
             continue;
         }
         let folder = workspace.target.join("rehearsal").join(elsewhere.target);
-        let (toolchain, _) = Target::find(elsewhere.triples[0], elsewhere.triples[0])?.found()?;
+        let (toolchain, _) = Target::find(elsewhere.target, elsewhere.target)?.found()?;
         let wheel = wheel::build_for(workspace, &toolchain, elsewhere.target, &folder.join("wheel"))?;
         let name = wheel.file_name().unwrap_or_default().to_string_lossy();
         ensure!(name.ends_with(elsewhere.tag), "{name} does not end with {}", elsewhere.tag);
@@ -97,14 +85,10 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
 
 impl Elsewhere {
     fn missing(&self) -> Result<Vec<Tool>> {
-        let mut missing = Vec::new();
-        for triple in self.triples {
-            missing.extend(Target::find(triple, triple)?.missing());
-        }
-        if self.platform == Platform::Win64 {
-            missing.extend(Tool::unless_found("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64-posix"));
-        }
-        Ok(missing)
+        let std = Target::find(self.target, self.target)?.missing();
+        let linker = (self.platform == Platform::Win64)
+            .then(|| Tool::unless_found("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64-posix"));
+        Ok(std.into_iter().chain(linker.flatten()).collect())
     }
 }
 
