@@ -69,7 +69,11 @@ pub fn build_for(workspace: &Workspace, toolchain: &Toolchain, target: &str, fol
         _ => ["--features", "import-library"].map(str::to_owned).into(),
     };
     options.extend(["--target".to_owned(), target.to_owned()]);
-    process::run(maturin(workspace, folder, &options)?.envs(toolchain.variables()))?;
+    let mut maturin = maturin(workspace, folder, &options)?;
+    if toolchain.compiles_std {
+        maturin.env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
+    }
+    process::run(toolchain.lead(&mut maturin))?;
     only_file(folder)
 }
 

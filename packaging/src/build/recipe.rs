@@ -161,14 +161,8 @@ impl<'a> Recipe<'a> {
             for package in ["core", "alloc", "std"] {
                 command.args(["--config".to_owned(), format!("profile.release.package.{package}.codegen-units=16")]);
             }
-            // Debian's compiler keeps the standard library buildable; libraries of the toolchain that started this
-            // program are not for it.
-            command
-                .env("RUSTC", &self.toolchain.rustc)
-                .env("RUSTC_BOOTSTRAP", "1")
-                .env_remove("CARGO")
-                .env_remove("LD_LIBRARY_PATH");
         }
+        self.toolchain.lead(&mut command);
         command
     }
 

@@ -1,6 +1,5 @@
 //! The Rust toolchains of this machine, and which of them can compile for a target.
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -65,14 +64,14 @@ impl Toolchain {
         file.is_file().then_some(file)
     }
 
-    /// Variables for tools that call Cargo by themselves, such as maturin: they make those take this toolchain.
-    pub fn variables(&self) -> Vec<(&'static str, OsString)> {
-        let mut variables = vec![("CARGO", self.cargo.clone().into()), ("RUSTC", self.rustc.clone().into())];
+    /// Lets a command that is, or calls, Cargo take this toolchain where it is not the one that started this program: its
+    /// compiler keeps the standard library buildable, and libraries of the other are not for it.
+    pub fn lead<'c>(&self, command: &'c mut Command) -> &'c mut Command {
         if self.compiles_std {
-            variables.push(("RUSTC_BOOTSTRAP", "1".into()));
-            variables.push(("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind".into()));
+            command.env("CARGO", &self.cargo).env("RUSTC", &self.rustc).env("RUSTC_BOOTSTRAP", "1");
+            command.env_remove("LD_LIBRARY_PATH");
         }
-        variables
+        command
     }
 
     /// Whether its standard library for a target is installed.
