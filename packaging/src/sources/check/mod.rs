@@ -45,8 +45,9 @@ pub fn run(workspace: &Workspace, only: Option<&str>) -> Result<()> {
     }
     tools::require(missing(&targets)?)?;
     let rust = build::for_this_machine(workspace)?;
+    let mut cylinder = None;
     for model in models {
-        let (written, library) = on_this_machine(workspace, model, &rust)?;
+        let Made { written, plant, library } = on_this_machine(workspace, model, &rust)?;
         heading(&format!("Sources in C of {}: the tests of the C interface", model.name));
         suite::run(workspace, model, &library)?;
         if model.name == MODEL.name {
@@ -54,9 +55,21 @@ pub fn run(workspace: &Workspace, only: Option<&str>) -> Result<()> {
             speed(workspace, &written, &rust, &library)?;
             heading("Sources in C: FMUs that FMPy compiles");
             by_fmpy(workspace)?;
+            cylinder = Some((written, plant));
         }
     }
-    if targets.is_empty() { Ok(()) } else { on_targets(workspace, &targets, &rust) }
+    if targets.is_empty() {
+        return Ok(());
+    }
+    let (written, plant) = match cylinder {
+        Some(made) => made,
+        None => {
+            let written = Written::of(workspace, &MODEL)?;
+            let plant = written.plant(&Target::Linux.compiler())?;
+            (written, plant)
+        }
+    };
+    on_targets(workspace, &targets, &written, &plant, &rust)
 }
 
 /// The sources of the cylinder on this machine; where a tool is missing, that is an error under CI and otherwise said.
@@ -79,7 +92,7 @@ pub fn fuzz(workspace: &Workspace, length: Duration) -> Result<()> {
     let rust = build::for_this_machine(workspace)?;
     let mut libraries = Vec::new();
     for model in models::ALL {
-        libraries.push((model, on_this_machine(workspace, model, &rust)?.1));
+        libraries.push((model, on_this_machine(workspace, model, &rust)?.library));
     }
     heading("Sources in C: random calls");
     let begin = Instant::now();
@@ -100,25 +113,38 @@ fn missing(targets: &[Target]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
     Ok(missing)
 }
 
-/// The sources of a model, and their library, which has been run.
-fn on_this_machine(workspace: &Workspace, model: &'static Model, rust: &[u8]) -> Result<(Written, PathBuf)> {
+/// The sources of a model, compiled for this machine.
+struct Made {
+    written: Written,
+    /// The objects without the functions of FMI.
+    plant: Vec<PathBuf>,
+    library: PathBuf,
+}
+
+/// Compiles the sources of a model, and runs their library.
+fn on_this_machine(workspace: &Workspace, model: &'static Model, rust: &[u8]) -> Result<Made> {
     heading(&format!("Sources in C of {}: make and compile them", model.name));
     let written = Written::of(workspace, model)?;
     let compiler = Target::Linux.compiler();
     let plant = written.plant(&compiler)?;
-    let library = Written::library(&written, &compiler, &[plant, written.faces(&compiler)?].concat())?;
+    let library = written.library(&compiler, &[plant.clone(), written.faces(&compiler)?].concat())?;
     heading(&format!("Sources in C of {}: run every law through FMI", model.name));
     let experiments = experiments_of(model);
     let expected = Machine::Linux.run(workspace, rust, &experiments)?;
     same("the library from C", &expected, &Machine::Linux.run(workspace, &read(&library)?, &experiments)?)?;
-    Ok((written, library))
+    Ok(Made { written, plant, library })
 }
 
 /// The cylinder on this machine and on targets: a control loop and all laws on each, and FMI where a machine can load libraries.
-fn on_targets(workspace: &Workspace, targets: &[Target], rust: &[u8]) -> Result<()> {
+fn on_targets(
+    workspace: &Workspace,
+    targets: &[Target],
+    written: &Written,
+    plant: &[PathBuf],
+    rust: &[u8],
+) -> Result<()> {
     heading(&format!("Sources in C: {}", Target::Linux.name()));
-    let written = Written::of(workspace, &MODEL)?;
-    let expected = Target::Linux.run(workspace, &written, &written.plant(&Target::Linux.compiler())?)?;
+    let expected = Target::Linux.run(workspace, written, plant)?;
     print!("{}", expected.bits);
     let experiments = experiments_of(&MODEL);
     let reference = Machine::Linux.run(workspace, rust, &experiments)?;
@@ -126,7 +152,7 @@ fn on_targets(workspace: &Workspace, targets: &[Target], rust: &[u8]) -> Result<
         heading(&format!("Sources in C: {}", target.name()));
         let compiler = target.compiler();
         let plant = written.plant(&compiler)?;
-        let found = target.run(workspace, &written, &plant)?;
+        let found = target.run(workspace, written, &plant)?;
         let (bits, others) = (found.bits, &expected.bits);
         ensure!(bits == *others, "{} computes other bits:\n{bits}instead of\n{others}", target.name());
         println!("{}: the same bits", target.name());
@@ -134,7 +160,7 @@ fn on_targets(workspace: &Workspace, targets: &[Target], rust: &[u8]) -> Result<
             found.needs.compare(workspace, target.name(), &compiler)?;
         }
         if let Some(machine) = target.machine() {
-            let library = Written::library(&written, &compiler, &[plant, written.faces(&compiler)?].concat())?;
+            let library = written.library(&compiler, &[plant, written.faces(&compiler)?].concat())?;
             same(target.name(), &reference, &machine.run(workspace, &read(&library)?, &experiments)?)?;
         }
     }
