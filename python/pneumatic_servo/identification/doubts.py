@@ -98,24 +98,26 @@ def doubt(fit: Fit) -> Doubt | None:
     left = _without(basis, differences * weights)
     if not left @ left > 0.0:
         return None
-    found = [one for name in names for one in _of(problem, x, name, weights, basis, left)]
+    found = [one for name in names for one in _of(problem, x, name, differences, weights, basis, left)]
     best = max(found, key=lambda one: one.gain, default=None)
     return best if best is not None and best.share > MUCH else None
 
 
-def _of(problem: Problem, x: Array, name: str, weights: Array, basis: Array, left: Array) -> list[Doubt]:
-    """Return what a fault of some sizes would explain; nothing where it has no effect of its own."""
+def _of(
+    problem: Problem, x: Array, name: str, differences: Array, weights: Array, basis: Array, left: Array
+) -> list[Doubt]:
+    """Return what a fault of some sizes would explain; nothing where it has no effect of its own.
+
+    The differences are those without it.
+    """
     experiment = problem.experiment
     free = free_of(name, experiment.table, experiment.compared, experiment.beside, name)
     kind = name.partition(".")[0]
     ways = {"delay": (*TIMES, *(-time for time in TIMES)), "lag": TIMES}.get(kind, (STEP * free.scale,))
-    runs = [
-        replace(problem, experiment=experiment.with_value(name, free.start + way)).stacked([x])[0]
-        for way in (0.0, *ways)
-    ]
     found = []
-    for way, run in zip(ways, runs[1:], strict=True):
-        column = (run - runs[0]) * weights
+    for way in ways:
+        run = replace(problem, experiment=experiment.with_value(name, free.start + way)).stacked([x])[0]
+        column = (run - differences) * weights
         own = _without(basis, column)
         size = float(own @ own)
         if not size > BLIND * float(column @ column):
