@@ -1,7 +1,7 @@
 //! Many plants of one model that are stepped together, for learning and for predictive control.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
@@ -62,7 +62,7 @@ impl Fleet {
 
     /// Starts some plants anew at time 0, each with settings of its own on top of the common ones.
     fn restart(&self, py: Python<'_>, fresh: Vec<(usize, Vec<Setting>)>) -> PyResult<()> {
-        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut plants = self.plants(py);
         for (index, settings) in fresh {
             let mut setup = self.setup.clone();
             apply(&mut setup, &settings).map_err(refused_setting)?;
@@ -73,7 +73,7 @@ impl Fleet {
 
     /// The observed variables of all plants, `[plant, variable]`.
     fn observe<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut plants = self.plants(py);
         let width = self.observed.len();
         let (mut seen, mut room) = (vec![0.0; plants.len() * width], self.room());
         for (plant, row) in plants.iter_mut().zip(seen.chunks_mut(width)) {
@@ -91,7 +91,7 @@ impl Fleet {
         steps: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let inputs = inputs.as_slice()?;
-        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut plants = self.plants(py);
         let place = self.place(inputs, plants.len())?;
         let plants = &mut *plants;
         let width = self.observed.len();
@@ -140,7 +140,7 @@ impl Fleet {
         outputs: Vec<String>,
     ) -> PyResult<Vec<Vec<Told<'py>>>> {
         let inputs = inputs.as_slice()?;
-        let mut plants = self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut plants = self.plants(py);
         let place = self.place(inputs, plants.len())?;
         let (plants, asked) = (&mut *plants, Asked { parameters, outputs });
         let made = |(plant, input): (&mut Plant, &f64)| {
@@ -164,6 +164,11 @@ impl Fleet {
 }
 
 impl Fleet {
+    /// The plants, by a thread that holds the interpreter.
+    fn plants<'a>(&'a self, py: Python<'a>) -> MutexGuard<'a, Vec<Plant>> {
+        self.plants.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
     /// The place of the driven input, of which there is a legal value for each of a number of plants.
     fn place(&self, inputs: &[f64], plants: usize) -> PyResult<usize> {
         if inputs.len() != plants {

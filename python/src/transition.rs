@@ -35,8 +35,23 @@ impl Asked {
     }
 
     /// A transition of a model with so many inputs for Python.
-    pub fn tell<'py>(&self, py: Python<'py>, transition: Transition, inputs: usize) -> Told<'py> {
-        tell(py, transition, [inputs, self.outputs.len(), self.parameters.len()])
+    pub fn tell<'py>(&self, py: Python<'py>, it: Transition, inputs: usize) -> Told<'py> {
+        let (outputs, parameters) = (self.outputs.len(), self.parameters.len());
+        let (states, next) = (it.states.len(), it.next_states.len());
+        let matrix = |rows: Vec<Vec<f64>>, shape: (usize, usize)| {
+            let values = rows.into_iter().flatten().collect();
+            Array2::from_shape_vec(shape, values).expect("a number for each row and column").into_pyarray(py)
+        };
+        let matrices = vec![
+            matrix(it.a, (next, states)),
+            matrix(it.b, (next, inputs)),
+            matrix(it.c, (outputs, states)),
+            matrix(it.d, (outputs, inputs)),
+            matrix(it.p, (next, parameters)),
+            matrix(it.q, (outputs, parameters)),
+        ];
+        let lost = it.lost.into_iter().map(|(column, lost)| (column, lost.time, lost.event, lost.reason)).collect();
+        (it.states, it.next_states, matrices, lost)
     }
 }
 
@@ -75,23 +90,4 @@ pub fn transitions<'py>(
         Ok(asked.tell(py, outcome.map_err(|error| untold_of("simulation", index, error))?, inputs))
     };
     made.into_iter().enumerate().map(tell).collect()
-}
-
-/// A transition for Python, with so many inputs, outputs and parameters.
-fn tell(py: Python<'_>, it: Transition, [inputs, outputs, parameters]: [usize; 3]) -> Told<'_> {
-    let (states, next) = (it.states.len(), it.next_states.len());
-    let matrix = |rows: Vec<Vec<f64>>, shape: (usize, usize)| {
-        let values = rows.into_iter().flatten().collect();
-        Array2::from_shape_vec(shape, values).expect("a number for each row and column").into_pyarray(py)
-    };
-    let matrices = vec![
-        matrix(it.a, (next, states)),
-        matrix(it.b, (next, inputs)),
-        matrix(it.c, (outputs, states)),
-        matrix(it.d, (outputs, inputs)),
-        matrix(it.p, (next, parameters)),
-        matrix(it.q, (outputs, parameters)),
-    ];
-    let lost = it.lost.into_iter().map(|(column, lost)| (column, lost.time, lost.event, lost.reason)).collect();
-    (it.states, it.next_states, matrices, lost)
 }
