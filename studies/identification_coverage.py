@@ -10,23 +10,19 @@ Usage: python studies/identification_coverage.py [--laws Stribeck ...] [--repeti
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 import pneumatic_servo as ps
-from common import parallel
+from common import parallel, parsed, repeated
 from numpy.typing import NDArray
 from pneumatic_servo.files import write_csv
 from synthetic_rig import COMMON, LAWS, SUPPLY, measured, truth
 
-ROOT = Path(__file__).resolve().parents[1]
 COLUMNS = ["law", "parameter", "true", "repetitions", "covered", "mean error (%)", "half interval (%)"]
 
 Array = NDArray[np.float64]
@@ -68,15 +64,9 @@ def rows(law: str, found: Sequence[Sequence[ps.Estimate]]) -> list[tuple[object,
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--laws", nargs="+", default=list(LAWS), choices=LAWS)
-    parser.add_argument("--repetitions", type=int, default=100)
-    parser.add_argument("--duration", type=float, default=3.0, help="of the record in s")
-    parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of the table")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
+    parser = repeated(__doc__, LAWS, LAWS, 100)
     parser.add_argument("--posterior", action="store_true", help="count draws from the posterior; needs emcee")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parsed(parser)
     truths = parallel(options, "rigs", partial(truth, duration=options.duration), options.laws)
     tasks = [(law, true, seed) for law, true in zip(options.laws, truths, strict=True)
              for seed in range(options.repetitions)]  # fmt: skip

@@ -10,26 +10,22 @@ Usage: python studies/plans_kept.py [--laws Coulomb ...] [--repetitions 50] [--d
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pneumatic_servo as ps
-from common import parallel, save
+from common import parallel, parsed, repeated, save
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
 from synthetic_rig import COMMON, LAWS, NOISES, STEP, SUPPLY, measured, truth
 
-ROOT = Path(__file__).resolve().parents[1]
 COLUMNS = ["law", "experiment", "parameter", "true", "unit", "foretold (%)", "of the fits (%)", "of the values (%)",
            "repetitions"]  # fmt: skip
 CHOSEN = ("Coulomb", "Stribeck", "LuGre")
@@ -108,14 +104,7 @@ def _short(name: str) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--laws", nargs="+", default=list(CHOSEN), choices=LAWS)
-    parser.add_argument("--repetitions", type=int, default=50)
-    parser.add_argument("--duration", type=float, default=3.0, help="of the experiments in s")
-    parser.add_argument("--output", type=Path, default=ROOT / "target" / "studies", help="folder of table and figure")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes (default: all cores)")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parsed(repeated(__doc__, LAWS, CHOSEN, 50))
     promises = parallel(options, "plans", partial(promised, duration=options.duration), options.laws)
     tasks = [(promise, seed) for promise in promises for seed in range(options.repetitions)]
     found = iter(parallel(options, "fits", fitted, tasks))
