@@ -209,7 +209,8 @@ impl Outputs {
     fn of<const N: usize>(&self, x: &[f64; N], rates: &[f64; N]) -> [f64; 2] {
         let [position, rate] = [x[N - 2], rates[N - 2]];
         let pressures = x[PRESSURE_A] * self.area_a - x[PRESSURE_B] * self.area_b;
-        let applied = pressures - self.dead_force + self.stops.force(position, rate);
+        let stop = self.stops.force(Real::of(position), Real::of(rate)).value();
+        let applied = pressures - self.dead_force + stop;
         [position, applied - self.mass * rates[N - 1]]
     }
 }
