@@ -1,14 +1,11 @@
 // What the parts of the page share.
 
-import type { Study } from "./fit/study";
 import type { Library } from "./library";
 import type { Settings } from "./settings";
 
 export interface Context {
   library: Library;
   settings: Settings;
-  /** The data and the fit, which outlast a look at another page. */
-  study: Study;
   /** Shows the page of the present settings anew. */
   open(): void;
   /** Shows a problem, or takes it away. */

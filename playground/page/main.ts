@@ -1,7 +1,7 @@
 // The page: loads the plant, and shows what the visitor chooses.
 
 import "./language"; // first: what is loaded after it asks for the language
-import type { Context, Page } from "./context";
+import type { Page } from "./context";
 import { byId } from "./dom";
 import { offerFiles } from "./downloads";
 import { embed } from "./embedded";
@@ -11,14 +11,14 @@ import { Settings, VIEWS, type View } from "./settings";
 import { tabs } from "./tabs";
 import { isLive, model, variable } from "./tables";
 import { themeButton } from "./theme";
-import { Study } from "./fit/study";
+import { Study, type FitContext } from "./fit/study";
 import { ClosedLoop } from "./views/closed-loop";
 import { Fit } from "./views/fit";
 import { Presliding } from "./views/presliding";
 import { StickSlip } from "./views/stick-slip";
 import { TwoLaws } from "./views/two-laws";
 
-const PAGES: Record<View, new (context: Context) => Page> = {
+const PAGES: Record<View, new (context: FitContext) => Page> = {
   "stick-slip": StickSlip,
   "two-laws": TwoLaws,
   presliding: Presliding,
@@ -28,7 +28,7 @@ const PAGES: Record<View, new (context: Context) => Page> = {
 /** A slot for trying out values, beyond those of the pages. */
 const TRIAL = 7;
 
-class Playground implements Context {
+class Playground implements FitContext {
   readonly settings: Settings;
   readonly study: Study = new Study(this);
   private page: Page | null = null;

@@ -1,10 +1,10 @@
 // The table: where it comes from, and which of its columns is which signal.
 
-import type { Context } from "../context";
 import { element, segments } from "../dom";
 import { short } from "../tables";
 import { writtenUnit } from "./columns";
 import { EXPERIMENTS, SIGNALS, TAKEN, type ExperimentName, type Signal } from "./signals";
+import type { FitContext } from "./study";
 import type { Table } from "./table";
 import { unitsOf } from "./units";
 
@@ -14,7 +14,7 @@ const ABOUT: Record<ExperimentName, string> = {
 };
 
 /** Where a table is dropped or chosen. */
-export function dropZone({ study }: Context): HTMLElement {
+export function dropZone({ study }: FitContext): HTMLElement {
   const input = element("input", {
     type: "file",
     accept: ".csv,.txt,.tsv,.dat,text/csv,text/plain",
@@ -50,7 +50,7 @@ export function dropZone({ study }: Context): HTMLElement {
 }
 
 /** The choice of the experiment. */
-export function experimentChoice(context: Context): HTMLElement {
+export function experimentChoice(context: FitContext): HTMLElement {
   const { study, settings } = context;
   const options = EXPERIMENTS.map((name) => [name, name] as const);
   const made = segments("Experiment", options, settings.experiment, (name) => {
@@ -61,7 +61,7 @@ export function experimentChoice(context: Context): HTMLElement {
 }
 
 /** The columns of the signals of the experiment, with their units. */
-export function columnTable(context: Context): HTMLElement | null {
+export function columnTable(context: FitContext): HTMLElement | null {
   const { study, settings } = context;
   const { table } = study;
   if (!table) return null;
@@ -74,7 +74,7 @@ export function columnTable(context: Context): HTMLElement | null {
   );
 }
 
-function row({ study, library }: Context, table: Table, signal: Signal): HTMLElement {
+function row({ study, library }: FitContext, table: Table, signal: Signal): HTMLElement {
   const si = SIGNALS[signal];
   const column = study.columns.get(signal);
   const change = (next: typeof column) => {

@@ -1,13 +1,13 @@
 // What a visitor takes home of a fit: the curves, the fitted set for the FMU, and a program that repeats it.
 
-import type { Context, Files } from "../context";
+import type { Files } from "../context";
 import { dictionary } from "../python";
 import { lawName } from "../tables";
-import type { Study } from "./study";
+import type { FitContext, Study } from "./study";
 
 type Found = NonNullable<Study["found"]>;
 
-export function filesOf(context: Context, found: Found): Files {
+export function filesOf(context: FitContext, found: Found): Files {
   const { library, study } = context;
   const { question, answer } = found;
   const base = question.file.replace(/\.[^.]*$/, "");
@@ -42,7 +42,7 @@ function curves({ answer }: Found): string {
 }
 
 /** A program for the Python package that makes the same fit. */
-function program({ library, study }: Context, { question, columns, table }: Found, name: string): string {
+function program({ library, study }: FitContext, { question, columns, table }: Found, name: string): string {
   const { known, free, options } = question;
   const fixed = new Map([...known].filter(([key]) => !free.includes(key)));
   const column = ([signal, { place, unit, turned }]: [string, { place: number; unit: string; turned: boolean }]) =>

@@ -1,12 +1,11 @@
 // What is free in a fit, and how the data are used.
 
-import type { Context } from "../context";
 import { element } from "../dom";
 import { model, short } from "../tables";
-import type { Choices } from "./study";
+import type { Choices, FitContext } from "./study";
 
 /** Parameters that may be free, with those that usually are first; others are added by name. */
-export function freeList(context: Context): HTMLElement {
+export function freeList(context: FitContext): HTMLElement {
   const { study, library } = context;
   const usual = study.usual();
   const names = [...usual, ...study.free.filter((name) => !usual.includes(name))];
@@ -48,7 +47,7 @@ export function freeList(context: Context): HTMLElement {
 }
 
 /** What a parameter is, and the value at which the search starts if it was changed. */
-function describe({ study, settings, library }: Context, name: string): string {
+function describe({ study, settings, library }: FitContext, name: string): string {
   const found = model(library.tables, study.modelName).variables.find((entry) => entry.name === name);
   const start = settings.values[study.modelName].get(name);
   if (!found) return name;
@@ -56,7 +55,7 @@ function describe({ study, settings, library }: Context, name: string): string {
 }
 
 /** What sensors do can be free as well, and on a bench what pressure does. */
-function ofSensors({ study, settings }: Context): string[] {
+function ofSensors({ study, settings }: FitContext): string[] {
   const signals = [...study.columns.keys()].filter((signal) => signal !== "time");
   const driving = ["valveVoltage", "supplyPressure", "externalForce"];
   const isMotion = settings.experiment === "motion";
@@ -92,7 +91,7 @@ const ENTRIES: Entry[] = [
 ];
 
 /** How the data are used. */
-export function choices({ study, settings }: Context): HTMLElement {
+export function choices({ study, settings }: FitContext): HTMLElement {
   const isShown = ({ key }: Entry) => settings.experiment === "motion" || (key !== "rated" && key !== "play");
   const fields = ENTRIES.filter(isShown).map((entry) => {
     const { key, label, unit, factor, title, least, below } = entry;

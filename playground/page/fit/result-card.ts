@@ -1,12 +1,12 @@
 // What a fit has found: values with their intervals, what is left of each signal, and the curves.
 
 import { TimeChart } from "../charts";
-import type { Context } from "../context";
 import { element } from "../dom";
 import { Refusal } from "../library";
 import { short } from "../tables";
 import type { Answer, Course, Estimate } from "./fit";
 import { SIGNALS, type Signal } from "./signals";
+import type { FitContext } from "./study";
 
 /** How many points of a line are drawn at most. */
 const DRAWN = 4000;
@@ -16,7 +16,7 @@ const SHOWN: Record<string, [string, number]> = { m: ["mm", 1e3], "m/s": ["mm/s"
 const shownIn = (signal: Signal): [string, number] => SHOWN[SIGNALS[signal]] ?? [SIGNALS[signal], 1];
 
 /** The tables of a fit, and the button that gives its values to the other pages. */
-export function resultTables(context: Context, answer: Answer): HTMLElement {
+export function resultTables(context: FitContext, answer: Answer): HTMLElement {
   const head = (...texts: string[]) => element("thead", {}, element("tr", {}, ...texts.map((text) => element("th", { scope: "col" }, text))));
   const estimates = element(
     "table",
@@ -64,7 +64,7 @@ function leftRow(signal: Signal, rms: number, heldOut: number | undefined): HTML
 }
 
 /** Gives the fitted values to the settings, so that the other pages run with them. */
-function takeOver(context: Context, answer: Answer): void {
+function takeOver(context: FitContext, answer: Answer): void {
   const { settings, library, study } = context;
   const of = study.modelName;
   const known = new Map(settings.values[of]);

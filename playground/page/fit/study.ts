@@ -33,6 +33,12 @@ const EXAMPLE = {
   law: "Stribeck",
 };
 
+/** What the parts of the fit share. */
+export interface FitContext extends Context {
+  /** The data and the fit, which outlast a look at another page. */
+  study: Study;
+}
+
 export class Study {
   table: Table | null = null;
   columns: Columns = new Map();

@@ -1,12 +1,12 @@
 // Parameters from a measured table: the fit of the Python package, in the browser.
 
-import type { Context, Files, Page } from "../context";
+import type { Files, Page } from "../context";
 import { element } from "../dom";
 import { columnTable, dropZone, experimentChoice } from "../fit/data-card";
 import { filesOf } from "../fit/files";
 import { choices, freeList } from "../fit/free-card";
 import { curves, resultTables } from "../fit/result-card";
-import type { Study } from "../fit/study";
+import type { FitContext, Study } from "../fit/study";
 import { lawChoice } from "../law-choice";
 import { BENCH, CYLINDER } from "../settings";
 
@@ -23,7 +23,7 @@ export class Fit implements Page {
   private readonly bar = element("progress", { max: "1", "aria-label": "Progress" });
   private readonly told = element("output", { class: "status", "data-progress": "" });
 
-  constructor(private readonly context: Context) {
+  constructor(private readonly context: FitContext) {
     this.study = context.study;
     this.study.shown = () => this.show();
     this.study.progressed = () => this.tell();
