@@ -186,12 +186,17 @@ def gallery_page(gallery: Path, target: Path) -> str:
     return "\n".join(text)
 
 
+FOREIGN = ["BaseException", "Env", "Mapping", "Sequence", "VectorEnv"]
+"""What classes of the package have from these is not told again."""
+
+
 def python_page() -> str:
     """The reference of the package, from its docstrings."""
     text = ["# Python reference\n"]
     told: set[str] = set()
     for module in ["pneumatic_servo", "pneumatic_servo.envs", "pneumatic_servo.identification"]:
         extra = "   :imported-members:\n   :special-members: __getitem__, __setitem__\n"
+        extra += f"   :inherited-members: {', '.join(FOREIGN)}\n"
         names = set(importlib.import_module(module).__all__)
         if again := sorted(names & told):
             extra += f"   :exclude-members: {', '.join(again)}\n"

@@ -19,15 +19,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from pneumatic_servo.bundled import fmus, parameter_sets
 from pneumatic_servo.comparison import Comparison
 from pneumatic_servo.data_sheet import DataSheet
-from pneumatic_servo.errors import (
-    Interrupted,
-    MissingPackage,
-    NoDerivative,
-    NotConverged,
-    PlantWarning,
-    Refused,
-    SimulationError,
-)
+from pneumatic_servo.errors import MissingPackage, NoDerivative, NotConverged, PlantWarning, Refused
 from pneumatic_servo.linear import Linearisation
 from pneumatic_servo.model import Model, models
 from pneumatic_servo.playground import play
@@ -36,6 +28,7 @@ from pneumatic_servo.sensitivities import Crossing, Gradient, Sensitivities, Tra
 from pneumatic_servo.simulation import SavedState, Simulation, transitions
 from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.trim import TrimError
+from pneumatic_servo.unfinished import Interrupted, SimulationError
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 if _TYPE_CHECKING:

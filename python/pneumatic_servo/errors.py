@@ -1,14 +1,10 @@
-"""What can go wrong, what is left when it does, and what is only unusual."""
+"""What can go wrong, and what is only unusual."""
 
 from __future__ import annotations
 
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pneumatic_servo.run import Run, Runs
 
 PACKAGE = str(Path(__file__).parent)
 
@@ -78,30 +74,6 @@ class NoDerivative(ArithmeticError):
 
     def __reduce__(self) -> tuple[type[NoDerivative], tuple[object, ...]]:
         return NoDerivative, (self.time, self.event, self.reason)
-
-
-class SimulationError(RuntimeError):
-    """A run that cannot go on: the message says when and why.
-
-    Attributes
-    ----------
-    finished : Run, Runs or None
-        What was recorded until then.
-    """
-
-    finished: Run | Runs | None = None
-
-
-class Interrupted(KeyboardInterrupt):
-    """An interrupt from the keyboard (Ctrl-C) during long work.
-
-    Attributes
-    ----------
-    finished : Run, Runs or None
-        What was recorded until then; of a fit the best one found until then.
-    """
-
-    finished: object = None
 
 
 class MissingPackage(ImportError):

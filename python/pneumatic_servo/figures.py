@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import matplotlib as mpl
 import numpy as np
@@ -12,12 +12,10 @@ from cycler import cycler
 from matplotlib.figure import Figure, FigureBase
 from numpy.typing import NDArray
 
-from pneumatic_servo.variables import Unit, Variable
+from pneumatic_servo.variables import Unit, Variable, Variables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from pneumatic_servo.run import Run
 
 Values = NDArray[np.float64]
 
@@ -65,6 +63,16 @@ LINES = 2.0
 """Where matplotlib draws lines: above areas, below text."""
 
 
+class Recorded(Protocol):
+    """What a figure takes of a run: its times in s, its variables, their values in SI units, and its settings."""
+
+    time: Values
+    variables: Variables
+    settings: dict[str, object]
+
+    def __getitem__(self, name: str, /) -> Values: ...
+
+
 class Drawing(Figure):
     """A figure that notebooks show, also where pyplot is not in use."""
 
@@ -74,7 +82,7 @@ class Drawing(Figure):
         return stream.getvalue()
 
 
-def draw_run(run: Run, names: Sequence[str] = ()) -> Figure:
+def draw_run(run: Recorded, names: Sequence[str] = ()) -> Figure:
     """Draw variables of a run over time, one panel per unit."""
     panels = _panels(run, names)
     with mpl.rc_context(STYLE):
@@ -86,7 +94,7 @@ def draw_run(run: Run, names: Sequence[str] = ()) -> Figure:
     return figure
 
 
-def draw_panels(figure: FigureBase, run: Run, panels: Sequence[tuple[str, Sequence[str]]]) -> None:
+def draw_panels(figure: FigureBase, run: Recorded, panels: Sequence[tuple[str, Sequence[str]]]) -> None:
     """Draw panels one below the other, each with its label and the names of its curves; sticking is shaded.
 
     The first curve of a panel lies on top.
@@ -106,7 +114,7 @@ def draw_panels(figure: FigureBase, run: Run, panels: Sequence[tuple[str, Sequen
     figure.align_ylabels(axes)
 
 
-def draw_laws(runs: Mapping[str, Run], names: Sequence[str]) -> Figure:
+def draw_laws(runs: Mapping[str, Recorded], names: Sequence[str]) -> Figure:
     """Draw each variable of several runs over each other, one panel per variable."""
     variables = [next(iter(runs.values())).variables[name] for name in names]
     with mpl.rc_context(STYLE):
@@ -121,7 +129,7 @@ def draw_laws(runs: Mapping[str, Run], names: Sequence[str]) -> Figure:
     return figure
 
 
-def draw_friction(run: Run) -> Figure:
+def draw_friction(run: Recorded) -> Figure:
     """Draw friction against velocity, as a whole and near standstill."""
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(WIDTH, 3.4), layout="constrained")
@@ -136,7 +144,7 @@ def contact(variables: Mapping[str, Variable]) -> tuple[str, str] | None:
     return next((pair for pair in CONTACTS if set(pair) <= variables.keys()), None)
 
 
-def draw_contact(axis: Axes, run: Run) -> None:
+def draw_contact(axis: Axes, run: Recorded) -> None:
     """Draw friction against velocity: a line, with dots where samples are far apart and the line is only a guide."""
     velocity, force = _axes_of_contact(axis, run)
     gaps = np.hypot(*(np.diff(values) / max(np.ptp(values), TINY) for values in (velocity, force)))
@@ -149,7 +157,7 @@ def draw_contact(axis: Axes, run: Run) -> None:
     axis.set_title("friction force against velocity")
 
 
-def draw_standstill(axis: Axes, run: Run) -> None:
+def draw_standstill(axis: Axes, run: Recorded) -> None:
     """Draw friction against a twentieth of the velocities, where the mass starts and stops; dots are samples."""
     velocity, force = _axes_of_contact(axis, run)
     limit = np.max(np.abs(velocity)) / 20.0
@@ -163,7 +171,7 @@ def draw_standstill(axis: Axes, run: Run) -> None:
     axis.set_title("the same near standstill; dots: samples")
 
 
-def _axes_of_contact(axis: Axes, run: Run) -> tuple[Values, Values]:
+def _axes_of_contact(axis: Axes, run: Recorded) -> tuple[Values, Values]:
     pair = contact(run.variables)
     if pair is None:
         pairs = "; ".join(" and ".join(names) for names in CONTACTS)
@@ -174,14 +182,14 @@ def _axes_of_contact(axis: Axes, run: Run) -> tuple[Values, Values]:
     return shown(run, pair[0]), shown(run, pair[1])
 
 
-def shown(run: Run, name: str) -> Values:
+def shown(run: Recorded, name: str) -> Values:
     """Return a variable in the unit that it is shown in."""
     unit = run.variables[name].shown
     values: Values = unit.factor * run[name] + unit.offset
     return values
 
 
-def _panels(run: Run, names: Sequence[str]) -> list[tuple[str, list[str]]]:
+def _panels(run: Recorded, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Sort what to draw by unit: by default the usual variables, or the first six where none of those is recorded."""
     chosen = list(names) or [name for name in USUAL if name in run.variables] or list(run.variables)[:6]
     panels: dict[Unit, list[str]] = {}
@@ -190,7 +198,7 @@ def _panels(run: Run, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     return [(names[0] if len(names) == 1 else names[0].rpartition(".")[2], names) for names in panels.values()]
 
 
-def _draw(axis: Axes, run: Run, variable: Variable, label: str, above: int = 0) -> None:
+def _draw(axis: Axes, run: Recorded, variable: Variable, label: str, above: int = 0) -> None:
     # An input is held over each step; everything else moves between the rows.
     style = "steps-post" if variable.role == "input" else "default"
     axis.plot(run.time, shown(run, variable.name), drawstyle=style, label=label, zorder=LINES + 0.01 * above)
@@ -201,7 +209,7 @@ def _label(axis: Axes, text: str, unit: Unit) -> None:
     axis.margins(x=0)
 
 
-def _shade_sticking(axis: Axes, run: Run) -> None:
+def _shade_sticking(axis: Axes, run: Recorded) -> None:
     """Mark the time during which the mass sticks, where that is recorded."""
     if "sticking" in run.variables:
         sticking = run["sticking"] > 0.5

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from pneumatic_servo import _native, defaults, noticed, progress, values
 from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
-from pneumatic_servo.errors import Interrupted, Refused, SimulationError, warn
+from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.inputs import (
     Input,
@@ -32,6 +32,7 @@ from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
 from pneumatic_servo.tasks import available_cores
+from pneumatic_servo.unfinished import Interrupted, SimulationError
 from pneumatic_servo.variables import Value, Variable, Variables
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.errors import SimulationError
+from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.variables import Value
 
 if TYPE_CHECKING:

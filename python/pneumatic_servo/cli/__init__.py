@@ -13,7 +13,8 @@ import warnings
 from collections.abc import Sequence
 
 from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, series, simulate, variables
-from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning, SimulationError
+from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning
+from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.words import ON_COMMAND_LINE
 
 COMMANDS = [simulate, compare, linearise, configure, fit, series, plan, variables, fmu, play]

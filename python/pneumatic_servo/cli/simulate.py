@@ -19,9 +19,9 @@ from pneumatic_servo.cli.common import (
     read_inputs,
     settings_of,
 )
-from pneumatic_servo.errors import Interrupted, SimulationError
 from pneumatic_servo.files import write
 from pneumatic_servo.run import Run
+from pneumatic_servo.unfinished import Interrupted, SimulationError
 
 NAME = "simulate"
 

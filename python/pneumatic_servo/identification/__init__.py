@@ -10,11 +10,12 @@ from pneumatic_servo.identification.band import Band
 from pneumatic_servo.identification.cross_validation import CrossValidation
 from pneumatic_servo.identification.evidence import Evidence
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
+from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.fitting import fit
 from pneumatic_servo.identification.laws import Ranking, compare_fits
 from pneumatic_servo.identification.planning import Plan, plan
 from pneumatic_servo.identification.posterior import Posterior
-from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.series import Series, fit_series
 from pneumatic_servo.identification.telling import Telling
 

@@ -10,18 +10,16 @@ since what they do is not in proportion to them.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.parameters import free_of
 from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import sensitivities
-
-if TYPE_CHECKING:
-    from pneumatic_servo.identification.result import Fit
 
 Array = NDArray[np.float64]
 
@@ -79,10 +77,10 @@ class Doubt:
         )
 
 
-def doubt(fit: Fit) -> Doubt | None:
+def doubt(fit: Fitted, residuals: Residuals) -> Doubt | None:
     """Return the fault of a sensor that would explain the most of what a fit leaves, if it is much."""
     # Noise is what no fault explains: where little else is left, none can explain much.
-    if not any(rms**2 * (1.0 - MUCH) > fit._residuals.noise(signal) ** 2 for signal, rms in fit.rms.items()):
+    if not any(rms**2 * (1.0 - MUCH) > residuals.noise(signal) ** 2 for signal, rms in fit.rms.items()):
         return None
     problem = fit.problem.trained()
     # What windows begin with is where it was fitted.

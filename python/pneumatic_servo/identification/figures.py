@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
+from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import measured_speed
 from pneumatic_servo.identification.residuals import Residuals
-from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.steady import steady
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def against(residuals: Residuals) -> Figure:
     return figure
 
 
-def friction_map(fit: Fit) -> Figure | None:
+def friction_map(fit: Fitted) -> Figure | None:
     """Draw friction against velocity, as the data alone and as the fitted law have it."""
     experiment, values = fit.problem.experiment, fit.values
     maps = [found for window in fit.problem.windows if (found := experiment.forces(window, values)) is not None]
@@ -118,18 +119,3 @@ def friction_map(fit: Fit) -> Figure | None:
         axis.set(xlabel=f"velocity ({unit})", ylabel=f"friction at load level 1 ({fit.units.of('N')})")
         axis.legend()
     return figure
-
-
-def steady(fit: Fit, fastest: float) -> tuple[Array, Array] | None:
-    """Return speeds and friction after sliding at each for a while; nothing for laws that cannot be asked so."""
-    from pneumatic_servo.model import Model
-
-    bench = Model("FrictionBench")
-    half = np.geomspace(0.01 * fastest, fastest, 25)
-    speeds = np.concatenate([-half[::-1], half])
-    settings = {name: value for name, value in fit.settings.items() if name in bench.parameters}
-    runs = bench._run_many(
-        [{**settings, "bench.drive": "PrescribedMotion", "driveVelocity": float(speed)} for speed in speeds],
-        common={}, inputs={}, stop=2.0, step=0.1, outputs=["frictionForce"],
-    )  # fmt: skip
-    return None if runs.failures else (speeds, runs["frictionForce"][:, -1])

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import checks, values
-from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
 from pneumatic_servo.identification.cross_validation import cross_validate as cross_validate_by
 from pneumatic_servo.identification.experiments import EXPERIMENTS, Experiment, Options
+from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.foretold import USUAL
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
@@ -24,7 +24,7 @@ from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
 from pneumatic_servo.identification.records import Record, load
-from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sampling import emcee_of, sample
 from pneumatic_servo.identification.signals import SIGNALS, SLIDING, Units, starts_of, told_units
 from pneumatic_servo.identification.solve import ROUGH, Solution, refine, solve
@@ -32,6 +32,7 @@ from pneumatic_servo.identification.table import Column, Measured, columns_of, l
 from pneumatic_servo.identification.watch import Told, Watch, told
 from pneumatic_servo.model import Model, Parameters
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.variables import Value
 from pneumatic_servo.words import said

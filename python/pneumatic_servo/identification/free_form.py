@@ -9,18 +9,16 @@ to zero is chosen by that, too. A law with memory may do better yet at reversals
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from pneumatic_servo.identification.figures import steady
+from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import REST
+from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.smoothing import fastest
-
-if TYPE_CHECKING:
-    from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.steady import steady
 
 Array = NDArray[np.float64]
 
@@ -72,9 +70,9 @@ class FreeForm:
         )
 
 
-def free_form(fit: Fit) -> FreeForm | None:
+def free_form(fit: Fitted, residuals: Residuals) -> FreeForm | None:
     """Return what free curves would leave; nothing where the data do not tell friction by themselves."""
-    samples = _samples(fit)
+    samples = _samples(fit, residuals)
     if samples is None:
         return None
     speed, place, level, rest = samples
@@ -99,11 +97,11 @@ def free_form(fit: Fit) -> FreeForm | None:
     )
 
 
-def _samples(fit: Fit) -> tuple[Array, Array, Array, Array] | None:
+def _samples(fit: Fitted, residuals: Residuals) -> tuple[Array, Array, Array, Array] | None:
     """Return velocity, position, load level, and what the law leaves of friction, of the samples that are fitted."""
     experiment, problem, values = fit.problem.experiment, fit.problem, fit.values
     is_motion = experiment.name == "motion"
-    differences = fit._residuals.differences if is_motion else [{}] * len(problem.windows)
+    differences = residuals.differences if is_motion else [{}] * len(problem.windows)
     parts = []
     for window, difference in zip(problem.windows, differences, strict=True):
         if not window.fitted:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pneumatic_servo.checks import names
-from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.evidence import Evidence, evidence
 from pneumatic_servo.identification.experiments import Options
@@ -19,6 +18,7 @@ from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.identification.telling import Telling, telling
 from pneumatic_servo.run import table
+from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.words import said
 
 COLUMNS = ["law", "converged", "free", "rms", "hold-out rms", "AIC"]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import progress as shown_progress
 from pneumatic_servo import values as quantities
-from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.compression import triangle
 from pneumatic_servo.identification.experiments import Experiment, Options
@@ -28,6 +27,7 @@ from pneumatic_servo.identification.solve import jacobian
 from pneumatic_servo.model import Parameters
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.tasks import cancel
+from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]

@@ -10,8 +10,11 @@ from io import BytesIO
 from matplotlib.figure import Figure
 
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
+from pneumatic_servo.identification.fitted import Fitted
+from pneumatic_servo.identification.free_form import FreeForm
 from pneumatic_servo.identification.regimes import regimes
-from pneumatic_servo.identification.result import Fit
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.verdict import Verdict
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#1d2733}
 table{border-collapse:collapse;margin:.5em 0}td,th{padding:.2em .8em;border-bottom:1px solid #e3e7eb;text-align:right}
@@ -20,17 +23,16 @@ td:first-child,th:first-child{text-align:left}img{max-width:100%}.warning{color:
 .green{border-color:#2e8540}.yellow{border-color:#e0a100}.red{border-color:#b3261e}"""
 
 
-def page(fit: Fit) -> str:
+def page(fit: Fitted, residuals: Residuals, verdict: Verdict, free_form: FreeForm | None) -> str:
     """Return the page."""
-    residuals = fit._residuals
-    verdict = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
+    search = "The fit has converged." if fit.converged else "<b class=warning>The fit has not converged.</b>"
     names = list(fit.parameters)
     correlation = fit.certainty.correlation
     friction, worst = friction_map(fit), worst_misfit(residuals)
     parts = [
-        f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{verdict} {escape(fit.message)}</p>",
+        f"<h1>{escape(fit.law)}: fit to measured data</h1><p>{search} {escape(fit.message)}</p>",
         f"<p>Units are those {escape(fit.units.told)}.</p>" if fit.units.is_rotating else "",
-        f"<p class={fit.verdict.light}><b>{fit.verdict.light.capitalize()}.</b> {escape(fit.verdict.text)}</p>",
+        f"<p class={verdict.light}><b>{verdict.light.capitalize()}.</b> {escape(verdict.text)}</p>",
         "<h2>Parameters, with 95 % intervals</h2>",
         _table(
             ["parameter", "value", "low", "high", "unit"],
@@ -58,7 +60,7 @@ def page(fit: Fit) -> str:
         "<h2>Where it misses most</h2>" + _image(worst, "measured and fitted at the worst misfit") if worst else "",
         _image(against(residuals), "what remains against velocity, position and lag"),
         "<h2>Friction against velocity</h2>" + _image(friction, "friction against velocity") if friction else "",
-        *_free_form(fit),
+        *_free_form(free_form),
         *_conditions(fit),
         "<h2>Correlations of the errors</h2>",
         _table(["", *names], ([n, *(f"{c:.2f}" for c in row)] for n, row in zip(names, correlation, strict=True))),
@@ -69,8 +71,7 @@ def page(fit: Fit) -> str:
     return head + "\n".join(parts) + "\n"
 
 
-def _free_form(fit: Fit) -> list[str]:
-    found = fit.free_form
+def _free_form(found: FreeForm | None) -> list[str]:
     if found is None:
         return []
     rows = [["the law", f"{found.law:.4g}", ""]]
@@ -81,7 +82,7 @@ def _free_form(fit: Fit) -> list[str]:
     ]
 
 
-def _conditions(fit: Fit) -> list[str]:
+def _conditions(fit: Fitted) -> list[str]:
     found = fit.cross_validation
     if found is None:
         return []

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.kinds import Mask, kinds
 from pneumatic_servo.identification.sensor import Sensor
-
-if TYPE_CHECKING:
-    from pneumatic_servo.identification.result import Fit
 
 Array = NDArray[np.float64]
 
@@ -46,7 +43,7 @@ class Worst:
 class Residuals:
     """Measured minus fitted of all windows of a fit."""
 
-    def __init__(self, fit: Fit) -> None:
+    def __init__(self, fit: Fitted) -> None:
         self.problem = fit.problem
         self.windows = fit.problem.windows
         [self.differences] = fit.problem.differences([fit.x])

@@ -4,50 +4,28 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pneumatic_servo.files import whole
-from pneumatic_servo.identification.intervals import Certainty
-from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.signals import Units
+from pneumatic_servo.identification.doubts import Doubt, doubt
+from pneumatic_servo.identification.fitted import Fitted
+from pneumatic_servo.identification.free_form import FreeForm, free_form
+from pneumatic_servo.identification.ranges import Ranges
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.verdict import Verdict, verdict
 from pneumatic_servo.run import table
 from pneumatic_servo.ssv import ssv
-from pneumatic_servo.variables import Value
-
-if TYPE_CHECKING:
-    from pneumatic_servo.identification.cross_validation import CrossValidation
-    from pneumatic_servo.identification.doubts import Doubt
-    from pneumatic_servo.identification.free_form import FreeForm
-    from pneumatic_servo.identification.posterior import Posterior
-    from pneumatic_servo.identification.ranges import Ranges
-    from pneumatic_servo.identification.residuals import Residuals
-    from pneumatic_servo.identification.verdict import Verdict
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """A fitted parameter in SI units: its value and the ends of its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-
-    def __str__(self) -> str:
-        return f"{self.value:.6g} [{self.low:.6g}, {self.high:.6g}] {self.unit}"
-
-
-@dataclass(frozen=True)
-class Fit:
+class Fit(Fitted):
     """A fitted model.
 
     Attributes
@@ -70,38 +48,6 @@ class Fit:
         Each operating condition as the others predict it, where that was asked for.
     """
 
-    converged: bool
-    law: str
-    parameters: dict[str, Estimate]
-    rms: dict[str, float]
-    hold_out_rms: dict[str, float]
-    undetermined: dict[str, str]
-    aic: float
-    notes: tuple[str, ...]
-    problem: Problem = field(repr=False)
-    x: Array = field(repr=False)
-    certainty: Certainty = field(repr=False)
-    message: str = ""
-    posterior: Posterior | None = field(default=None, repr=False)
-    cross_validation: CrossValidation | None = field(default=None, repr=False)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The fitted values by name, in SI units."""
-        return {name: estimate.value for name, estimate in self.parameters.items()}
-
-    @property
-    def settings(self) -> dict[str, Value]:
-        """What a model is given to be the fitted one: its known and fitted parameters and inputs, and the law."""
-        known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
-        table = self.problem.experiment.table
-        return {name: value for name, value in known.items() if name in table.variables}
-
-    @property
-    def units(self) -> Units:
-        """The units of signals and parameters; those of a rotating machine are other than its model's."""
-        return self.problem.experiment.units
-
     @property
     def beside(self) -> list[str]:
         """Fitted values that are none of the model, but of sensors or of a test bench."""
@@ -110,35 +56,25 @@ class Fit:
     @cached_property
     def verdict(self) -> Verdict:
         """What it is worth: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
-        from pneumatic_servo.identification.verdict import verdict
-
-        return verdict(self)
+        return verdict(self, self._residuals, self.ranges, self.free_form, self.doubt)
 
     @cached_property
     def _residuals(self) -> Residuals:
-        from pneumatic_servo.identification.residuals import Residuals
-
         return Residuals(self)
 
     @cached_property
     def free_form(self) -> FreeForm | None:
         """What a free curve of friction would leave in place of the law; None where the data do not tell friction."""
-        from pneumatic_servo.identification.free_form import free_form
-
-        return free_form(self)
+        return free_form(self, self._residuals)
 
     @cached_property
     def doubt(self) -> Doubt | None:
         """The gain, offset or delay of a sensor that would explain most of what is left; None if none does."""
-        from pneumatic_servo.identification.doubts import doubt
-
-        return doubt(self)
+        return doubt(self, self._residuals)
 
     @cached_property
     def ranges(self) -> Ranges:
         """From where to where the fitted samples go: the rest is extrapolation."""
-        from pneumatic_servo.identification.ranges import Ranges
-
         return Ranges.of(self.problem, self.x)
 
     def beyond(self, asked: Mapping[str, ArrayLike]) -> tuple[str, ...]:
@@ -200,7 +136,7 @@ class Fit:
         """Write a page with tables and figures, in one file."""
         from pneumatic_servo.identification.report import page
 
-        text = page(self)
+        text = page(self, self._residuals, self.verdict, self.free_form)
         with whole(Path(file)) as part:
             part.write_text(text, encoding="utf-8")
 

@@ -20,15 +20,16 @@ from scipy.special import ndtri
 from scipy.stats import chi2
 
 from pneumatic_servo import checks
-from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.figures import BLUE, GREY, HEIGHT, STYLE, VERMILION, WIDTH, Drawing
 from pneumatic_servo.files import write_csv
+from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.fitting import fit
 from pneumatic_servo.identification.intervals import LEVEL, Linearised, covariance, linearised
 from pneumatic_servo.identification.parameters import Free, split
 from pneumatic_servo.identification.problem import Problem
-from pneumatic_servo.identification.result import Estimate, Fit
+from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.solve import jacobian
+from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]

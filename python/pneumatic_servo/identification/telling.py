@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import progress as shown_progress
-from pneumatic_servo.errors import Interrupted
 from pneumatic_servo.identification.experiments import Experiment
 from pneumatic_servo.identification.fitting import free_parameters
 from pneumatic_servo.identification.parameters import Free
@@ -26,6 +25,7 @@ from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.solve import ROUGH, refine
+from pneumatic_servo.unfinished import Interrupted
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]

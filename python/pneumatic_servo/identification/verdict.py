@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.identification.doubts import Doubt
+from pneumatic_servo.identification.fitted import Fitted
+from pneumatic_servo.identification.free_form import FreeForm
 from pneumatic_servo.identification.intervals import at_bounds
-from pneumatic_servo.identification.ranges import held_of
+from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
-
-if TYPE_CHECKING:
-    from pneumatic_servo.identification.result import Fit
 
 Array = NDArray[np.float64]
 
@@ -71,14 +70,16 @@ class Verdict:
         return f"{self.light}: {self.text}"
 
 
-def verdict(fit: Fit) -> Verdict:
+def verdict(
+    fit: Fitted, residuals: Residuals, ranges: Ranges, free_form: FreeForm | None, doubt: Doubt | None
+) -> Verdict:
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
-    found = [*_of_search(fit), *_of_misfit(fit), *_of_prediction(fit), *_of_conditions(fit), *_of_free_form(fit),
-             *_of_sensors(fit)]  # fmt: skip
+    found = [*_of_search(fit), *_of_misfit(fit, residuals), *_of_prediction(fit, ranges), *_of_conditions(fit),
+             *_of_free_form(fit, free_form), *_of_sensors(doubt)]  # fmt: skip
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
-def _of_search(fit: Fit) -> Iterator[Finding]:
+def _of_search(fit: Fitted) -> Iterator[Finding]:
     if not fit.converged:
         yield Finding("red", f"The search has not come to an end ({fit.message}).")
     bounded = at_bounds(fit.problem, fit.x)
@@ -93,8 +94,7 @@ def _of_search(fit: Fit) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _of_misfit(fit: Fit) -> Iterator[Finding]:
-    residuals = fit._residuals
+def _of_misfit(fit: Fitted, residuals: Residuals) -> Iterator[Finding]:
     for signal, rms in fit.rms.items():
         unit = fit.units.of_signal(signal)
         measured = np.concatenate([course.measured for course in residuals.courses(signal)])
@@ -139,7 +139,7 @@ def _worst_place(residuals: Residuals) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _of_prediction(fit: Fit) -> Iterator[Finding]:
+def _of_prediction(fit: Fitted, ranges: Ranges) -> Iterator[Finding]:
     if not fit.hold_out_rms:
         yield Finding("green", "Nothing was held out, so that no prediction was tried.")
     for signal, rms in fit.hold_out_rms.items():
@@ -150,11 +150,11 @@ def _of_prediction(fit: Fit) -> Iterator[Finding]:
             light, f"Data held out are predicted to {rms:.3g} {unit} rms of {signal}, {ratio:.2g} times what is left "
             "of those fitted."
         )  # fmt: skip
-    for text in fit.ranges.beyond(held_of(fit.problem, fit.x)).values():
+    for text in ranges.beyond(held_of(fit.problem, fit.x)).values():
         yield Finding("yellow", f"What was predicted is an extrapolation: {text}.")
 
 
-def _of_conditions(fit: Fit) -> Iterator[Finding]:
+def _of_conditions(fit: Fitted) -> Iterator[Finding]:
     if fit.cross_validation is None:
         return
     cases = fit.cross_validation.cases
@@ -177,18 +177,17 @@ def _of_conditions(fit: Fit) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-def _of_free_form(fit: Fit) -> Iterator[Finding]:
+def _of_free_form(fit: Fitted, found: FreeForm | None) -> Iterator[Finding]:
     """Say what any law could still gain; where friction is measured, much of it is a fault of this one."""
-    found = fit.free_form
     if found is not None:
         is_much = fit.problem.experiment.name == "motion" and found.gain(found.family) > MUCH
         yield Finding("yellow" if is_much else "green", str(found))
 
 
-def _of_sensors(fit: Fit) -> Iterator[Finding]:
+def _of_sensors(doubt: Doubt | None) -> Iterator[Finding]:
     """Say which fault of a sensor would explain what is left."""
-    if fit.doubt is not None:
-        yield Finding("yellow", str(fit.doubt))
+    if doubt is not None:
+        yield Finding("yellow", str(doubt))
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:

@@ -1,0 +1,70 @@
+"""A fitted model: what a search has found, before anybody judges it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.intervals import Certainty
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.signals import Units
+from pneumatic_servo.variables import Value
+
+if TYPE_CHECKING:
+    from pneumatic_servo.identification.cross_validation import CrossValidation
+    from pneumatic_servo.identification.posterior import Posterior
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter in SI units: its value and the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.value:.6g} [{self.low:.6g}, {self.high:.6g}] {self.unit}"
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fitted model as data. `Fit`, which everybody is given, says what each of it is."""
+
+    converged: bool
+    law: str
+    parameters: dict[str, Estimate]
+    rms: dict[str, float]
+    hold_out_rms: dict[str, float]
+    undetermined: dict[str, str]
+    aic: float
+    notes: tuple[str, ...]
+    problem: Problem = field(repr=False)
+    x: Array = field(repr=False)
+    certainty: Certainty = field(repr=False)
+    message: str = ""
+    posterior: Posterior | None = field(default=None, repr=False)
+    cross_validation: CrossValidation | None = field(default=None, repr=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The fitted values by name, in SI units."""
+        return {name: estimate.value for name, estimate in self.parameters.items()}
+
+    @property
+    def settings(self) -> dict[str, Value]:
+        """What a model is given to be the fitted one: its known and fitted parameters and inputs, and the law."""
+        known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
+        table = self.problem.experiment.table
+        return {name: value for name, value in known.items() if name in table.variables}
+
+    @property
+    def units(self) -> Units:
+        """The units of signals and parameters; those of a rotating machine are other than its model's."""
+        return self.problem.experiment.units

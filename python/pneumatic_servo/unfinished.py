@@ -1,0 +1,32 @@
+"""Work that came to an end too early, and what was finished until then."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pneumatic_servo.run import Run, Runs
+
+
+class SimulationError(RuntimeError):
+    """A run that cannot go on: the message says when and why.
+
+    Attributes
+    ----------
+    finished : Run, Runs or None
+        What was recorded until then.
+    """
+
+    finished: Run | Runs | None = None
+
+
+class Interrupted(KeyboardInterrupt):
+    """An interrupt from the keyboard (Ctrl-C) during long work.
+
+    Attributes
+    ----------
+    finished : Run, Runs or None
+        What was recorded until then; of a fit the best one found until then.
+    """
+
+    finished: object = None
