@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.errors import MissingPackage, warn
+from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.trim import OperatingPoint
+from pneumatic_servo.trim import OperatingPoint, Start
 from pneumatic_servo.variables import Value, Variables
 
 if TYPE_CHECKING:
     import control
-
-    from pneumatic_servo.model import Model
 
 Array = NDArray[np.float64]
 
@@ -132,7 +131,8 @@ def _block(title: str, matrix: Array, rows: Sequence[str], columns: Sequence[str
 
 
 def linearise(
-    model: Model,
+    model: ModelDescription,
+    start: Start,
     at: Mapping[str, Value],
     states: Sequence[str] | None,
     inputs: Sequence[str],
@@ -147,7 +147,7 @@ def linearise(
             f"inputs: {unknown!r} is not an input of {model.name}{hint}; "
             f"the inputs are {', '.join(model.inputs) or 'none'}"
         )
-    point = OperatingPoint(model, at, inputs)
+    point = OperatingPoint(model, start, at, inputs)
     if trim:
         point.trim()
     simulation = point.simulation
@@ -180,7 +180,7 @@ def linearise(
     )
 
 
-def _of_unit(model: Model, name: str) -> str:
+def _of_unit(model: ModelDescription, name: str) -> str:
     unit = model.variables[name].unit
     return "" if unit == "1" else f" {unit}"
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
-from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from pneumatic_servo import _native, defaults, noticed, progress, values
 from pneumatic_servo.checks import names, whole_number
@@ -27,23 +25,22 @@ from pneumatic_servo.inputs import (
 )
 from pneumatic_servo.linear import Linearisation, linearise
 from pneumatic_servo.many import Done, Work
+from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run, Runs
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
+from pneumatic_servo.ssv import read_ssv
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.unfinished import Interrupted, SimulationError
-from pneumatic_servo.variables import Value, Variable, Variables
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from pneumatic_servo.variables import Value, Variables
 
 Parameters = Mapping[str, Any] | str | Path
 """Parameters and start values of inputs: numbers in SI units, ``"6 bar"``, ``(6, "bar")`` or quantities of pint; items
 of enumerations by name; true or false. Or the name of an SSV file that has them."""
 
 
-class Model:
+class Model(ModelDescription):
     """A model: its variables, and the ways to run it.
 
     Parameters
@@ -67,30 +64,6 @@ class Model:
     >>> list(plant.inputs)
     ['valveVoltage', 'externalForce', 'supplyPressure']
     """
-
-    def __init__(self, name: str = "PneumaticServoCylinder") -> None:
-        if name not in _native.models():
-            every = _native.models()
-            raise ValueError(
-                f"there is no model {name}{did_you_mean(str(name), every)}; it must be one of {', '.join(every)}"
-            )
-        self._native = _native.Model(name)
-        self.name = self._native.name
-        self.description = self._native.description
-        self.variables = Variables(Variable.of(description) for description in self._native.variables())
-        self.parameters = self._with_roles("fixed", "tunable")
-        self.inputs = self._with_roles("input")
-        self.outputs = self._with_roles("output")
-        self.stop, self.step = self._native.experiment
-
-    def _with_roles(self, *roles: str) -> Variables:
-        return Variables(variable for variable in self.variables.values() if variable.role in roles)
-
-    def __repr__(self) -> str:
-        return f"Model({self.name!r})"
-
-    def __reduce__(self) -> tuple[type[Model], tuple[str]]:
-        return Model, (self.name,)
 
     def start(self, parameters: Parameters | None = None, *, time: float = 0.0) -> Simulation:
         """Start a run that goes step by step.
@@ -481,13 +454,11 @@ class Model:
             unknown = next((one for one in chosen if one not in self.variables), None)
             if unknown is not None:
                 raise ValueError(f"{name}: there is no variable {unknown}{did_you_mean(unknown, self.variables)}")
-        return linearise(self, self._settings(at, "at"), kept, driven, seen, trim)
+        return linearise(self, self.start, self._settings(at, "at"), kept, driven, seen, trim)
 
     def _settings(self, given: Parameters | None, argument: str = "parameters") -> dict[str, Value]:
         """Return values by name as the plant takes them, from a mapping or from an SSV file."""
         if isinstance(given, Path) or (isinstance(given, str) and given.lower().endswith(".ssv")):
-            from pneumatic_servo.ssv import read_ssv
-
             given = read_ssv(given, self)
         return values.settings(argument, self.variables, given)  # type: ignore[arg-type]
 
@@ -529,35 +500,10 @@ class Model:
         except Refused as refused:
             raise ValueError(f"{where}{self._in_unit(refused)}") from None
 
-    def _in_unit(self, refused: Refused) -> Refused:
-        variable = self.variables.get(refused.variable)
-        return refused if variable is None else refused.with_unit(variable.unit)
-
-    @contextmanager
-    def _with_units(self) -> Iterator[None]:
-        try:
-            yield
-        except Refused as refused:
-            raise self._in_unit(refused) from None
-
     def _tell_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid) -> None:
         for name, given in driven:
             if isinstance(given, tuple):
                 noticed.tell_ends(self.inputs[name], given[0], grid)
-
-    def _tell_saturated(self, settings: Mapping[str, Value]) -> None:
-        for name, value in settings.items():
-            if name in self.inputs:
-                noticed.tell_saturation(self.inputs[name], float(value), float(value))
-
-    def _repr_html_(self) -> str:
-        parts = [("Inputs", self.inputs), ("Parameters", self.parameters), ("Outputs", self.outputs)]
-        tables = (
-            f"<details{' open' if title == 'Inputs' else ''}><summary>{title}: {len(of)}</summary>"
-            f"{of._repr_html_()}</details>"
-            for title, of in parts
-        )
-        return f"<p><b>{escape(self.name)}</b>: {escape(self.description)}</p>{''.join(tables)}"
 
     def _grid(self, start: float, stop: float | None, step: float | None, every: int) -> Grid:
         return Grid.of(start, self.stop if stop is None else stop, self.step if step is None else step, every)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native, checks, noticed, values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.sensitivities import Transition
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
-
-if TYPE_CHECKING:
-    from pneumatic_servo.model import Model
 
 
 class SavedState:
@@ -68,7 +66,7 @@ class Simulation:
     True
     """
 
-    def __init__(self, native: _native.Simulation, model: Model, settings: Mapping[str, Value]) -> None:
+    def __init__(self, native: _native.Simulation, model: ModelDescription, settings: Mapping[str, Value]) -> None:
         self._native = native
         self._model = model
         self._settings = dict(settings)
@@ -268,7 +266,7 @@ def transitions(
     return [Transition._of(it, list(own._model.inputs), by, of) for it, own in zip(told, simulations, strict=True)]
 
 
-def _resumed(model: Model, settings: Mapping[str, Value], saved: SavedState) -> Simulation:
+def _resumed(model: ModelDescription, settings: Mapping[str, Value], saved: SavedState) -> Simulation:
     """Return a simulation that goes on from a saved state; whatever is unusual about it was told before."""
     simulation = Simulation(model._native.start(list(settings.items()), 0.0), model, settings)
     simulation.restore(saved)

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from pneumatic_servo import _native
-from pneumatic_servo.model import Model
+from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.numerals import finite
 from pneumatic_servo.units import to_si
@@ -20,12 +20,14 @@ LINEAR = {"factor": "1", "offset": "0"}
 """How a unit is made of base units, with what holds where nothing is said."""
 
 
-def ssv(name: str, text: str, model: Model, settings: Mapping[str, Value]) -> str:
+def ssv(name: str, text: str, model: ModelDescription, settings: Mapping[str, Value]) -> str:
     """Return settings of a model, parameters or inputs, described by a text; numbers are in the variables' SI units."""
     return _native.ssv(_native.Model(model.name), name, text, list(settings.items()))
 
 
-def read_ssv(file: str | os.PathLike[str], model: Model | str = "PneumaticServoCylinder") -> dict[str, Value]:
+def read_ssv(
+    file: str | os.PathLike[str], model: ModelDescription | str = "PneumaticServoCylinder"
+) -> dict[str, Value]:
     """Return the values of an SSV file, as `Fit.to_ssv` and ``pneumatic-servo configure`` write them.
 
     Wherever parameters are taken, the name of such a file is, too.
@@ -58,7 +60,7 @@ def read_ssv(file: str | os.PathLike[str], model: Model | str = "PneumaticServoC
     >>> Path("machine.ssv").unlink()
     """
     path = Path(file)
-    model = Model(model) if isinstance(model, str) else model
+    model = ModelDescription(model) if isinstance(model, str) else model
     try:
         root = ElementTree.fromstring(path.read_bytes())
     except ElementTree.ParseError as error:
@@ -82,7 +84,7 @@ def read_ssv(file: str | os.PathLike[str], model: Model | str = "PneumaticServoC
 
 
 def _value(
-    model: Model,
+    model: ModelDescription,
     name: str,
     element: ElementTree.Element,
     units: Mapping[str | None, ElementTree.Element],

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.model_description import ModelDescription
+from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.variables import Value
 
-if TYPE_CHECKING:
-    from pneumatic_servo.model import Model
-    from pneumatic_servo.simulation import SavedState, Simulation
-
 Array = NDArray[np.float64]
+Start = Callable[[Mapping[str, Value]], Simulation]
+"""Starts a run with settings, as `Model.start` does."""
 
 NEWTON_STEPS = 100
 OFFSETS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8)
@@ -46,11 +45,11 @@ class TrimError(ValueError):
 class OperatingPoint:
     """An operating point: a plant that has just been started, whose states and inputs are moved."""
 
-    def __init__(self, model: Model, at: Mapping[str, Value], inputs: Sequence[str]) -> None:
+    def __init__(self, model: ModelDescription, start: Start, at: Mapping[str, Value], inputs: Sequence[str]) -> None:
         variables = model.variables
         self.variables = variables
         self.rates = {v.derivative_of: v.name for v in variables.values() if v.derivative_of is not None}
-        self.simulation, given = _start(model, at, self.rates)
+        self.simulation, given = _start(model, start, at, self.rates)
         states = self.simulation.states
         # A state whose rate is given moves on, from where it starts: at a given velocity the position does.
         carried = {name for name in states if self.rates[name] in given}
@@ -246,7 +245,9 @@ def _is_rest(residual: Array) -> bool:
     return bool(np.max(np.abs(residual), initial=0.0) < TOLERANCE)
 
 
-def _start(model: Model, at: Mapping[str, Value], rates: Mapping[str, str]) -> tuple[Simulation, set[str]]:
+def _start(
+    model: ModelDescription, start: Start, at: Mapping[str, Value], rates: Mapping[str, str]
+) -> tuple[Simulation, set[str]]:
     """Start a plant at given parameters, inputs and states; also return which states are given."""
     settings: dict[str, Value] = {}
     moved: dict[str, float] = {}
@@ -265,7 +266,7 @@ def _start(model: Model, at: Mapping[str, Value], rates: Mapping[str, str]) -> t
     for name in given:
         if f"{name}0" in at:
             raise ValueError(f"{name} is given twice, as itself and as {name}0")
-    simulation = model.start(settings)
+    simulation = start(settings)
     simulation.move_states(moved)
     # The initial position and velocity, given as parameters, stay as they are too.
     started = {name.removesuffix("0") for name in at if name.endswith("0")} & set(simulation.states)

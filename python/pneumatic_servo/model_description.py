@@ -1,0 +1,65 @@
+"""What a model is: its variables, its default experiment, and what is told of its values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from html import escape
+
+from pneumatic_servo import _native, noticed
+from pneumatic_servo.errors import Refused
+from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.variables import Value, Variable, Variables
+
+
+class ModelDescription:
+    """What is known of a model that nobody runs yet; `Model` adds the ways to run it."""
+
+    def __init__(self, name: str = "PneumaticServoCylinder") -> None:
+        if name not in _native.models():
+            every = _native.models()
+            raise ValueError(
+                f"there is no model {name}{did_you_mean(str(name), every)}; it must be one of {', '.join(every)}"
+            )
+        self._native = _native.Model(name)
+        self.name = self._native.name
+        self.description = self._native.description
+        self.variables = Variables(Variable.of(description) for description in self._native.variables())
+        self.parameters = self._with_roles("fixed", "tunable")
+        self.inputs = self._with_roles("input")
+        self.outputs = self._with_roles("output")
+        self.stop, self.step = self._native.experiment
+
+    def _with_roles(self, *roles: str) -> Variables:
+        return Variables(variable for variable in self.variables.values() if variable.role in roles)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r})"
+
+    def __reduce__(self) -> tuple[type[ModelDescription], tuple[str]]:
+        return type(self), (self.name,)
+
+    def _in_unit(self, refused: Refused) -> Refused:
+        variable = self.variables.get(refused.variable)
+        return refused if variable is None else refused.with_unit(variable.unit)
+
+    @contextmanager
+    def _with_units(self) -> Iterator[None]:
+        try:
+            yield
+        except Refused as refused:
+            raise self._in_unit(refused) from None
+
+    def _tell_saturated(self, settings: Mapping[str, Value]) -> None:
+        for name, value in settings.items():
+            if name in self.inputs:
+                noticed.tell_saturation(self.inputs[name], float(value), float(value))
+
+    def _repr_html_(self) -> str:
+        parts = [("Inputs", self.inputs), ("Parameters", self.parameters), ("Outputs", self.outputs)]
+        tables = (
+            f"<details{' open' if title == 'Inputs' else ''}><summary>{title}: {len(of)}</summary>"
+            f"{of._repr_html_()}</details>"
+            for title, of in parts
+        )
+        return f"<p><b>{escape(self.name)}</b>: {escape(self.description)}</p>{''.join(tables)}"
