@@ -1,0 +1,84 @@
+"""The files of the package stand on floors: none takes something from a file that takes something from it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Set
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[2] / "python" / "pneumatic_servo"
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """Return the files of a package by the names of their modules, the compiled one by what is said of it."""
+    files = [*package.rglob("*.py"), *package.rglob("*.pyi")]
+    return {".".join(file.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__"): file
+            for file in files}  # fmt: skip
+
+
+def imported(file: Path, known: Set[str]) -> Iterator[str]:
+    """Yield the modules that a file imports, wherever it does: also inside functions, and for types only."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names):
+                yield from (name.name for name in names if name.name in known)
+            case ast.ImportFrom(module, names, 0):
+                # What a package is asked for is one of its modules, or something of the package itself.
+                asked = [(f"{module}.{name.name}", str(module)) for name in names]
+                yield from (one if one in known else own for one, own in asked if {one, own} & known)
+            case ast.ImportFrom():
+                raise AssertionError(f"{file}:{node.lineno}: an import whose module is not named in full")
+            case ast.Call(args=[ast.Constant(str(name)), *_]) if name in known:
+                yield name
+
+
+def circle(package: Path) -> list[str]:
+    """Return modules of a package of which each imports the next, and the last the first; none if there are no such."""
+    files = modules(package)
+    # A sorter is told from what each is made: of a circle it names each behind what it imports.
+    graph = {name: {*imported(file, files.keys())} for name, file in files.items()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1][::-1]
+    return []
+
+
+def test_no_files_import_each_other() -> None:
+    assert len(modules(PACKAGE)) > 90
+    assert not circle(PACKAGE)
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        "from plant.first import A",
+        "from plant import first",
+        "import plant.first",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from plant.first import A",
+        "def later():\n    from plant.first import A",
+        "from importlib import import_module\nA = import_module('plant.first')",
+    ],
+)
+def test_a_circle_is_found(tmp_path: Path, second: str) -> None:
+    plant = tmp_path / "plant"
+    plant.mkdir()
+    for name, text in {
+        "__init__": "from plant.first import A",
+        "first": "from plant.second import B",
+        "second": "",
+    }.items():
+        (plant / f"{name}.py").write_text(text, encoding="utf-8")
+    assert not circle(plant)
+    (plant / "second.py").write_text(second, encoding="utf-8")
+    assert sorted(circle(plant)[1:]) == ["plant.first", "plant.second"]
+
+
+def test_what_a_package_hands_on_is_imported_from_it(tmp_path: Path) -> None:
+    (tmp_path / "plant").mkdir()
+    (tmp_path / "plant/__init__.py").write_text("from plant.first import A", encoding="utf-8")
+    (tmp_path / "plant/first.py").write_text("def later():\n    from plant import A", encoding="utf-8")
+    assert sorted(circle(tmp_path / "plant")[1:]) == ["plant", "plant.first"]
