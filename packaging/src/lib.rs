@@ -15,6 +15,7 @@ mod fingerprint;
 mod fuzz;
 mod gallery;
 mod gates;
+mod libraries;
 mod library;
 mod licences;
 mod lock;
@@ -36,10 +37,12 @@ mod sanitizer;
 mod site;
 mod soundness;
 mod sources;
+mod sources_test;
 mod ssp;
 mod stress;
 mod tables;
 mod test;
+mod tools;
 mod valgrind;
 mod venv;
 mod wheel;
@@ -71,7 +74,7 @@ Begin with `cargo xtask package`: it leaves the FMUs, validated and run once, in
 enum Command {
     Package(package::Package),
     Gallery(gallery::Gallery),
-    Build(build::Build),
+    Build(libraries::Build),
     Join(package::Join),
     Release(release::Release),
     Playground(playground::Playground),

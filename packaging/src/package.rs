@@ -9,12 +9,13 @@ use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::guid_of_source;
 
 use crate::archive::Archive;
-use crate::build::{self, tools, wasm};
+use crate::build::wasm;
 use crate::describe;
 use crate::description::{self, Stamp, Version};
 use crate::documentation;
 use crate::experiment::Run;
 use crate::files;
+use crate::libraries;
 use crate::library::{self, Library};
 use crate::licences;
 use crate::moment::Moment;
@@ -23,6 +24,7 @@ use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
 use crate::sources::{self, Size, Sources};
 use crate::ssp;
+use crate::tools;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 
@@ -73,7 +75,7 @@ impl Package {
         let handed_in = library::handed_in(workspace, &self.binaries)?;
         let libraries = match &self.platforms {
             Some(Platforms(platforms)) => {
-                library::complete(handed_in, platforms.clone(), |missing| build::libraries(workspace, missing))?
+                library::complete(handed_in, platforms.clone(), |missing| libraries::build(workspace, missing))?
             }
             None => library::complete(handed_in, [Platform::host()?].into(), |missing| {
                 let this_machine = missing.iter().map(|_| {

@@ -7,10 +7,10 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use clap::Args;
 
-use crate::build::tools::{self, Tool};
 use crate::build::wasm;
 use crate::licences;
 use crate::process::{self, heading};
+use crate::tools::{self, Tool};
 use crate::venv::Venv;
 use crate::workspace::Workspace;
 

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 
-use crate::build::tools::{self, Tool};
 use crate::gallery::Gallery;
 use crate::package;
 use crate::playground;
 use crate::process::{self, heading};
+use crate::tools::{self, Tool};
 use crate::venv::{Requirements, Venv};
 use crate::wheel;
 use crate::workspace::Workspace;

@@ -20,7 +20,7 @@ use crate::process::{self, heading};
 use crate::public;
 use crate::sanitizer;
 use crate::site;
-use crate::sources;
+use crate::sources_test;
 use crate::stress::Stress;
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
@@ -66,8 +66,8 @@ impl Test {
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
         let outcome = match (self.platforms, self.sources, self.fuzz) {
             (true, ..) => platform_test::run(workspace),
-            (_, true, None) => sources::check::run(workspace, self.only.as_deref()),
-            (_, true, Some(minutes)) => sources::check::fuzz(workspace, Duration::from_secs(60 * minutes)),
+            (_, true, None) => sources_test::run(workspace, self.only.as_deref()),
+            (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes)),
             _ => run(workspace),
         };
         if self.times {
@@ -163,7 +163,7 @@ impl Checks<'_> {
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)?;
-        sources::check::run_if_possible(self.workspace)?;
+        sources_test::run_if_possible(self.workspace)?;
         site::check(self.workspace)?;
         heading("Import with the crate fmi");
         // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.

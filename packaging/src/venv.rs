@@ -6,9 +6,9 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, anyhow};
 
-use crate::build::tools::Tool;
 use crate::files;
 use crate::process;
+use crate::tools::Tool;
 use crate::workspace::Workspace;
 
 /// What an environment is for: the folder it is made in, and the lists of its packages in `packaging`.

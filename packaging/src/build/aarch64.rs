@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::recipe::Recipe;
 use super::toolchain::Target;
-use super::tools::Tool;
+use crate::tools::Tool;
 use crate::workspace::Workspace;
 
 /// The C compiler, which also links.

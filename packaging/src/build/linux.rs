@@ -4,8 +4,8 @@ use anyhow::Result;
 
 use super::recipe::Recipe;
 use super::toolchain::Toolchain;
-use super::tools::Tool;
 use crate::gates;
+use crate::tools::Tool;
 use crate::venv::{self, Requirements, Venv};
 use crate::workspace::Workspace;
 

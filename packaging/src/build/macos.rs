@@ -9,8 +9,8 @@ use object::macho::FAT_MAGIC;
 
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
-use super::tools::Tool;
 use crate::gates;
+use crate::tools::Tool;
 use crate::venv::{self, Requirements, Venv};
 use crate::workspace::Workspace;
 

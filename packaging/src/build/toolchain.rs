@@ -5,8 +5,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use super::tools::Tool;
 use crate::process;
+use crate::tools::Tool;
 
 /// A Rust toolchain.
 pub struct Toolchain {

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
-use super::tools::Tool;
+use crate::tools::Tool;
 use crate::workspace::Workspace;
 
 /// The package that is built for the page.

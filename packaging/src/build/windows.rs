@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::recipe::Recipe;
 use super::toolchain::Target;
-use super::tools::Tool;
+use crate::tools::Tool;
 use crate::workspace::Workspace;
 
 const LINKER: &str = "x86_64-w64-mingw32-gcc";

@@ -8,8 +8,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 
 use crate::build::aarch64;
-use crate::build::tools::Tool;
 use crate::process;
+use crate::tools::Tool;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
 

@@ -11,12 +11,14 @@ pub use self::experiment::of as experiments_of;
 pub use self::machine::{Machine, wine};
 use self::reproduction::Reproduction;
 pub use self::results::same;
-use crate::build::{self, aarch64, tools, tools::Tool};
+use crate::build::{self, aarch64};
 use crate::gates::{self, Reach};
+use crate::libraries;
 use crate::library::Library;
 use crate::package;
 use crate::platform::Platform;
 use crate::process::{self, heading};
+use crate::tools::{self, Tool};
 use crate::workspace::Workspace;
 
 /// Runs these tests; a missing tool is an error.
@@ -88,7 +90,7 @@ fn compared(workspace: &Workspace) -> Result<Vec<Library>> {
 
 /// Builds the libraries of platforms, in their order, and keeps them.
 fn libraries<const N: usize>(workspace: &Workspace, platforms: [Platform; N]) -> Result<Vec<Library>> {
-    let libraries = build::libraries(workspace, &platforms.into())?;
+    let libraries = libraries::build(workspace, &platforms.into())?;
     libraries.iter().try_for_each(|library| library.keep(workspace).map(|_| ()))?;
     Ok(libraries)
 }

@@ -9,10 +9,10 @@ use anyhow::{Context, Result, ensure};
 
 use super::PROGRAM;
 use crate::build::toolchain::Target;
-use crate::build::tools::Tool;
 use crate::gates;
 use crate::platform::Platform;
 use crate::process;
+use crate::tools::Tool;
 use crate::venv::{Requirements, Venv};
 use crate::wheel;
 use crate::workspace::Workspace;

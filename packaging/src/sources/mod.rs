@@ -1,7 +1,6 @@
 //! The sources of an FMU in C: the module in WebAssembly, translated, behind the functions in `sources/c`.
 
 mod build_description;
-pub mod check;
 mod model_header;
 mod translate;
 

@@ -18,13 +18,14 @@ use pneumatic_servo_fmu::guid;
 
 use self::compiled::Written;
 use self::target::Target;
-use crate::build::tools::{self, Tool};
 use crate::build::{self, wasm};
 use crate::files;
 use crate::library::Library;
 use crate::package;
 use crate::platform_test::{Machine, experiments_of, same};
 use crate::process::{self, heading};
+use crate::sources::{self, Size};
+use crate::tools::{self, Tool};
 use crate::valgrind;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
@@ -169,11 +170,11 @@ fn on_targets(
 
 /// FMPy compiles FMUs of both versions as it compiles those of others, and runs them beside the library in Rust.
 fn by_fmpy(workspace: &Workspace) -> Result<()> {
-    let module = super::module(workspace, &MODEL, super::Size::Small)?;
+    let module = sources::module(workspace, &MODEL, Size::Small)?;
     let library = Library::for_this_machine(workspace)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let folder = workspace.target.join("sources-test/fmpy");
-    let sources = |version| Ok(Some(super::of(workspace, &MODEL, &[version], &module)?));
+    let sources = |version| Ok(Some(sources::of(workspace, &MODEL, &[version], &module)?));
     let fmus = package::write(workspace, &MODEL, &[library], sources, &folder)?;
     let stated = folder.join("experiments.json");
     files::write(&stated, crate::describe::experiments(workspace.product.models)?)?;

@@ -8,9 +8,9 @@ use pneumatic_servo::friction::LAWS;
 
 use super::compiled::{Compiler, Written};
 use super::needs::Needs;
-use crate::build::tools::Tool;
 use crate::platform_test::{Machine, wine};
 use crate::process;
+use crate::tools::Tool;
 use crate::workspace::Workspace;
 
 /// What came out on a target.
