@@ -14,9 +14,9 @@ use pyo3::sync::MutexExt;
 use rayon::prelude::*;
 
 use crate::failure::{refused, refused_setting, refused_value, stopped};
-use crate::many::pool;
 use crate::model::Model;
 use crate::recording::places;
+use crate::threads::pool;
 use crate::transition::{Asked, Told, untold_of};
 use crate::value::{Setting, apply, setup};
 

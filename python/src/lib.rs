@@ -3,6 +3,7 @@
 //! It knows variable tables and runs, no physics; what users see, with units and shapes, is the Python package around
 //! it. The interpreter's lock is released while plants run.
 
+mod abreast;
 mod failure;
 mod fleet;
 mod gradient;
@@ -14,6 +15,7 @@ mod simulation;
 mod single;
 mod slopes;
 mod ssv;
+mod threads;
 mod transition;
 mod value;
 mod watch;
@@ -23,6 +25,8 @@ mod _native {
     use numpy::PyArray1;
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::abreast::transitions;
     #[pymodule_export]
     use crate::fleet::Fleet;
     #[pymodule_export]
@@ -37,8 +41,6 @@ mod _native {
     use crate::single::simulate;
     #[pymodule_export]
     use crate::ssv::ssv;
-    #[pymodule_export]
-    use crate::transition::transitions;
 
     /// NumPy's interface is loaded with the first array: here, where an interrupt meets nothing but an import.
     #[pymodule_init]

@@ -9,7 +9,6 @@ use numpy::{IntoPyArray, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pneumatic_servo::model::Plant;
 use pneumatic_servo::model::Setup;
 use pneumatic_servo::variables::{Notice, Place};
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -17,6 +16,7 @@ use crate::failure::{refused_setting, room, stopped};
 use crate::model::Model;
 use crate::recording::{Driven, Grid, Noticed, Reached, Rows, places, record};
 use crate::signal::Signal;
+use crate::threads::pool;
 use crate::value::{Setting, apply, setup};
 use crate::watch::{INTERVAL, STEPS_PER_LOOK, Watch};
 
@@ -191,10 +191,4 @@ fn watched(
             }
         }
     })
-}
-
-/// Threads of this call's own: they end with it, so that a process may fork between calls.
-pub fn pool(workers: usize) -> PyResult<rayon::ThreadPool> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(workers);
-    builder.build().map_err(|error| PyRuntimeError::new_err(format!("cannot start {workers} threads: {error}")))
 }
