@@ -1,6 +1,7 @@
 //! The air in the chambers: what flows in, and how pressures and temperatures follow.
 
-use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
+use super::cylinder::PneumaticServoCylinder;
+use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{self, Actuators, Ports};

@@ -9,8 +9,9 @@
 //! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage. The gas of a
 //! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
-use super::variables::{Inputs, State};
-use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
+use super::states::{Inputs, State};
 use crate::friction::Laws;
 use crate::hybrid::QUANTITIES;
 use crate::numbers::{Number, Pair, Real, Scalar};

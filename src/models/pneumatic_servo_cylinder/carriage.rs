@@ -1,7 +1,8 @@
 //! The carriage: what pushes it, what friction sees of it, how it moves.
 
-use super::variables::{Inputs, State};
-use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::places::{PRESSURE_A, PRESSURE_B};
+use super::states::{Inputs, State};
 use crate::friction::{Contact, Laws};
 use crate::numbers::{Pair, Real, Scalar};
 use crate::pneumatics::actuator::Actuators;

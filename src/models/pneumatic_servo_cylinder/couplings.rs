@@ -4,9 +4,10 @@
 
 use std::ops::Range;
 
+use super::cylinder::PneumaticServoCylinder;
 use super::lines::{HOSE, STATES as LINES, VESSEL, VOLUMES};
-use super::variables::State;
-use super::{MOST, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
+use super::places::{MOST, PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
+use super::states::State;
 use crate::friction::Laws;
 use crate::hybrid::Couplings;
 use crate::pneumatics::actuator::{Actuators, STATES};

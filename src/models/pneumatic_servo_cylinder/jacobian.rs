@@ -5,8 +5,9 @@
 
 use nalgebra::SMatrix;
 
-use super::variables::{Inputs, State};
-use super::{MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B};
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
+use super::states::{Inputs, State};
 use crate::friction::Laws;
 use crate::hybrid::{jacobian_by_couplings, jacobian_by_duals};
 use crate::numbers::Pair;

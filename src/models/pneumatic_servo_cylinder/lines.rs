@@ -2,26 +2,13 @@
 //!
 //! Hoses and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
 
-use super::options::Options;
-use super::variables::State;
-use super::{PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
-use crate::enumeration;
-use crate::friction::Laws;
+use super::options::{Options, ThrottledFlow};
 use crate::hybrid::{Limits, LongestSteps};
-use crate::numbers::{Pair, Real, Scalar};
-use crate::pneumatics::actuator::{Actuators, SUPPLY};
+use crate::numbers::{Real, Scalar};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
-use crate::pneumatics::orifice::{self, Flow, Inflow, LAMINAR_RATIO, Orifice};
-use crate::variables::{Tunable, Variable, units};
-
-enumeration! {
-    /// The choice of the flow that a one-way flow control throttles; ids are never reused.
-    ThrottledFlow "ThrottledFlow": "Flow that the one-way flow controls throttle" {
-        1 MeterOut: "Out of the chamber";
-        2 MeterIn: "Into the chamber";
-    }
-}
+use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
+use crate::variables::Tunable;
 
 /// Volumes of a hose, each with a pressure.
 pub const VOLUMES: usize = COLUMNS + 1;
@@ -35,10 +22,10 @@ pub const VESSEL: usize = 2 * HOSE;
 /// The lines of a cylinder.
 #[derive(Clone, Debug)]
 pub struct Lines {
-    hoses: [Option<Line>; 2],
-    vessel: Option<Vessel>,
+    pub hoses: [Option<Line>; 2],
+    pub vessel: Option<Vessel>,
     /// Temperature in K of the air in hoses.
-    temperature: f64,
+    pub temperature: f64,
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
     integrated: [u8; STATES],
     count: usize,
@@ -48,9 +35,9 @@ pub struct Lines {
 
 /// A hose and what is at its end.
 #[derive(Clone, Debug)]
-struct Line {
+pub struct Line {
     hose: Hose,
-    restriction: Option<Restriction>,
+    pub restriction: Option<Restriction>,
 }
 
 /// A one-way flow control and an end cushion in one: the conductance depends on the way of the flow, and in the last part
@@ -66,7 +53,7 @@ struct Line {
 /// pressures, the same from both sides: there a small volume at the end of a hose, which follows the chamber within
 /// nanoseconds through an open check valve and within microseconds through a closed one, would stop a solver.
 #[derive(Clone, Debug)]
-struct Restriction {
+pub struct Restriction {
     orifice: Orifice,
     into: f64,
     out: f64,
@@ -81,29 +68,17 @@ struct Restriction {
 /// dp/dt = R*T/V*(mdot_supply - mdot_valve)
 /// ```
 #[derive(Clone, Debug)]
-struct Vessel {
-    volume: f64,
-    conductance: f64,
-    orifice: Orifice,
-    air: Reservoir,
+pub struct Vessel {
+    pub volume: f64,
+    pub conductance: f64,
+    pub orifice: Orifice,
+    pub air: Reservoir,
     /// `R*T` in J/kg.
-    gas: Tunable,
+    pub gas: Tunable,
 }
 
 /// Share of its length on which a cushion closes.
 const CLOSING: f64 = 0.1;
-
-/// What flows in the lines.
-#[derive(Clone, Debug)]
-pub struct LineFlows<S> {
-    /// What flows into the chambers through their ports.
-    pub into: Inflow<Pair<S>>,
-    /// Mass flow in kg/s from outside into all of it: from supply and exhaust, and past the piston from a chamber that is
-    /// open.
-    pub received: S,
-    /// Rates of the states.
-    pub rates: [S; STATES],
-}
 
 impl Lines {
     /// The lines of a cylinder with air of a temperature in K in its hoses and another in its vessel.
@@ -245,7 +220,7 @@ impl Restriction {
     }
 
     /// The number of the smooth piece of the flow between two pressures in Pa, at a distance in m from the end of the stroke.
-    fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
+    pub fn piece(&self, from: Real, to: Real, distance: Real) -> f64 {
         let within = |share: f64| self.cushion.map_or(0.0, |[length, _]| f64::from(length * share > distance.value));
         orifice::piece(from, to).value + 4.0 * (within(1.0) + within(1.0 - CLOSING))
     }
@@ -262,103 +237,6 @@ impl Restriction {
     }
 }
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Places of the states of the lines, and their indices among `n` states.
-    pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
-        let first = State::Position.at(n) - self.sensors.states() - self.lines.states();
-        self.lines.integrated().zip(first..)
-    }
-
-    /// The states of the lines; 0 for those that are not integrated.
-    pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; STATES] {
-        let mut states = [S::zero(); STATES];
-        self.places_of_lines(x.len()).for_each(|(place, index)| states[place] = x[index]);
-        states
-    }
-
-    /// Puts what belongs to the states of the lines in its places.
-    pub(super) fn put_lines<T: Copy>(&self, states: &[T; STATES], x: &mut [T]) {
-        self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
-    }
-
-    /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
-    #[inline(always)]
-    pub(super) fn pressures_at_valve(&self, x: &[Real]) -> Pair<Real> {
-        let [a, b] = self.in_hoses(x, 0);
-        Pair([a.unwrap_or(x[PRESSURE_A]), b.unwrap_or(x[PRESSURE_B])])
-    }
-
-    /// The numbers of the smooth pieces of the flows through restrictions; 0 where there is none.
-    #[inline(always)]
-    pub(super) fn pieces_of_restrictions(&self, x: &[Real]) -> [f64; 2] {
-        let ends = self.in_hoses(x, VOLUMES - 1);
-        let Pair(distances) = self.lengths(State::Position.get(x));
-        std::array::from_fn(|side| {
-            let line = if EXTENDED { self.lines.hoses[side].as_ref() } else { None };
-            let restriction = line.and_then(|line| line.restriction.as_ref());
-            let chamber = x[[PRESSURE_A, PRESSURE_B][side]];
-            ends[side]
-                .zip(restriction)
-                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side]))
-        })
-    }
-
-    /// A state of each hose that has it, by its place within a hose.
-    #[inline(always)]
-    fn in_hoses(&self, x: &[Real], place: usize) -> [Option<Real>; 2] {
-        if !EXTENDED {
-            return [None; 2];
-        }
-        let states = self.of_lines(x);
-        std::array::from_fn(|side| self.lines.hoses[side].as_ref().map(|_| states[side * HOSE + place]))
-    }
-
-    /// The pressure in the vessel of the supply, if there is one.
-    #[inline(always)]
-    pub(super) fn vessel_pressure<S: Copy>(&self, x: &[S]) -> Option<S> {
-        // It is the last of the states of the lines.
-        let index = || State::Position.at(x.len()) - self.sensors.states() - 1;
-        (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
-    }
-
-    /// What flows in lines that are there.
-    pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
-        let (states, mut rates) = (self.of_lines(x), [S::zero(); STATES]);
-        let lines = &self.lines;
-        let mut at_valve = gas;
-        for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
-            at_valve.pressure.0[side] = states[side * HOSE];
-            at_valve.temperature.0[side] = S::constant(lines.temperature);
-        }
-        let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
-        let ports = self.ports_at_valve(x, supply);
-        let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
-        let (mut into, mut received) = (fed, self.closed(fed.mass));
-        let Pair(distances) = self.lengths(State::Position.get(x));
-        for (side, line) in lines.hoses.iter().enumerate() {
-            let Some(line) = line else { continue };
-            let own = &states[side * HOSE..][..HOSE];
-            let chamber = gas.side(side);
-            let (of_hose, out) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
-            rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
-            (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
-        }
-        if let Some(vessel) = &lines.vessel {
-            let drawn = self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
-            let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
-            let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
-            rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
-            received += filled - drawn;
-        }
-        if self.p.piston_leakage != 0.0 {
-            let leak = self.piston_leak(gas);
-            received += self.closed(leak.mass);
-            into = into + Inflow::from(leak);
-        }
-        LineFlows { into, received, rates }
-    }
-}
-
 impl Line {
     /// The longest explicit steps: those of the fastest wave and of the last volume, if it ends in itself.
     fn longest_steps(&self) -> LongestSteps {
@@ -370,7 +248,7 @@ impl Line {
     }
 
     /// Rates of the states of the hose, and what flows out of it into a chamber.
-    fn flows<S: Scalar>(
+    pub fn flows<S: Scalar>(
         &self,
         states: &[S],
         temperature: f64,
@@ -404,128 +282,9 @@ impl Line {
     }
 }
 
-/// Value references of the states of the hoses, and of the vessel; their rates are `RATES` further.
-const REFERENCES: [u32; 3] = [300, 320, 340];
-const RATES: u32 = 10;
-
-/// Value reference of a state by its place.
-const fn reference(place: usize) -> u32 {
-    REFERENCES[place / HOSE] + (place % HOSE) as u32
-}
-
-/// Value references of the states that set the flow into a chamber, and of the pressure of the vessel.
-pub fn feeds(chamber: usize) -> [u32; 4] {
-    let first = chamber * HOSE;
-    [first + VOLUMES - 2, first + VOLUMES - 1, first + HOSE - 1, VESSEL].map(reference)
-}
-
-impl Lines {
-    /// The state that a variable stands for, if it is integrated, counted among those that are.
-    pub fn state_at(&self, of: u32) -> Option<usize> {
-        self.integrated().position(|place| reference(place) == of)
-    }
-
-    /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
-    /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
-    pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
-        let mut table: Vec<Variable> = (0..STATES).map(state).collect();
-        // At the port of the valve is the first volume of a hose, or the chamber, which only the vessel sees.
-        let of_valve = |side: usize| [direct[side], &[reference(side * HOSE), reference(VESSEL)]].concat();
-        let of_vessel = || {
-            let mut all = [of_valve(0), of_valve(1), gas[0][..2].to_vec(), gas[1][..2].to_vec()].concat();
-            all.sort_unstable();
-            all.dedup();
-            all
-        };
-        table.extend((0..STATES).map(|place| {
-            let depends = match place {
-                VESSEL => of_vessel(),
-                _ => depends_of_hose(place, &of_valve(place / HOSE), &gas[place / HOSE]),
-            };
-            let rate = state(place);
-            let unit = if is_pressure(place) { units::PASCAL_PER_SECOND } else { units::KILOGRAM_PER_SECOND_SQUARED };
-            Variable::output(reference(place) + RATES, &format!("der({})", rate.name), unit)
-                .local()
-                .derivative_of(reference(place))
-                .depends_on(&depends)
-                .text(&format!("Rate: {}", rate.description))
-        }));
-        table
-    }
-}
-
-fn is_pressure(place: usize) -> bool {
+/// Whether the state at a place is a pressure, and no mass flow.
+pub fn is_pressure(place: usize) -> bool {
     place == VESSEL || place % HOSE < VOLUMES
-}
-
-fn state(place: usize) -> Variable {
-    let (own, hose) = (reference(place), ["hoseA", "hoseB"].get(place / HOSE).copied().unwrap_or_default());
-    let (name, text, nominal) = match place {
-        VESSEL => ("supply.vesselPressure".to_owned(), "Absolute pressure in the vessel of the supply".to_owned(), 1e5),
-        _ if is_pressure(place) => {
-            let number = place % HOSE + 1;
-            let chamber = ["chamberA", "chamberB"][place / HOSE];
-            let what = if number < VOLUMES {
-                "counted from the valve".to_owned()
-            } else {
-                format!(
-                    "where a restriction is between it and the chamber; otherwise it is part of the chamber: see {chamber}.pressure"
-                )
-            };
-            let text = format!("Absolute pressure in volume {number} of the hose, {what}");
-            (format!("{hose}.pressure[{number}]"), text, 1e5)
-        }
-        _ => {
-            let number = place % HOSE + 1 - VOLUMES;
-            (
-                format!("{hose}.massFlow[{number}]"),
-                format!("Mass flow in column {number} of the hose, towards the chamber, by its inertia"),
-                1e-3,
-            )
-        }
-    };
-    let unit = if is_pressure(place) { units::PASCAL } else { units::KILOGRAM_PER_SECOND };
-    let display = if is_pressure(place) { "bar" } else { "l/min(ANR)" };
-    let variable = Variable::output(own, &name, unit).local().nominal(nominal).shown_in(display).depends_on(&[own]);
-    let variable = if place == VESSEL { variable.starts_from(&[SUPPLY]) } else { variable };
-    variable.text(&format!("{text}; 0 if there is none"))
-}
-
-/// What the rate of a state of a hose depends on.
-fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
-    let (first, number) = (place / HOSE * HOSE, place % HOSE);
-    let pressure = |number: usize| reference(first + number);
-    // What flows in a column, and through it: its own flow and the pressures at its ends, of which the last one may be
-    // that of the chamber.
-    let column = |number: usize| {
-        let mut depends = vec![pressure(number), pressure(number + 1), reference(first + VOLUMES + number)];
-        depends.extend((number == COLUMNS - 1).then_some(gas[0]));
-        depends
-    };
-    let mut depends = match number {
-        0 => [of_valve, &column(0)].concat(),
-        _ if number == VOLUMES - 1 => [&column(COLUMNS - 1), &gas[..]].concat(),
-        _ if number < VOLUMES => [column(number - 1), column(number)].concat(),
-        _ => column(number - VOLUMES),
-    };
-    depends.sort_unstable();
-    depends.dedup();
-    depends
-}
-
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Writes the states of the lines and their rates, and returns the rest of the slots.
-    #[inline(always)]
-    pub(super) fn write_lines<'s, S: Scalar>(&self, x: &[S], rates: &[S], slots: &'s mut [S]) -> &'s mut [S] {
-        let (own, rest) = slots.split_at_mut(2 * STATES);
-        if EXTENDED && self.lines.are_used() {
-            own[..STATES].copy_from_slice(&self.of_lines(x));
-            own[STATES..].copy_from_slice(&self.of_lines(rates));
-        } else {
-            own.fill(S::zero());
-        }
-        rest
-    }
 }
 
 #[cfg(test)]

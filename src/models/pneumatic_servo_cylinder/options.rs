@@ -5,11 +5,18 @@
 
 use std::f64::consts::TAU;
 
-use super::lines::ThrottledFlow;
 use crate::numbers::{Pair, Scalar};
-use crate::parameters;
 use crate::pneumatics::hose::Hose;
 use crate::variables::{ParameterError, Variable, units};
+use crate::{enumeration, parameters};
+
+enumeration! {
+    /// The choice of the flow that a one-way flow control throttles; ids are never reused.
+    ThrottledFlow "ThrottledFlow": "Flow that the one-way flow controls throttle" {
+        1 MeterOut: "Out of the chamber";
+        2 MeterIn: "Into the chamber";
+    }
+}
 
 parameters! {
     /// The parameters of what is off by default.

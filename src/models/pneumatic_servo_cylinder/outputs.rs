@@ -1,7 +1,9 @@
 //! The computed variables of the cylinder.
 
-use super::variables::{Inputs, Outputs, State};
-use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, of_actuator};
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
+use super::states::{Inputs, State};
+use super::variables::Outputs;
 use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::Actuators;

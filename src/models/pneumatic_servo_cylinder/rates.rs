@@ -1,9 +1,9 @@
 //! How the states change: air, friction, motion and sensors, driven by the actuator.
 
-use super::variables::{Inputs, State};
-use super::{
-    MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder, TEMPERATURE_A, TEMPERATURE_B, of_actuator, sensors,
-};
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
+use super::sensors;
+use super::states::{Inputs, State};
 use crate::friction::Laws;
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::{Actuators, STATES};

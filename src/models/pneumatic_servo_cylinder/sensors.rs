@@ -3,13 +3,9 @@
 //! Their readings stand beside the quantities themselves, and act on nothing. Sensors with a lag have states, in front of
 //! the position; a cylinder whose sensors have none has none of these.
 
-use super::variables::{Inputs, State};
-use super::{MOST, MemoryOf, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
-use crate::friction::Laws;
 use crate::hybrid::Sample;
-use crate::numbers::{Number, Real, Scalar, random};
+use crate::numbers::{Scalar, random};
 use crate::parameters;
-use crate::pneumatics::actuator::Actuators;
 use crate::sensor::{self, Quantity, Sensor};
 use crate::variables::{ParameterError, Variable, units};
 
@@ -158,68 +154,5 @@ impl Sensors {
         };
         let all = 0..COUNT;
         all.clone().map(reading).chain(all.clone().map(lagged)).chain(all.map(rate)).collect()
-    }
-}
-
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
-    /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings<const N: usize>(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &mut MemoryOf<L, A>,
-    ) {
-        if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
-            return;
-        }
-        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
-        let contact = self.contact(Real::of(time), x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
-        let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
-        let [quantities, lagged] = [self.measured(x, u, acceleration), self.lagged(x)].map(|it| it.map(Real::value));
-        self.sensors.sample(time, quantities, lagged, &mut memory.sensors);
-    }
-
-    /// Index of the first state of the sensors among `n` states, if they have any.
-    pub(super) const fn first_of_sensors(n: usize) -> usize {
-        State::Position.at(n) - COUNT
-    }
-
-    /// The states of the sensors, 0 if they have none.
-    pub(super) fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
-        if self.sensors.states() == 0 {
-            return [S::zero(); COUNT];
-        }
-        std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
-    }
-
-    /// What the sensors measure, at an acceleration of the carriage.
-    pub(super) fn measured<S: Scalar>(&self, x: &[S], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
-        let position = State::Position.get(x);
-        [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
-    }
-
-    /// Writes readings, states and their rates, and returns the rest of the slots.
-    #[inline(always)]
-    pub(super) fn write_sensors<'s, S: Scalar>(
-        &self,
-        x: &[S],
-        quantities: [S; COUNT],
-        memory: &Memory,
-        slots: &'s mut [S],
-    ) -> &'s mut [S] {
-        let (readings, rest) = slots.split_at_mut(COUNT);
-        let (states, rest) = rest.split_at_mut(2 * COUNT);
-        if !EXTENDED {
-            readings.copy_from_slice(&quantities);
-            states.fill(S::zero());
-            return rest;
-        }
-        let lagged = self.lagged(x);
-        readings.copy_from_slice(&self.sensors.readings(quantities, lagged, memory));
-        states[..COUNT].copy_from_slice(&lagged);
-        states[COUNT..].copy_from_slice(&self.sensors.rates(quantities, lagged));
-        rest
     }
 }

@@ -1,0 +1,132 @@
+//! What a cylinder is made of, and its memory.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::gentle::{GentleSteps, WORTHWHILE};
+use super::lines::Lines;
+use super::options::Options;
+use super::parameters::Parameters;
+use super::parts::Parts;
+use super::places::MOST;
+use super::sensors::{self, Sensors};
+use super::states::State;
+use crate::friction::{self, Drive, Friction, FrictionContact, Laws};
+use crate::hybrid::{Couplings, Sample};
+use crate::mechanics::{EndStops, GRAVITY, OneSided};
+use crate::pneumatics::actuator::{self, Actuator, Actuators};
+use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
+use crate::pneumatics::gas::Reservoir;
+use crate::system::references;
+use crate::variables::Tunable;
+
+/// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
+/// an actuator that changes by itself.
+#[derive(Clone, Debug)]
+#[doc(hidden)]
+pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bool = false> {
+    pub(super) p: Parameters,
+    pub(super) options: Options,
+    pub(super) lines: Lines,
+    pub(super) sensors: Sensors,
+    pub(super) actuator: A,
+    /// Chambers A and B.
+    pub(super) chambers: Chambers,
+    /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
+    pub(super) rod_area: f64,
+    pub(super) supply: Reservoir,
+    pub(super) exhaust: Reservoir,
+    pub(super) stops: EndStops,
+    pub(super) friction: FrictionContact<L>,
+    /// Inverse of the moving mass in 1/kg.
+    pub(super) per_mass: f64,
+    /// Constant part of the applied force in N: wire and weight.
+    pub(super) dead_load: Tunable,
+    /// Weight of the carriage along the axis in N.
+    pub(super) carriage_weight: f64,
+    /// Whether explicit steps may be taken.
+    pub(super) is_gentle: bool,
+    /// How long they may be.
+    pub(super) gentle: GentleSteps,
+    /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
+    pub(super) couplings: Couplings<MOST>,
+}
+
+/// Modes and memories of the cylinder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
+pub struct Memory<F = friction::Memory, A = actuator::Memory> {
+    pub(super) actuator: A,
+    pub(super) friction: F,
+    pub(super) sensors: sensors::Memory,
+}
+
+/// The memory of a cylinder with laws and actuators of catalogues.
+pub(super) type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
+
+impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
+        let area = |diameter: f64| PI * diameter * diameter / 4.0;
+        let pressures0 = [p.pressure0_a, p.pressure0_b];
+        let lines = Lines::new(&options, p.ambient_temperature, p.supply_temperature);
+        let [hose_a, hose_b] = lines.added_volumes();
+        let areas = [area(p.bore) - area(options.rod_a), area(p.bore) - area(p.rod)];
+        let chambers = Chambers {
+            areas,
+            walls: [2.0 * areas[0], 2.0 * areas[1] + tank_wall(p.tank_volume)],
+            bore: p.bore,
+            dead_volumes: [p.dead_volume_a + hose_a, p.dead_volume_b + p.tank_volume + hose_b],
+            ambient_temperature: p.ambient_temperature,
+            thermal: match p.thermal_model {
+                ThermalModel::Isothermal => Thermal::Polytropic { exponent: 1.0, reference_pressures: pressures0 },
+                ThermalModel::Polytropic => {
+                    Thermal::Polytropic { exponent: p.exponent, reference_pressures: pressures0 }
+                }
+                ThermalModel::PolytropicServo => Thermal::PolytropicServo { exponent: p.exponent },
+                ThermalModel::EnergyBalance => Thermal::EnergyBalance { heat_transfer: p.heat_transfer },
+            },
+        };
+        let slope = GRAVITY * libm::sin(p.incline);
+        let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
+        // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
+        let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness != 0.0;
+        let mut cylinder = Self {
+            is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
+            gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
+            actuator,
+            chambers,
+            rod_area: area(p.rod) - area(options.rod_a),
+            supply: Reservoir::new(p.supply_temperature),
+            exhaust: Reservoir::new(Tunable::still(p.ambient_temperature)),
+            stops: EndStops {
+                stroke: p.stroke,
+                contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },
+                clearances: [0, 1].map(|side| chambers.dead_volumes[side] / chambers.areas[side]),
+            },
+            friction,
+            per_mass: 1.0 / p.moving_mass,
+            dead_load: p.wire_force + p.moving_mass * slope,
+            carriage_weight: p.carriage_mass * slope,
+            p,
+            options,
+            lines,
+            sensors,
+            couplings: Couplings::NONE,
+        };
+        if cylinder.has_attachments() {
+            cylinder.couplings = cylinder.found_couplings();
+        }
+        cylinder
+    }
+
+    /// The next point in time at which a part changes by itself.
+    pub(super) fn next_change(&self, memory: &MemoryOf<L, A>) -> Sample {
+        let of_friction = self.friction.next_sample(&memory.friction);
+        if !EXTENDED {
+            return of_friction;
+        }
+        let of_sensors = self.sensors.next_sample(&memory.sensors);
+        self.actuator.next_sample(&memory.actuator).earlier(of_friction).earlier(of_sensors)
+    }
+}

@@ -1,0 +1,303 @@
+//! The cylinder as a hybrid system: its equations, events and samples, each told by the part that has it.
+
+use std::ops::Range;
+
+use super::cylinder::{Memory, MemoryOf, PneumaticServoCylinder};
+use super::lines::Lines;
+use super::parameters::Parameters;
+use super::parts::Parts;
+use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
+use super::sensors::{self, Sensors};
+use super::states::{Inputs, State};
+use super::variables;
+use crate::friction::{Event, Indicators, Laws};
+use crate::hybrid::{Indicator, Limits, QUANTITIES, Sample, UNUSED};
+use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::pneumatics::actuator::{Actuators, STATES};
+use crate::pneumatics::gas;
+use crate::sensor;
+use crate::system::{System, Tables};
+use crate::variables::{Notice, Notices, ParameterError, Values};
+
+/// How many times larger the errors of the states of a friction law may be than those of other states: what they do to
+/// position and friction force stays far below the promised accuracy, and they would take most of the steps.
+const FRICTION_ALLOWANCE: f64 = 10.0;
+
+impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
+    type Parameters = Parameters;
+    type State = State;
+    type Memory = MemoryOf<L, A>;
+    type Indicators = Indicators;
+
+    const RESIDUALS: usize = variables::RESIDUALS;
+
+    fn tables() -> Tables {
+        variables::tables::<L, A>()
+    }
+
+    fn new(values: &mut Values) -> Result<Self, ParameterError> {
+        Ok(Self::of(Parts::read(values)?))
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.p
+    }
+
+    fn start<const N: usize>(&self, inputs: &[f64; 3]) -> ([f64; N], Self::Memory) {
+        let u = Inputs::read(inputs);
+        let mut x = [0.0; N];
+        State::Position.set(&mut x, self.p.position0);
+        State::Velocity.set(&mut x, self.p.velocity0);
+        (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
+        if EXTENDED && self.options.opens_b {
+            x[PRESSURE_B] = self.p.ambient_pressure;
+        }
+        (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
+        if EXTENDED && self.lines.are_used() {
+            let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
+            self.put_lines(&states, &mut x);
+        }
+        let (states, actuator) = self.actuator.start(u.valve_voltage);
+        x[..STATES].copy_from_slice(&states);
+        let (there, u) = (Real::all(&x), Inputs::read(&Real::all(inputs)));
+        let contact = self.contact(Real::zero(), &there, &u, State::Velocity.get(&there));
+        let friction = self.friction.start(&contact.plain());
+        let force = self.friction.force(&contact, &there, &friction, &mut [Real::zero(); N]);
+        let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
+        let quantities = self.measured(&there, &u, acceleration).map(Real::value);
+        if EXTENDED && self.sensors.states() > 0 {
+            x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
+        }
+        (x, Memory { actuator, friction, sensors: self.sensors.start(quantities) })
+    }
+
+    fn states(&self) -> usize {
+        State::OTHERS + self.friction.count() + self.lines.states() + self.sensors.states()
+    }
+
+    fn unused(&self, n: usize) -> Range<usize> {
+        let behind_friction = self.friction.states().end;
+        behind_friction..behind_friction + n - self.states()
+    }
+
+    fn state_at(&self, reference: u32, n: usize) -> Option<usize> {
+        let own = State::of(reference).map(|state| state.at(n));
+        let of_lines = || self.lines.state_at(reference).and_then(|place| self.places_of_lines(n).nth(place));
+        let of_sensors = || self.sensors.state_at(reference).map(|place| Self::first_of_sensors(n) + place);
+        own.or_else(|| self.friction.state_at(reference))
+            .or_else(|| self.actuator.state_at(reference))
+            .or_else(|| of_lines().map(|(_, index)| index))
+            .or_else(of_sensors)
+    }
+
+    fn indicator_list() -> Vec<Indicator> {
+        Event::indicators("friction")
+    }
+
+    fn kink_list() -> Vec<Indicator> {
+        let kink = |name: &str, text| Indicator { name: name.to_owned(), nominal: 1e-3, text };
+        vec![
+            kink("cylinder.stopA", "The stop at position 0 is touched or left"),
+            kink("cylinder.stopB", "The stop at the end of the stroke is touched or left"),
+            kink("cushionA.entry", "The piston enters or leaves the cushion of chamber A"),
+            kink("cushionB.entry", "The piston enters or leaves the cushion of chamber B"),
+        ]
+    }
+
+    fn kinks<const N: usize>(&self, x: &[f64; N], kinks: &mut [f64]) {
+        let Pair(lengths) = self.lengths(Real::of(State::Position.get(x)));
+        let lengths = lengths.map(Real::value);
+        let (stops, cushions) = kinks.split_at_mut(lengths.len());
+        stops.copy_from_slice(&lengths);
+        for (side, kink) in cushions.iter_mut().enumerate() {
+            *kink = self.lines.cushion(side).map_or(UNUSED, |length| lengths[side] - length);
+        }
+    }
+
+    fn outputs<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &Self::Memory,
+        computed: &mut [S],
+    ) {
+        self.write_outputs(time, x, &Inputs::read(u), memory, computed);
+    }
+
+    fn keeps_balance(&self) -> bool {
+        self.p.keeps_balance
+    }
+
+    fn notices(&self, u: &[f64; 3]) -> Notices {
+        let Inputs { supply_pressure: value, .. } = Inputs::read(u);
+        let remark = "it acts as ambientPressure, which is higher; pressures are absolute and in Pa";
+        let is_low = value < self.p.ambient_pressure && self.actuator.has_supply();
+        let low = is_low.then_some(Notice { variable: "supplyPressure", value, remark });
+        [self.friction.law().notice(), low]
+    }
+
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        self.write_rates(time, x, u, memory, &mut rates);
+        rates
+    }
+
+    fn indicators<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> Indicators {
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
+        self.friction.indicators(&contact, x, &memory.friction)
+    }
+
+    fn has_events(&self) -> bool {
+        self.friction.has_events()
+    }
+
+    fn switch<const N: usize>(
+        &self,
+        event: usize,
+        time: f64,
+        x: &mut [f64; N],
+        u: &[f64; 3],
+        memory: &mut MemoryOf<L, A>,
+    ) {
+        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
+        self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
+    }
+
+    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
+        self.actuator.follow(Inputs::read(u).valve_voltage, &mut memory.actuator);
+        let rate = self.rate_now(x, memory);
+        self.friction.follow(|| self.contact_now(time, x, u, rate), x, &mut memory.friction)
+    }
+
+    fn next_sample(&self, memory: &MemoryOf<L, A>) -> Sample {
+        self.next_change(memory)
+    }
+
+    fn event_name(&self, event: usize) -> &'static str {
+        Event::ALL[event].name()
+    }
+
+    fn variant(&self) -> &'static str {
+        self.friction.law().title()
+    }
+
+    fn max_step(&self) -> f64 {
+        self.friction.max_step()
+    }
+
+    fn depends_on_time(&self) -> bool {
+        self.friction.depends_on_time()
+    }
+
+    fn rounded(&self) -> Vec<String> {
+        self.sensors.rounded()
+    }
+
+    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
+        if EXTENDED {
+            // One part at a time, the earliest; the others follow when they are the earliest.
+            let next = self.next_change(memory);
+            if self.actuator.next_sample(&memory.actuator) == next {
+                let mut states = of_actuator(x);
+                self.actuator.sample(&mut states, Inputs::read(u).valve_voltage, &mut memory.actuator);
+                x[..STATES].copy_from_slice(&states);
+                return;
+            }
+            if self.sensors.next_sample(&memory.sensors) == next {
+                self.take_readings(time, x, u, memory);
+                return;
+            }
+        }
+        let rate = self.rate_now(x, memory);
+        self.friction.sample(|| self.contact_now(time, x, u, rate), time, x, &mut memory.friction);
+    }
+
+    fn arrive<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
+        if EXTENDED {
+            self.take_readings(time, x, u, memory);
+        }
+    }
+
+    fn admit<const N: usize>(&self, x: &[f64; N]) -> Result<(), &'static str> {
+        /// What has no meaning if one of these is not above 0: volumes, pressures, temperatures.
+        const REASONS: [&str; 6] = [
+            "the volume of chamber A vanishes",
+            "the volume of chamber B vanishes",
+            "chamberA.pressure falls to 0",
+            "chamberB.pressure falls to 0",
+            "chamberA.temperature falls to 0",
+            "chamberB.temperature falls to 0",
+        ];
+        let Pair([volume_a, volume_b]) = self.chambers.volume(self.lengths(Real::of(State::Position.get(x))));
+        let [volume_a, volume_b] = [volume_a.value, volume_b.value];
+        let [pressure_a, pressure_b, temperature_a, temperature_b] =
+            [PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B].map(|index| x[index]);
+        let is_above =
+            [volume_a, volume_b, pressure_a, pressure_b, temperature_a, temperature_b].map(|value| value > 0.0);
+        // All at once, since as a rule all are.
+        if !is_above.iter().fold(true, |all, one| all & one) {
+            return Err(REASONS[is_above.iter().position(|one| !one).unwrap_or_default()]);
+        }
+        if EXTENDED && self.lines.are_used() && !self.lines.are_filled(&self.of_lines(&Real::all(x)).map(Real::value)) {
+            return Err("the pressure in a hose or in the vessel falls to 0");
+        }
+        Ok(())
+    }
+
+    fn limits<const N: usize>(&self) -> [Limits; N] {
+        let mut limits = self.scales().map(Limits::of_magnitude);
+        limits[State::Position.at(N)] = self.stops.limits();
+        for (state, least) in [
+            (State::PressureA, gas::THINNEST),
+            (State::PressureB, gas::THINNEST),
+            (State::TemperatureA, gas::COLDEST),
+            (State::TemperatureB, gas::COLDEST),
+        ] {
+            limits[state.at(N)] = Limits::above(least, state.scale(&self.p));
+        }
+        if EXTENDED && self.lines.are_used() {
+            self.put_lines(&self.lines.limits(), &mut limits);
+        }
+        limits
+    }
+
+    fn scales<const N: usize>(&self) -> [f64; N] {
+        let mut scales = [FRICTION_ALLOWANCE * self.friction.state_scale(); N];
+        scales[..STATES].copy_from_slice(&self.actuator.scales());
+        if EXTENDED && self.lines.are_used() {
+            self.put_lines(&Lines::scales(), &mut scales);
+        }
+        if EXTENDED && self.sensors.states() > 0 {
+            scales[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&Sensors::scales());
+        }
+        State::ALL.iter().for_each(|state| scales[state.at(N)] = state.scale(&self.p));
+        scales
+    }
+
+    fn content<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
+        self.mass_and_energy(x, memory)
+    }
+
+    fn inflow<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> [f64; QUANTITIES] {
+        self.mass_flow_and_power(time, x, u, memory)
+    }
+
+    fn fits(&self, memory: &MemoryOf<L, A>) -> bool {
+        self.actuator.fits(&memory.actuator)
+            && self.friction.fits(&memory.friction)
+            && memory.sensors.iter().all(sensor::Memory::is_sound)
+    }
+}
