@@ -3,13 +3,12 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
-use super::parts::elements::MAX_ELEMENTS;
 use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
-/// The largest number of continuous states a law may have: one for each element.
-pub const MAX_STATES: usize = MAX_ELEMENTS;
+/// The largest number of continuous states a law may have.
+pub const MAX_STATES: usize = 10;
 
 /// What the continuous states of a law are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Compressed air: gas properties, orifices, the proportional valve, the pressure regulator, switching valves, hoses and the
 //! chambers.
 
+mod actuating;
 pub mod actuator;
 #[doc(hidden)]
 pub mod chamber;

@@ -1,6 +1,6 @@
 //! The electronic pressure regulator of the rig with a plugged chamber.
 
-use super::actuator::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
 use crate::hybrid::{Led, Stride};

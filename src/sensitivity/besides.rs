@@ -1,35 +1,11 @@
 //! What a direction does to rates and computed variables besides changing the states.
 
 use super::companion::Companion;
-use super::difference::{Around, Move, SHARE};
+use super::difference::{Around, Move};
 use super::equations::{At, Equations};
-use super::memory::{Dependence, shifted};
+use super::memory::{Dependence, SHARE, shifted};
+use super::of::Of;
 use super::slopes::{add, any};
-
-/// What is differentiated.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Of {
-    /// The rates of the states.
-    Rates,
-    /// The computed variables.
-    Outputs,
-}
-
-impl Of {
-    pub fn values(self, equations: &dyn Equations, at: At) -> Vec<f64> {
-        match self {
-            Self::Rates => equations.rates(at),
-            Self::Outputs => equations.outputs(at),
-        }
-    }
-
-    fn slopes(self, equations: &dyn Equations, at: At, direction: (&[f64], &[f64]), found: &mut [f64]) {
-        match self {
-            Self::Rates => equations.rate_slopes(at, direction, found),
-            Self::Outputs => found.copy_from_slice(&equations.output_slopes(at, direction)),
-        }
-    }
-}
 
 impl Companion {
     /// Whether numbers of the memory have slopes, or none.

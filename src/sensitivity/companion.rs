@@ -1,11 +1,11 @@
 //! Follows a run and carries slopes along.
 
-use super::besides::Of;
 use super::difference::{Around, Evaluation, Move, Outcome};
 use super::equations::{Act, At, Equations};
 use super::leaves::{Leaf, Leaves};
 use super::memory::Dependence;
-use super::neighbours::Neighbours;
+use super::of::Of;
+use super::sides::Neighbours;
 use super::slopes::{Driven, Slopes, add};
 use super::variation::Node;
 use super::way::Way;

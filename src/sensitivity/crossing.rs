@@ -1,10 +1,10 @@
 //! How slopes go along a step of their run.
 
 use super::NoDerivative;
-use super::besides::Of;
 use super::companion::Companion;
 use super::equations::At;
 use super::memory::Dependence;
+use super::of::Of;
 use super::variation::{Node, Piece};
 
 /// Steps are divided at kinks until less than this fraction is left.

@@ -2,13 +2,10 @@
 
 use super::equations::{At, Equations};
 use super::leaves::Leaves;
-use super::memory::{magnitude, moved, moves, shifted};
+use super::memory::{SHARE, magnitude, moved, moves, shifted};
 use super::slopes::{along, slope_between};
 use super::way::Way;
 
-/// Share of its magnitude by which what is differenced moves. The error of a central difference is the square of that, and
-/// that of rounding 1e-16 over it.
-pub(super) const SHARE: f64 = 1e-5;
 /// How much of a difference may be a kink.
 const ROUGH: f64 = 0.05;
 /// How much nearer to stay where there is a kink.

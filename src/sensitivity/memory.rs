@@ -1,8 +1,11 @@
 //! What depends on the numbers of a memory.
 
-use super::difference::SHARE;
 use super::equations::Equations;
 use super::leaves::Leaves;
+
+/// Share of its magnitude by which what is differenced moves. The error of a central difference is the square of that, and
+/// that of rounding 1e-16 over it.
+pub(super) const SHARE: f64 = 1e-5;
 
 /// Magnitude of a number of a memory: between a typical deflection and the scale of positions in m.
 pub(super) fn magnitude(value: f64) -> f64 {

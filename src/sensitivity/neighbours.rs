@@ -5,23 +5,10 @@
 //! out is the same, or moved as before. The moved memories are kept from one time to the next.
 
 use super::companion::Companion;
-use super::difference::SHARE;
 use super::equations::{Act, Equations};
-use super::memory::shifted;
+use super::memory::{SHARE, shifted};
+use super::sides::{Neighbours, Side};
 use super::slopes::along;
-
-/// Equations whose memory differs in numbers that have slopes.
-pub(super) struct Neighbours {
-    sides: [Side; 2],
-    /// The numbers of the memory that differ to both sides.
-    moved: Vec<bool>,
-}
-
-struct Side {
-    equations: Box<dyn Equations>,
-    numbers: Vec<f64>,
-    share: f64,
-}
 
 impl Companion {
     /// Whether an evaluation gives what it does at present whatever those numbers of the memory are that have slopes. `false` may

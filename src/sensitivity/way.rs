@@ -1,9 +1,9 @@
 //! Directions in which a run is differentiated.
 
 use super::NoDerivative;
-use super::difference::SHARE;
 use super::equations::Equations;
 use super::leaves::Leaves;
+use super::memory::SHARE;
 use super::slopes::{Slopes, along, any, slope_between};
 
 /// Equations whose parameter differs from the present one by an offset, if they exist.

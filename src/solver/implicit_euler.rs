@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 
 use super::array;
 use super::linear::Solver;
-use super::run::Trial;
+use super::trial::Trial;
 use crate::hybrid::{Held, HybridSystem};
 
 const MAX_ITERATIONS: usize = 30;

@@ -13,6 +13,7 @@ mod rosenbrock;
 mod run;
 mod runge_kutta;
 mod settings;
+mod trial;
 
 pub use balance::Balance;
 pub use counters::Counters;

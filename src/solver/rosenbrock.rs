@@ -5,7 +5,7 @@
 //! The coefficients are transformed (section IV.7) so that no stage needs a product with the Jacobian.
 
 use super::linear::Solver;
-use super::run::{Linearisation, Trial};
+use super::trial::{Linearisation, Trial};
 use crate::hybrid::{Held, HybridSystem};
 
 const GAMMA: f64 = 0.25;

@@ -2,7 +2,7 @@
 
 use super::array;
 use super::relaxing::Relaxing;
-use super::run::Trial;
+use super::trial::Trial;
 use crate::hybrid::{Held, HybridSystem, Led};
 
 /// An explicit Runge-Kutta method in which each stage uses the one before only.

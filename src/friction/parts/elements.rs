@@ -7,12 +7,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
+use crate::friction::law::MAX_STATES;
 use crate::hybrid::UNUSED;
 use crate::numbers::sign;
 use crate::variables::Variable;
 
-/// The largest number of elements.
-pub const MAX_ELEMENTS: usize = 10;
+/// The largest number of elements, each of which may have a state.
+pub const MAX_ELEMENTS: usize = MAX_STATES;
 
 /// Elements closer to their limit than this fraction of it count as having reached it.
 const AT_LIMIT: f64 = 1e-12;

@@ -2,7 +2,7 @@
 
 mod pulses;
 
-use super::actuator::{Actuating, Ports, STATES, SUPPLY};
+use super::actuating::{Actuating, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};

@@ -17,27 +17,8 @@ use super::balance::Balance;
 use super::counters::Counters;
 use super::error::StepError;
 use super::settings::Settings;
+use super::trial::Linearisation;
 use crate::hybrid::{Held, HybridSystem, QUANTITIES};
-
-/// A step that may be accepted.
-#[derive(Clone, Copy, Debug)]
-pub struct Trial<const N: usize> {
-    /// States at its end.
-    pub end: [f64; N],
-    /// Estimated error of each state (zero for fixed-step schemes).
-    pub error: [f64; N],
-}
-
-/// The equations linearised at the start of a step.
-#[derive(Clone, Debug)]
-pub struct Linearisation<const N: usize> {
-    /// Time derivatives of the states.
-    pub derivatives: [f64; N],
-    /// Their partial derivatives with respect to the states.
-    pub jacobian: SMatrix<f64, N, N>,
-    /// Their partial derivatives with respect to time, where they depend on it.
-    pub time_slopes: Option<[f64; N]>,
-}
 
 /// How far a run has come, apart from states and memory of its system.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

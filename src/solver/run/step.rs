@@ -1,7 +1,7 @@
 //! One step: tried, judged, accepted or repeated with another size.
 
 use super::kink::Kink;
-use super::{MAX_STEP, Run, Trial, smallest_step};
+use super::{MAX_STEP, Run, smallest_step};
 use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
 use crate::solver::error::{Course, Rejection, StepError};
@@ -9,6 +9,7 @@ use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::settings::Scheme;
+use crate::solver::trial::Trial;
 use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
 
 const SAFETY: f64 = 0.9;

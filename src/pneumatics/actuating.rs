@@ -1,0 +1,153 @@
+//! What an actuator is.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use super::gas::{GasState, Reservoir};
+use super::orifice::Inflow;
+use crate::hybrid::{Led, Sample, Stride};
+use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::variables::{ParameterError, ParameterSet, Variable};
+
+/// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
+/// that no rig integrates what it does not have.
+pub const STATES: usize = 2;
+
+/// Place of the state that sets the flow of a valve or a regulator; the other only leads to it.
+pub const FLOW: usize = 1;
+
+/// Value reference of the input that commands an actuator, a voltage.
+pub const VOLTAGE: u32 = 1;
+/// Value reference of the input that is the supply pressure.
+pub const SUPPLY: u32 = 3;
+
+/// What an actuator is connected to apart from the chambers.
+#[derive(Clone, Copy, Debug)]
+pub struct Ports<'a, S> {
+    /// Where the air comes from.
+    pub supply: &'a Reservoir,
+    /// Its absolute pressure in Pa.
+    pub supply_pressure: S,
+    /// Where the air goes to.
+    pub exhaust: &'a Reservoir,
+    /// Its absolute pressure in Pa.
+    pub exhaust_pressure: f64,
+}
+
+/// An actuator: its parameters, its states, its variables and its equations.
+pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
+    /// What it remembers apart from its states; changes with the accepted steps.
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
+
+    /// Its parameters.
+    type Parameters: ParameterSet;
+
+    /// Value references of the variables of its states, by their places; `None` where it has no state.
+    const VARIABLES: [Option<u32>; STATES];
+
+    /// Value references of the states and inputs on which the inflow of each chamber depends.
+    const FEEDS: [&'static [u32]; 2];
+
+    /// Number of its computed variables.
+    const COMPUTED: usize;
+
+    /// Whether it changes by itself at points in time.
+    const IS_SAMPLED: bool = false;
+
+    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the voltage is held. Without
+    /// it runs take implicit steps only, which cost two to four times as much.
+    const HAS_CLOSED_FORM: bool = false;
+
+    /// Builds it.
+    ///
+    /// # Errors
+    /// [`ParameterError`] when values that are legal one by one do not fit together.
+    fn new(parameters: Self::Parameters) -> Result<Self, ParameterError>;
+
+    /// Its computed variables.
+    fn computed() -> Vec<Variable>;
+
+    /// Magnitudes of its states, for error control.
+    fn scales(&self) -> [f64; STATES];
+
+    /// States and memory at the start, under a voltage.
+    fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
+
+    /// Rates of the states under a voltage.
+    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
+
+    /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
+    /// Asked of actuators with a [closed form](Self::HAS_CLOSED_FORM).
+    fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
+        [[0.0; STATES]; STATES]
+    }
+
+    /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
+    /// [closed form](Self::HAS_CLOSED_FORM).
+    fn later(
+        &self,
+        states: [f64; STATES],
+        _voltage: f64,
+        _memory: &Self::Memory,
+        _stride: &Stride,
+    ) -> Led<[f64; STATES]> {
+        Led { middle: states, end: states, bend: [0.0; STATES] }
+    }
+
+    /// Whether it opens or closes now at a rate that may fill a step: what flows then grows by a higher power of the time than
+    /// the error estimate of explicit steps sees.
+    fn is_hasty(&self, _memory: &Self::Memory) -> bool {
+        false
+    }
+
+    /// Lets the memory follow the voltage.
+    fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
+
+    /// The next point in time at which it changes by itself.
+    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
+        Sample::NEVER
+    }
+
+    /// Changes at that point, under a voltage.
+    fn sample(&self, _states: &mut [f64; STATES], _voltage: f64, _memory: &mut Self::Memory) {}
+
+    /// What flows into the chambers.
+    fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
+
+    /// The numbers, one for each chamber, of the smooth pieces of [`feed`](Self::feed) in which the states and the pressures
+    /// in Pa of both chambers lie: whole numbers, which are compared side by side.
+    fn piece(&self, _states: [f64; STATES], _ports: &Ports<Real>, _pressures: Pair<Real>) -> Pair<Real> {
+        Pair::zero()
+    }
+
+    /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
+    fn stays_in_piece(&self, _ends: [[f64; STATES]; 2], _voltage: f64, _memory: &Self::Memory, _step: f64) -> bool {
+        true
+    }
+
+    /// Mass flows in kg/s that it draws from the supply for the chambers: all that flows into them, unless it has an
+    /// exhaust.
+    fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
+        self.feed(states, ports, gas).mass
+    }
+
+    /// Writes its computed variables.
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory, slots: &mut [S]);
+
+    /// Whether a memory has a meaning.
+    fn fits(&self, _memory: &Self::Memory) -> bool {
+        true
+    }
+}
+
+/// How many times what a state does besides a parabola counts as its error: what it does to the pressures has the same sign
+/// in step after step.
+pub(super) const BEND_WEIGHT: f64 = 10.0;
+
+/// Steps times the fastest rate of a state below which the rule of Simpson has its mean: it errs by a 1920th of the fourth
+/// power. In much shorter steps the mean would be lost in rounding.
+pub(super) const SHORT: f64 = 0.01;
+
+/// The value in the middle of a step with which the rule of Simpson has a mean, between values at the start and at the end.
+pub(super) fn simpson_middle(start: f64, mean: f64, end: f64) -> f64 {
+    1.5 * mean - 0.25 * (start + end)
+}

@@ -1,0 +1,23 @@
+//! What schemes take and give.
+
+use nalgebra::SMatrix;
+
+/// A step that may be accepted.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<const N: usize> {
+    /// States at its end.
+    pub end: [f64; N],
+    /// Estimated error of each state (zero for fixed-step schemes).
+    pub error: [f64; N],
+}
+
+/// The equations linearised at the start of a step.
+#[derive(Clone, Debug)]
+pub struct Linearisation<const N: usize> {
+    /// Time derivatives of the states.
+    pub derivatives: [f64; N],
+    /// Their partial derivatives with respect to the states.
+    pub jacobian: SMatrix<f64, N, N>,
+    /// Their partial derivatives with respect to time, where they depend on it.
+    pub time_slopes: Option<[f64; N]>,
+}
