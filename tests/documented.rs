@@ -14,6 +14,7 @@ use rig::{Rig, Value};
 use serde_json::Value as Json;
 
 const LAWS: &str = "docs/performance/laws.csv";
+const RATIOS: &str = "docs/performance/ratios.csv";
 const PERFORMANCE: &str = "docs/performance.md";
 const SOLVER: &str = "docs/solver.md";
 
@@ -174,6 +175,21 @@ fn times_of_the_page_are_those_of_the_table() {
         rows += 1;
     }
     assert_eq!(rows, 9);
+}
+
+/// The ratios of the page are those of one tolerance.
+#[test]
+fn ratios_of_the_page_are_those_of_the_table() {
+    let (ratios, page) = (read(RATIOS), read(PERFORMANCE));
+    let (_, section) = page.split_once("## Result").expect("the section");
+    let rows: Vec<Vec<&str>> = ratios.lines().map(|line| line.split(',').collect()).collect();
+    let of_page: Vec<_> = rows.iter().filter(|row| row[1] == "1e-6").collect();
+    assert_eq!(of_page.len(), 6);
+    for row in of_page {
+        let line = section.lines().find(|line| cells(line)[0].replace(',', "") == row[0]).expect(row[0]);
+        let expected: Vec<String> = row[2..].chunks(2).map(|it| format!("**{}** ({} µs)", it[0], it[1])).collect();
+        assert_eq!(cells(line)[1..], expected, "{}", row[0]);
+    }
 }
 
 /// Times in s of the break-away under constant voltages, in communication steps of a size.

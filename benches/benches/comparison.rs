@@ -1,13 +1,15 @@
 //! Measures every friction law, compares with general solvers at equal error, and writes `target/bench`.
 //!
 //! `cargo bench --package benchmark --features rival --bench comparison`; with `-- latency` or `-- precision` only that part,
-//! and with names of laws, as in `-- precision LuGre`, only those are compared.
+//! and with names of laws, as in `-- precision LuGre`, only those are compared. Of a whole run `page.md` holds the tables of
+//! `docs/performance.md`, and `laws.csv` and `ratios.csv` are the files beside it.
 
 use std::env;
 use std::fs;
 
 use anyhow::Result;
-use benchmark::report::{Comparison, draw, folder, head_table, latency_table, points, ratio_table};
+use benchmark::page::{self, Row};
+use benchmark::report::{Comparison, draw, folder, latency_table, points, ratio_table};
 use benchmark::{case, latency, precision};
 
 /// The default tolerance of the FMU.
@@ -18,12 +20,18 @@ fn main() -> Result<()> {
     let everything = !asked("latency") && !asked("precision");
     let folder = folder()?;
     let mut report = String::from("# Cost of a communication step\n");
+    let mut page = String::new();
     if everything || asked("latency") {
-        report += &latencies();
+        let rows = latencies();
+        report += &format!("\n{}", latency_table(&rows));
+        page += &format!("Every law:\n\n{}\n", page::laws(&rows));
+        fs::write(folder.join("laws.csv"), page::law_file(&rows))?;
     }
     if everything || asked("precision") {
         let comparisons = comparisons()?;
-        report += &format!("\n{}", head_table(&comparisons, 1e-6, TOLERANCE));
+        page += &format!("Head:\n\n{}\n", page::head(&comparisons, 1e-6, TOLERANCE));
+        page += &format!("Result:\n\n{}\n", page::ratios(&comparisons, 1e-6));
+        fs::write(folder.join("ratios.csv"), page::ratio_file(&comparisons))?;
         for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
             report += &format!("\n## Ratios at the errors of the rival at {tolerance:e}\n\n");
             report += &ratio_table(&comparisons, tolerance);
@@ -35,11 +43,12 @@ fn main() -> Result<()> {
         }
     }
     fs::write(folder.join("report.md"), &report)?;
+    fs::write(folder.join("page.md"), &page)?;
     println!("{report}\nwritten to {}", folder.display());
     Ok(())
 }
 
-fn latencies() -> String {
+fn latencies() -> Vec<Row> {
     let mut rows = Vec::new();
     for cylinder in case::all() {
         for size in [1e-3, 1e-2] {
@@ -47,7 +56,7 @@ fn latencies() -> String {
             rows.push((cylinder.name.clone(), size, found));
         }
     }
-    format!("\n{}", latency_table(&rows))
+    rows
 }
 
 fn comparisons() -> Result<Vec<Comparison>> {

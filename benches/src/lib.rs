@@ -9,6 +9,7 @@
 //! | `precision` | cost against error, and the ratio of two costs at equal error |
 //! | `latency` | the distribution of the cost of a communication step |
 //! | `report` | the report, the measured points and the figure |
+//! | `page` | the tables of `docs/performance.md`, and the files beside it |
 //!
 //! `benches/calls.rs` times single calls with criterion, `benches/comparison.rs` writes the report.
 
@@ -16,6 +17,8 @@ pub mod case;
 pub mod error;
 pub mod host;
 pub mod latency;
+#[cfg(feature = "rival")]
+pub mod page;
 #[cfg(feature = "rival")]
 pub mod precision;
 #[cfg(feature = "rival")]

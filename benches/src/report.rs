@@ -73,66 +73,6 @@ pub fn ratio_table(comparisons: &[Comparison], tolerance: f64) -> String {
     text
 }
 
-/// Rivals at the head of docs/performance.md: what they are called there, and what their numbers mean.
-const HEAD: [(&str, &str, &str); 4] = [
-    (
-        "cvode smooth",
-        "CVODE, *free*, smooth input",
-        "one run of a solver that is given the voltage as a function of time, as a modeller writes it, divided by the milliseconds",
-    ),
-    ("bdf smooth", "diffsol, *free*, smooth input", "the same by the crate diffsol"),
-    (
-        "cvode free",
-        "CVODE, *free*, staircase",
-        "one run of a solver that knows the whole staircase of inputs and crosses its jumps",
-    ),
-    (
-        "cvode restarted",
-        "CVODE, *restarted*",
-        "the same step by a solver that starts afresh at each new input, as an FMU has to",
-    ),
-];
-
-/// The table at the head of docs/performance.md, with a column for each law that was compared: costs at a tolerance of the
-/// rivals and at our default one, and how many times more they are at equal errors.
-pub fn head_table(comparisons: &[Comparison], tolerance: f64, ours: f64) -> String {
-    let laws: Vec<_> = comparisons.iter().map(|it| format!("law {}", it.name)).collect();
-    let own: Vec<_> = comparisons.iter().map(|it| micro(it.curves[0].near(ours).cost)).collect();
-    let mut text = format!(
-        "| what | {} | at equal errors | what it means |\n|---|{}--:|---|\n| this library | {} | 1 | a step of 1 ms with a \
-         fresh input, mean over 3 s, through `fmi2SetReal` and `fmi2DoStep` |\n",
-        laws.join(" | "),
-        "--:|".repeat(laws.len()),
-        own.join(" | "),
-    );
-    for (solver, name, meaning) in HEAD {
-        let curves: Vec<_> = comparisons
-            .iter()
-            .filter_map(|it| Some((&it.curves[0], it.curves.iter().find(|curve| curve.solver.name() == solver)?)))
-            .collect();
-        if curves.len() < comparisons.len() || curves.is_empty() {
-            continue;
-        }
-        let costs: Vec<_> = curves.iter().map(|(_, rival)| micro(rival.near(tolerance).cost)).collect();
-        let mut ratios: Vec<_> = curves
-            .iter()
-            .map(|(ours, rival)| match ratio(ours, rival, tolerance) {
-                Some([position, friction]) => format!("{:.0}", position.min(friction)),
-                None => "-".to_owned(),
-            })
-            .collect();
-        ratios.dedup();
-        let _ = writeln!(text, "| {name} | {} | {} times | {meaning} |", costs.join(" | "), ratios.join(" and "));
-    }
-    text
-}
-
-/// Nanoseconds as microseconds with two digits.
-fn micro(nanoseconds: f64) -> String {
-    let digits = if nanoseconds < 1e3 { 2 } else { usize::from(nanoseconds < 1e4) };
-    format!("{:.digits$} µs", nanoseconds * 1e-3)
-}
-
 /// Every measured point.
 pub fn points(comparisons: &[Comparison]) -> String {
     let mut text = String::from("law,solver,tolerance,nanoseconds per step,position error in m,friction error in N\n");
@@ -165,38 +105,4 @@ pub fn draw(points: &Path, figure: &Path) -> Result<()> {
         bail!("the figure cannot be drawn");
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::Deviation;
-    use crate::precision::Point;
-    use crate::rival::{Coupling, Method, Rival};
-
-    fn curve(solver: Solver, points: &[(f64, f64, f64)]) -> Curve {
-        let point = |&(tolerance, cost, error): &(f64, f64, f64)| {
-            let deviation = Deviation { position: error, friction: 1e3 * error };
-            Point { tolerance, cost, deviation }
-        };
-        Curve { solver, points: points.iter().map(point).collect() }
-    }
-
-    /// At the error of the rival, 1e-7, ours costs 500 ns: half way, in logarithms, between 250 and 1000 ns.
-    #[test]
-    fn the_table_of_the_page_has_costs_and_ratios_of_each_law() {
-        let rival = Solver::Rival(Rival { method: Method::Bdf, coupling: Coupling::Smooth });
-        let ours = curve(Solver::Ours, &[(1e-5, 250.0, 1e-6), (1e-6, 1000.0, 1e-8)]);
-        let comparison = |name: &str, cost: f64| Comparison {
-            name: name.to_owned(),
-            curves: vec![ours.clone(), curve(rival, &[(1e-5, 900.0, 1e-6), (1e-6, cost, 1e-7)])],
-        };
-        let table = head_table(&[comparison("Stribeck", 2000.0), comparison("LuGre", 15_000.0)], 1e-6, 1e-6);
-        let lines: Vec<_> = table.lines().collect();
-        assert_eq!(lines[0], "| what | law Stribeck | law LuGre | at equal errors | what it means |");
-        assert!(lines[2].starts_with("| this library | 1.0 µs | 1.0 µs | 1 |"), "{table}");
-        let wanted =
-            "| diffsol, *free*, smooth input | 2.0 µs | 15 µs | 4 and 30 times | the same by the crate diffsol |";
-        assert_eq!(lines[3..], [wanted]);
-    }
 }
