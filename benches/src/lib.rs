@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `case` | the friction laws with their parameters, and the experiment |
 //! | `host` | drives an FMU through its C interface |
-//! | `rival` | general solvers (CVODE, diffsol) on the same equations, events and error weights |
+//! | `plant` | our equations, events and inputs as a general solver meets them |
+//! | `rival` | general solvers (CVODE, diffsol) on them, with our error weights |
 //! | `error` | trajectories and their deviation from a reference |
 //! | `precision` | cost against error, and the ratio of two costs at equal error |
 //! | `latency` | the distribution of the cost of a communication step |
@@ -19,6 +20,7 @@ pub mod host;
 pub mod latency;
 #[cfg(feature = "rival")]
 pub mod page;
+pub mod plant;
 #[cfg(feature = "rival")]
 pub mod precision;
 #[cfg(feature = "rival")]

@@ -171,8 +171,9 @@ fn micro(nanoseconds: f64) -> String {
 mod tests {
     use super::*;
     use crate::error::Deviation;
+    use crate::plant::Coupling;
     use crate::precision::{Point, Solver};
-    use crate::rival::{Coupling, Method, Rival};
+    use crate::rival::{Method, Rival};
 
     const SMOOTH: Solver = Solver::Rival(Rival { method: Method::Bdf, coupling: Coupling::Smooth });
 

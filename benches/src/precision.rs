@@ -7,7 +7,8 @@ use anyhow::{Context, Result};
 use crate::case::{Case, DURATION, STEP};
 use crate::error::{Deviation, Trajectory, trajectory};
 use crate::latency::{self, least};
-use crate::rival::{Coupling, Method, Rival};
+use crate::plant::Coupling;
+use crate::rival::{Method, Rival};
 
 /// Tolerance of the reference.
 const REFERENCE_TOLERANCE: f64 = 1e-11;

@@ -8,11 +8,10 @@ use std::ffi::{c_int, c_long, c_void};
 use std::ptr;
 
 use anyhow::{Result, ensure};
-use nalgebra::SMatrix;
-use pneumatic_servo::system::Shortcuts;
 
-use super::{Plant, Solver, Tolerances};
+use super::Tolerances;
 use crate::case::DURATION;
+use crate::plant::{Plant, Solver};
 
 type Handle = *mut c_void;
 type Rates = extern "C" fn(f64, Handle, Handle, *mut c_void) -> c_int;
@@ -191,8 +190,6 @@ extern "C" fn jacobian<const N: usize>(
     // SAFETY: CVODE hands on the data of `Cvode::new` and a dense matrix of N rows, stored by columns.
     let (plant, slots) =
         unsafe { (&*plant.cast::<Plant>(), &mut *SUNDenseMatrix_Data(matrix).cast::<[[f64; N]; N]>()) };
-    let mut found = SMatrix::<f64, N, N>::zeros();
-    plant.system.jacobian(time, &read::<N>(states), &plant.inputs.at(time), &plant.memory.borrow(), &mut found);
-    *slots = std::array::from_fn(|column| std::array::from_fn(|row| found[(row, column)]));
+    *slots = plant.jacobian(time, &read::<N>(states));
     0
 }

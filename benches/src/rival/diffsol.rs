@@ -4,11 +4,10 @@ use std::marker::PhantomData;
 
 use anyhow::Result;
 use diffsol::{NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod};
-use pneumatic_servo::numbers::Dual;
-use pneumatic_servo::system::System;
 
-use super::{Method, Plant, Rival, Run, Solver, Tolerances};
+use super::{Method, Rival, Tolerances};
 use crate::case::STEP;
+use crate::plant::{Plant, Run, Solver};
 
 type Matrix = NalgebraMat<f64>;
 type Vector = NalgebraVec<f64>;
@@ -21,7 +20,7 @@ pub fn run<const N: usize>(plant: &Plant, x: &[f64; N], tolerances: &Tolerances<
         .atol(tolerances.absolute)
         .rhs_implicit(
             |x, _, time, rates| rates.copy_from_slice(&plant.rates::<N>(time, x.try_into().expect("all states"))),
-            |x, _, time, seed, rates| rates.copy_from_slice(&directional_rates::<N>(plant, time, x, seed)),
+            |x, _, time, seed, rates| rates.copy_from_slice(&plant.directional_rates::<N>(time, x, seed)),
         )
         .init(|_, _, states| states.copy_from_slice(x), N)
         .build()?;
@@ -32,13 +31,6 @@ pub fn run<const N: usize>(plant: &Plant, x: &[f64; N], tolerances: &Tolerances<
         Method::Esdirk34 => plant.integrate(Diffsol::<_, _, N>::new(plant, problem.esdirk34::<Lu>()?), rival.coupling),
         _ => plant.integrate(Diffsol::<_, _, N>::new(plant, problem.bdf::<Lu>()?), rival.coupling),
     }
-}
-
-fn directional_rates<const N: usize>(plant: &Plant, time: f64, x: &[f64], seed: &[f64]) -> [f64; N] {
-    let x = std::array::from_fn::<_, N, _>(|i| Dual { value: x[i], slope: [seed[i]] });
-    let constant = |value: f64| Dual::<1> { value, slope: [0.0] };
-    let inputs = plant.inputs.at(time).map(constant);
-    plant.system.derivatives(constant(time), &x, &inputs, &plant.memory.borrow()).map(|rate| rate.slope[0])
 }
 
 /// One of its methods at work.
