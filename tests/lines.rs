@@ -351,7 +351,7 @@ fn mass_and_energy_balance_with_all_lines() {
             running.set("valveVoltage", 5.0 + 2.0 * (TAU * time).sin());
             running.advance(time + 1e-3).unwrap();
             let [mass, energy] = ["mass", "energy"].map(|name| running.get(&format!("balance.{name}Residual")).abs());
-            within(mass, 2e-9, format_args!("{actuation}, kg at {time} s"));
+            within(mass, 4e-11, format_args!("{actuation}, kg at {time} s"));
             within(energy, 5e-4, format_args!("{actuation}, J at {time} s"));
         }
     }

@@ -48,7 +48,7 @@ fn pulses_bring_what_their_length_says() {
         close(
             found / expected,
             1.0,
-            1e-10,
+            5e-11,
             format_args!("{found} Pa, not {expected}, with delays {opening}, {closing}"),
         );
     }

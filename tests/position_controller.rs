@@ -12,7 +12,7 @@ use pneumatic_servo::variables::Tunable;
 use rig::{Rig, Running};
 
 const PERIOD: f64 = 1e-3;
-/// Rounding of a few operations on numbers of the order of 1.
+/// Rounding of a few operations on numbers of some volts; on lengths and velocities, a part of it.
 const ROUNDING: f64 = 1e-14;
 
 /// A controller of which every part is switched off.
@@ -78,8 +78,8 @@ fn wanted_velocity_is_limited() {
     let rig = bare().set("gain.position", 10.0).set("feedForward.gain", 1.0).set("limit.velocity", 0.3);
     for (reference, wanted) in [(0.26, 0.1), (0.4, 0.3), (-0.4, -0.3)] {
         let mut controller = rig.clone().set("referencePosition", reference).start().expect("legal");
-        close(voltage(&mut controller, 0) - 5.0, wanted, ROUNDING, "wanted velocity is limited");
-        close(controller.get("wantedVelocity"), wanted, ROUNDING, "wanted velocity is limited");
+        close(voltage(&mut controller, 0) - 5.0, wanted, 0.4 * ROUNDING, "wanted velocity is limited");
+        close(controller.get("wantedVelocity"), wanted, 0.4 * ROUNDING, "wanted velocity is limited");
         close(controller.get("positionError"), reference - 0.25, ROUNDING, "wanted velocity is limited");
     }
 }
@@ -158,12 +158,12 @@ fn transition_joins_both_sides_of_the_dead_zone_by_a_line() {
     let distance = |command: f64| voltage_of_command(&rig, command) - 5.0;
     assert_eq!(distance(0.0), 0.0);
     // Half of the way through the transition, half of the dead zone of 0.5 V.
-    close(distance(0.1), 0.09 + 0.25, ROUNDING, "transition joins both sides of the dead zone by a line");
+    close(distance(0.1), 0.09 + 0.25, 0.4 * ROUNDING, "transition joins both sides of the dead zone by a line");
     close(distance(0.2), 0.18 + 0.5, ROUNDING, "transition joins both sides of the dead zone by a line");
     for command in [1e-6, 0.05, 0.1999, 0.2, 1.0, 7.0] {
         within(
             (distance(command) + distance(-command)).abs(),
-            ROUNDING,
+            0.4 * ROUNDING,
             "transition joins both sides of the dead zone by a line",
         );
     }
@@ -202,7 +202,7 @@ fn velocity_of_the_reference_is_fed_forward_with_its_sign() {
         let mut controller = rig.start().expect("legal");
         let wanted = slope + 10.0 * error;
         close(voltage(&mut controller, 0), 5.0 + 3.0 * wanted, ROUNDING, "V");
-        close(controller.get("wantedVelocity"), wanted, ROUNDING, "m/s");
+        close(controller.get("wantedVelocity"), wanted, 0.4 * ROUNDING, "m/s");
         // Differences of samples, which the input takes the place of, would be 0.
         controller.set("referenceVelocity", -slope);
         close(voltage(&mut controller, 1), 5.0 + 3.0 * (wanted - 2.0 * slope), ROUNDING, "V at the next sample");

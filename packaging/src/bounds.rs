@@ -42,7 +42,7 @@ impl Bounds {
             let target = &workspace.target;
             process::run(process::cargo().arg("test").current_dir(&workspace.root).env("CARGO_TARGET_DIR", target))?;
         }
-        report(workspace, self.shown)
+        if self.recorded { report(workspace, self.shown).map(drop) } else { check(workspace, self.shown) }
     }
 }
 
@@ -63,6 +63,11 @@ impl Use {
     fn share(&self) -> f64 {
         self.observed / self.bound
     }
+
+    /// Whether the bound is more than ten times what is observed, but for the rounding of a bound to one digit, without a reason.
+    fn is_slack(&self) -> bool {
+        self.reason.is_empty() && 11.0 * self.observed < self.bound
+    }
 }
 
 /// Where the tests record what they use of their bounds.
@@ -82,11 +87,22 @@ pub fn forget(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
+/// Prints the slackest bounds, after all tests have run.
+///
+/// # Errors
+/// As [`report`], and when a bound is more than ten times what is observed, without a reason.
+pub fn check(workspace: &Workspace, shown: usize) -> Result<()> {
+    let uses = report(workspace, shown)?;
+    let slack = uses.values().filter(|used| used.is_slack()).count();
+    ensure!(slack == 0, "{slack} bounds are far wider than what is observed: narrow them, or say why they are wide");
+    Ok(())
+}
+
 /// Prints the slackest bounds of the tests that have run.
 ///
 /// # Errors
 /// When nothing is recorded, or a record cannot be read.
-pub fn report(workspace: &Workspace, shown: usize) -> Result<()> {
+fn report(workspace: &Workspace, shown: usize) -> Result<BTreeMap<Place, Use>> {
     let folder = folder(workspace);
     let mut uses = BTreeMap::new();
     if folder.exists() {
@@ -98,7 +114,7 @@ pub fn report(workspace: &Workspace, shown: usize) -> Result<()> {
     }
     ensure!(!uses.is_empty(), "{}: no bounds are recorded there; run the tests first", folder.display());
     println!("{}", text(&uses, shown));
-    Ok(())
+    Ok(uses)
 }
 
 /// Takes the lines of a record.
@@ -162,6 +178,16 @@ tests/b.rs;1;unused;0e0;1e-3;
    5.000 times: tests/a.rs:7, tight: observed 2.0e-7, bound 1.0e-6";
         assert_eq!(text(&uses, 10), expected);
         assert_eq!(text(&uses, 1).lines().count(), 2);
+    }
+
+    /// A bound of ten times what is observed is not slack, one of twelve times is, and one with a reason never.
+    #[test]
+    fn bounds_beyond_ten_times_are_slack() {
+        let used = |bound: f64, reason: &str| Use { test: "t".into(), observed: 1e-9, bound, reason: reason.into() };
+        assert!(!used(1e-8, "").is_slack());
+        assert!(used(1.2e-8, "").is_slack());
+        assert!(!used(1.0, "rounding of another machine").is_slack());
+        assert!(Use { observed: 0.0, ..used(1e-300, "") }.is_slack());
     }
 
     #[test]

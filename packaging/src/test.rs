@@ -115,7 +115,7 @@ fn run(workspace: &Workspace) -> Result<()> {
     process::both(|| checks.plant(), || checks.packages(&venv))?;
     process::both(|| checks.imports(&venv), || platform_test::run_if_possible(workspace))?;
     heading("Room that bounds leave");
-    bounds::report(workspace, bounds::SHOWN)
+    bounds::check(workspace, bounds::SHOWN)
 }
 
 /// What lints and documentation look at. The benchmark's rivals take longer to compile than everything else together;
