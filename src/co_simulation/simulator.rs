@@ -3,7 +3,9 @@
 use super::Simulation;
 use crate::hybrid::{HybridSystem, Indicator};
 use crate::model_exchange::{Exchange, Exchanger};
-use crate::sensitivity::{Differentiable, Equations, Erased};
+use crate::sensitivity::Differentiable;
+#[cfg(feature = "sensitivities")]
+use crate::sensitivity::{Equations, Erased};
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
 use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError};
 use crate::system::{Shortcuts, System};
@@ -189,6 +191,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
 }
 
 impl<E: Shortcuts<U>, const N: usize, const U: usize> Differentiable for Simulator<E, N, U> {
+    #[cfg(feature = "sensitivities")]
     fn equations(&self) -> Option<Box<dyn Equations>> {
         let (_, memory) = self.run.state();
         let (equations, computed) = (self.run.system().clone(), self.session.table.computed().count());
