@@ -66,7 +66,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
     /// A state of each hose that has it, by its place within a hose.
     #[inline(always)]
     fn in_hoses(&self, x: &[Real], place: usize) -> [Option<Real>; 2] {
-        if !EXTENDED {
+        if !(EXTENDED && self.lines.hoses.iter().any(Option::is_some)) {
             return [None; 2];
         }
         let states = self.of_lines(x);
