@@ -186,7 +186,7 @@ def gallery_page(gallery: Path, target: Path) -> str:
     return "\n".join(text)
 
 
-FOREIGN = ["BaseException", "Env", "Mapping", "Sequence", "VectorEnv"]
+FOREIGN = ["BaseException", "Env", "ImportError", "Mapping", "Sequence", "VectorEnv"]
 """What classes of the package have from these is not told again."""
 
 

@@ -2,7 +2,7 @@
 //! rig, by a pressure regulator with the other chamber plugged.
 //!
 //! Chamber A (cap side, full bore) pushes the carriage to +x; chamber B is the rod side. The equations are those of
-//! the rooms [`pneumatics`](crate::pneumatics), [`mechanics`](crate::mechanics) and [`friction`];
+//! the rooms [`pneumatics`](crate::pneumatics), [`mechanics`](crate::mechanics) and [`friction`](crate::friction);
 //! this file joins them:
 //!
 //! ```text
