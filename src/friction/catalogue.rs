@@ -161,6 +161,7 @@ macro_rules! laws {
             use $crate::friction::laws as builtin;
             #[allow(unused_imports, reason = "lines may need none of them")]
             use $crate::friction::parts::{of_velocity::OfVelocity, one_bristle::OneBristle, stick_slip::StickSlip};
+            $crate::own_ids! { $($own)* }
             $crate::builtin_laws! { $($own)* }
         }
     };
@@ -176,6 +177,7 @@ macro_rules! laws {
             use $crate::friction::laws as builtin;
             #[allow(unused_imports, reason = "lines may need none of them")]
             use $crate::friction::parts::{of_velocity::OfVelocity, one_bristle::OneBristle, stick_slip::StickSlip};
+            $crate::own_ids! { $($own)* }
             $crate::law_items! { $($own)* }
         }
     };

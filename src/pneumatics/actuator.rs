@@ -123,6 +123,7 @@ macro_rules! actuators {
         $vis mod $name {
             use super::*;
             use $crate::pneumatics::{regulator, switching, valve};
+            $crate::own_ids! { $($own)* }
             $crate::builtin_actuators! { $($own)* }
         }
     };
@@ -133,6 +134,7 @@ macro_rules! actuators {
         $(#[$doc])*
         $vis mod $name {
             use super::*;
+            $crate::own_ids! { $($own)* }
             $crate::actuator_items! { $($own)* }
         }
     };

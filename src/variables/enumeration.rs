@@ -74,6 +74,21 @@ macro_rules! enumeration {
     };
 }
 
+/// Refuses lines of catalogues of one's own whose ids are the library's; lines that are none are left to what reads them.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! own_ids {
+    ($($id:literal $item:ident $($group:literal)? $type:ty, $summary:literal;)*) => {
+        $(
+            const _: () = assert!(
+                $id >= 1000,
+                concat!("the id ", $id, " of ", stringify!($item), " is the library's: your own begin at 1000")
+            );
+        )*
+    };
+    ($($other:tt)*) => {};
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
