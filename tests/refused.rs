@@ -170,6 +170,10 @@ mod at_the_start {
             "k = 20 is refused: no variable with the value reference 10 has an item 3 to choose, for which k counts",
         ),
         (
+            |tables| tables.parameters.push(Variable::parameter(20, "k", units::ONE, 3.0).range(0.0, 2.0)),
+            "k = 3 is refused: as the default of k, it must be at most 2",
+        ),
+        (
             |tables| tables.computed.truncate(0),
             "the value reference = 10 is refused: no variable is the derivative of this state",
         ),
@@ -263,7 +267,7 @@ mod at_the_start {
 
     #[test]
     fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() {
-        static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20];
+        static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21];
         for (model, (_, expected)) in MODELS.iter().zip(FAULTS) {
             let refused = Setup::of(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(refused.contains(expected), "{refused}, not {expected}");

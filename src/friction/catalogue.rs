@@ -373,4 +373,10 @@ macro_rules! law_items {
             }
         };
     };
+    ($($other:tt)*) => {
+        compile_error!(
+            "each line of `laws!` has an id, a name, the group of the parameters, the type and one sentence: \
+             1000 Mine \"mine\" OfVelocity<Mine>, \"What it does\";"
+        );
+    };
 }

@@ -82,6 +82,9 @@ impl Contact<Real> {
 ///
 /// Laws that are less than this are written as what they are: [`VelocityLaw`](super::parts::of_velocity::VelocityLaw),
 /// [`SetValued`](super::parts::stick_slip::SetValued), [`BristleLaw`](super::parts::one_bristle::BristleLaw).
+#[diagnostic::on_unimplemented(
+    note = "in a catalogue a `VelocityLaw` is an `OfVelocity<{Self}>`, a `SetValued` law a `StickSlip<{Self}>`, a `BristleLaw` a `OneBristle<{Self}>`"
+)]
 pub trait FrictionLaw: ParameterSet {
     /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
     type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;

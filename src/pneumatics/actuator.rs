@@ -384,6 +384,11 @@ macro_rules! actuator_items {
             }
         };
     };
+    ($($other:tt)*) => {
+        compile_error!(
+            "each line of `actuators!` has an id, a name, the type and one sentence: 1000 Mine Mine, \"What it is\";"
+        );
+    };
 }
 
 builtin_actuators! {}

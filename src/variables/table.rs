@@ -113,6 +113,13 @@ impl Table {
                 problem.get_or_insert_with(|| about(variable, &reason));
             }
         }
+        for variable in variables.iter().filter(|variable| !variable.is_computed()) {
+            let default = variable.start.map(|start| (start, variable.check(start)));
+            if let Some((start, Err(ParameterError { reason, .. }))) = default {
+                let reason = format!("as the default of {}, {reason}", variable.name);
+                problem.get_or_insert_with(|| ParameterError::new(&variable.name, start, &reason));
+            }
+        }
         for (variable, case) in variables.iter().filter_map(|variable| Some((variable, variable.counts_for?))) {
             if !variables.iter().any(|choice| choice.has(case)) {
                 let Case { reference, item } = case;
