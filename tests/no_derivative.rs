@@ -1,6 +1,6 @@
 //! Where a run has no derivative: every such case is refused by name, time and reason, and what is near it is not.
 
-use pneumatic_servo::model::{Model, Plant, Setup, Value};
+use pneumatic_servo::model::{Model, Plant, Setup, Steps, Value};
 use pneumatic_servo::models::{festoon, friction_bench, pneumatic_servo_cylinder};
 
 fn start(model: &'static Model, changes: &[(&str, Value)]) -> Plant {
@@ -140,6 +140,28 @@ fn reading_that_is_rounded_has_no_number() {
         let slopes = plant.sensitivities(0).expect("a derivative");
         assert!(slopes[position] > 0.0, "{}", slopes[position]);
         assert_eq!(slopes[reading].is_nan(), resolution > 0.0, "{}", slopes[reading]);
+    }
+}
+
+/// Backwards and forwards over a run, too; what is beside the reading is none the worse.
+#[test]
+fn reading_that_is_rounded_has_no_gradient() {
+    let sampled = [("sensor.position.sampleTime", 1e-3.into()), ("sensor.position.resolution", 1e-5.into())];
+    let free = [("valve.hysteresis", 0.0.into())];
+    let (ends, inputs) = ([0.1, 0.2], [vec![6.5, 0.0, 6e5], vec![6.4, 0.0, 6e5]]);
+    for (output, is_told) in [("sensor.position.reading", true), ("position", false)] {
+        let mut plant = start(&pneumatic_servo_cylinder::MODEL, &[&sampled[..], &free].concat());
+        let steps = || Steps { ends: &ends, inputs: &inputs };
+        let weight = |row: usize, _: usize| f64::from(u8::from(row == 2));
+        let backwards = plant.gradient(steps(), &["valve.C"], &[output], weight, || true).map(|_| ());
+        let forwards = plant.tangent(steps(), (&["valve.C"], &[1.0]), &[output], |_, _| 0.0, || true).map(|_| ());
+        for (found, time) in [(backwards, 0.2), (forwards, 0.1)] {
+            let told = found.err().map(|error| error.to_string());
+            let expected =
+                format!("from t = {time} s on, at {output}: it depends on a number of the memory that has no");
+            assert_eq!(told.is_some(), is_told, "{told:?}");
+            assert!(told.is_none_or(|told| told.contains(&expected)));
+        }
     }
 }
 

@@ -141,3 +141,26 @@ fn table_of_all_laws_is_what_is_found() {
     }
     assert!(without_reason.is_empty(), "{without_reason:?}");
 }
+
+/// The springs of a law come back to their limits all at a time, and what is left of forces is little beside what each of them does: there
+/// a kink of a hundredth of a slope moves the events behind it by a fifth.
+#[test]
+fn springs_at_their_limits_delay_events_as_differences_tell() {
+    const SHARE: f64 = 1e-5;
+    let setup = setup("MaxwellSlip");
+    let value = setup.get("valve.C").expect("a parameter");
+    let crossings = |offset: f64| {
+        let mut plant = setup.clone().set("valve.C", value + offset).expect("legal").start(0.0).expect("starts");
+        plant.carry_sensitivities(&["valve.C"]).expect("a parameter");
+        experiment(&mut plant, |_| {});
+        plant.crossings().to_vec()
+    };
+    let [here, later, sooner] = [0.0, SHARE * value, -SHARE * value].map(crossings);
+    assert_eq!(here.len(), 11, "four elements slip, stop, slip, stop, and slip one by one");
+    for (crossing, (later, sooner)) in here.iter().zip(later.iter().zip(&sooner)) {
+        let expected = (later.time - sooner.time) / (2.0 * SHARE * value);
+        let apart = (crossing.delays[0] / expected - 1.0).abs();
+        // Times of events are known to some 1e-12 s, of which the differences are 1e-6 s.
+        assert!(apart < 5e-5, "{} at {} s: {apart:e}", crossing.event, crossing.time);
+    }
+}

@@ -2,7 +2,8 @@
 
 use super::{Plant, Saved};
 use crate::sensitivity::{
-    Along, DirectionError, Gradient, Slopes, States, Tangents, Transition, TransitionError, columns, directions,
+    Along, DirectionError, Gradient, NoDerivative, Slopes, States, Tangents, Transition, TransitionError, columns,
+    directions,
 };
 use crate::variables::Place;
 use crate::variables::find;
@@ -93,10 +94,12 @@ impl Plant {
             }
             for (index, (time, transition)) in all.zip(transitions).rev() {
                 let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(index + 1, output)).collect();
+                refuse_rounded(&transition, steps.ends[index], |output| (weights[output] != 0.0, outputs[output]))?;
                 gradient.go_back(index, time, &transition, &weights)?;
             }
         }
         let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(0, output)).collect();
+        refuse_rounded(&at_start, self.time(), |output| (weights[output] != 0.0, outputs[output]))?;
         gradient.begin(self.time(), &at_start, &of_start, &weights)?;
         if let Some(saved) = saved.first() {
             self.restore(saved).expect("a state of this plant");
@@ -154,6 +157,7 @@ impl Plant {
             let time = self.time();
             let transition = self.linearised(Some(*end), parameters, outputs)?;
             tangent.check(&transition, time)?;
+            refuse_rounded(&transition, *end, |output| (true, outputs[output]))?;
             rows.push(tangent.outputs(&transition, added, seeds));
             tangent.go_on(&transition, added, seeds);
         }
@@ -223,4 +227,15 @@ impl Plant {
         transition.lost.iter_mut().for_each(|(_, lost)| *lost = lost.clone().later(begin));
         Ok(transition)
     }
+}
+
+/// Refuses outputs that are rounded, of which is told whether they matter and their names.
+fn refuse_rounded<'a>(
+    transition: &Transition,
+    time: f64,
+    told: impl Fn(usize) -> (bool, &'a str),
+) -> Result<(), TransitionError> {
+    let Some(output) = transition.rounded(|output| told(output).0) else { return Ok(()) };
+    let reason = "it depends on a number of the memory that has no slope, as one that is rounded".to_owned();
+    Err(TransitionError::NoDerivative(NoDerivative { time, event: told(output).1.to_owned(), reason }))
 }

@@ -38,8 +38,8 @@ impl Companion {
         if any(&memory) {
             let here = of.values(self.equations.as_ref(), at);
             let mut movement = Move { time: 0.0, x: self.stillness.clone(), inputs: way.inputs.clone(), memory };
-            let (memory, scales, spare) = (&self.memory, &self.scales[..], self.spare.as_mut());
-            let mut around = Around { at, memory, scales, spare };
+            let (memory, held, scales) = (&self.memory, self.equations.held(), &self.scales[..]);
+            let mut around = Around { at, memory, held, scales, spare: self.spare.as_mut() };
             let evaluate = |equations: &dyn Equations, at: At| of.values(equations, at);
             let (slopes, is_bent) = around.plain_slope(&movement, Some(way), &here, &evaluate)?;
             found.copy_from_slice(&slopes);

@@ -274,9 +274,17 @@ impl Companion {
         base: (&Outcome, &[f64]),
         evaluate: Evaluation,
     ) -> Result<Vec<f64>, String> {
-        let (memory, scales, spare) = (&self.memory, &self.scales[..], self.spare.as_mut());
+        let (memory, held, scales) = (&self.memory, self.mirror.held(), &self.scales[..]);
         let way = way.map(|way| &mut self.ways[way]);
-        Around { at, memory, scales, spare }.slope_of(movement, way, base, evaluate)
+        Around { at, memory, held, scales, spare: self.spare.as_mut() }.slope_of(movement, way, base, evaluate)
+    }
+
+    /// Whether what an evaluation leads to from the present point bends there along a movement.
+    pub(super) fn bends(&mut self, movement: &Move, base: &Outcome, evaluate: Evaluation) -> bool {
+        let (x, u) = (&self.x, self.inputs.at(self.time));
+        let at = At { time: self.time, x, u: &u };
+        let (memory, held, scales) = (&self.memory, self.mirror.held(), &self.scales[..]);
+        Around { at, memory, held, scales, spare: self.spare.as_mut() }.bends(movement, base, evaluate)
     }
 
     /// A number, or none and no derivative any more.

@@ -1,5 +1,7 @@
 //! The derivative of what an evaluation leads to, along a movement of the point that it starts from.
 
+use std::any::Any;
+
 use super::equations::{At, Equations};
 use super::leaves::Leaves;
 use super::memory::{SHARE, magnitude, moved, moves, shifted};
@@ -8,6 +10,9 @@ use super::way::Way;
 
 /// How much of a difference may be a kink.
 const ROUGH: f64 = 0.05;
+/// The same of rates and computed variables by the memory: what anchors of stiff springs do to a force is next to what the position does,
+/// and of the opposite sign, so that little of a kink is much of what is left of both.
+const EVEN: f64 = 1e-4;
 /// How much nearer to stay where there is a kink.
 const NEAR: f64 = 0.01;
 /// How much farther to go where rounding counts, and by how much slopes may differ there between the whole and half the way.
@@ -64,6 +69,8 @@ pub(super) type Evaluation<'a> = &'a dyn Fn(&mut dyn Equations, At) -> Outcome;
 pub(super) struct Around<'a> {
     pub at: At<'a>,
     pub memory: &'a Leaves,
+    /// The same as equations of the model hold it.
+    pub held: &'a dyn Any,
     /// Magnitudes of the states.
     pub scales: &'a [f64],
     pub spare: &'a mut dyn Equations,
@@ -111,7 +118,7 @@ impl Around<'_> {
             for share in [1.0, NEAR, NEAR * NEAR].map(|part| part * share) {
                 let [above, below] = both(&mut side, share)?;
                 slopes = slope_between(&above.numbers, &below.numbers, 2.0 * share);
-                if (0..here.len()).all(|i| !is_bent([below.numbers[i], here[i], above.numbers[i]], 0.0)) {
+                if (0..here.len()).all(|i| !is_bent([below.numbers[i], here[i], above.numbers[i]], EVEN, 0.0)) {
                     return Ok((slopes, false));
                 }
             }
@@ -121,6 +128,17 @@ impl Around<'_> {
         let slope =
             |((near, far), here): ((&f64, &f64), &f64)| sign * (4.0 * (near - here) - (far - here)) / (2.0 * share);
         Ok((near.numbers.iter().zip(&far.numbers).zip(here).map(slope).collect(), false))
+    }
+
+    /// Whether what an evaluation leads to rises otherwise to one side along a movement than to the other, however near.
+    pub fn bends(&mut self, movement: &Move, base: &Outcome, evaluate: Evaluation) -> bool {
+        let share = self.share(movement, None);
+        [1.0, NEAR].into_iter().all(|part| {
+            let sides = both(|share| self.side(movement, None, base, evaluate, share), part * share);
+            let Ok([above, below]) = sides else { return true };
+            let three = |i: usize| [below.numbers[i], base.numbers[i], above.numbers[i]];
+            (0..base.numbers.len()).any(|i| is_bent(three(i), ROUGH, 0.0))
+        })
     }
 
     /// By how much of a movement to go to either side.
@@ -162,7 +180,10 @@ impl Around<'_> {
             Some(way) => way.beside(share).ok_or("there are no equations beside the present ones")?,
             None => &mut *self.spare,
         };
-        equations.remember(&moved(self.memory, &movement.memory, share));
+        match movement.memory.iter().any(|slope| moves(*slope)) {
+            true => equations.remember(&moved(self.memory, &movement.memory, share)),
+            false => equations.adopt(self.held),
+        }
         let (x, u) = (along(x, &movement.x, share), along(u, &movement.inputs, share));
         let outcome = evaluate(equations, At { time: time + share * movement.time, x: &x, u: &u });
         if outcome.is_alike(base) {
@@ -215,7 +236,7 @@ impl Around<'_> {
                 continue;
             }
             let three = [below.numbers[i], here[i], above.numbers[i]];
-            slopes[i] = if !is_bent(three, magnitudes.get(i).copied().unwrap_or_default()) {
+            slopes[i] = if !is_bent(three, ROUGH, magnitudes.get(i).copied().unwrap_or_default()) {
                 difference([&above, &below], i, 2.0 * share)
             } else if base.form.is_some() && i >= movement.x.len() {
                 // A number that is kept for show, as what a motion did last, may have none as long as nothing asks for it.
@@ -267,7 +288,7 @@ fn wide_slopes(
             let [above, below] = half;
             let other = difference([above, below], i, WIDE * share);
             let three = [below.numbers[i], base.numbers[i], above.numbers[i]];
-            let is_bent = is_bent(three, WIDE * magnitudes.get(i).copied().unwrap_or_default());
+            let is_bent = is_bent(three, ROUGH, WIDE * magnitudes.get(i).copied().unwrap_or_default());
             if is_bent || (one - other).abs() > SMOOTH * other.abs() {
                 rough.push(i);
             }
@@ -277,11 +298,12 @@ fn wide_slopes(
     ((0..base.numbers.len()).map(slope).collect(), rough)
 }
 
-/// Whether numbers below, at and above a point rise otherwise to one side than to the other; of a magnitude in which that counts.
-fn is_bent([below, here, above]: [f64; 3], magnitude: f64) -> bool {
+/// Whether numbers below, at and above a point rise otherwise to one side than to the other, by more than a part of what they rise; of
+/// a magnitude in which that counts.
+fn is_bent([below, here, above]: [f64; 3], part: f64, magnitude: f64) -> bool {
     let (rise, fall) = (above - here, here - below);
     let rounding = 64.0 * f64::EPSILON * (above.abs() + here.abs() + below.abs());
-    (rise - fall).abs() > ROUGH * (rise + fall).abs() + rounding + 1e-3 * SHARE * magnitude
+    (rise - fall).abs() > part * (rise + fall).abs() + rounding + 1e-3 * SHARE * magnitude
 }
 
 fn difference([above, below]: [&Outcome; 2], i: usize, distance: f64) -> f64 {
@@ -348,7 +370,7 @@ mod tests {
         let movement =
             Move { time: 0.0, x: Vec::new(), inputs: vec![0.0; 4], memory: names.iter().map(slope).collect() };
         let mut spare = equations.twin();
-        let mut around = Around { at, memory: &memory, scales: &[], spare: spare.as_mut() };
+        let mut around = Around { at, memory: &memory, held: equations.held(), scales: &[], spare: spare.as_mut() };
         let slopes = around.slope_of(&movement, None, (&base, &[]), &sample).expect("no states depend on it");
         for (name, slope) in names.iter().zip(slopes) {
             let follows = ["integral", "command", "effort"].contains(&name.as_str());

@@ -170,13 +170,16 @@ impl Companion {
             acts.iter().for_each(|act| equations.enact(*act, at.time, &mut x, at.u));
             Outcome::of_all(equations.rates(At { x: &x, ..at }))
         };
-        self.spare.remember(&self.memory);
+        if inputs.is_empty() {
+            return;
+        }
+        self.spare.adopt(self.mirror.held());
         let base = rates(self.spare.as_mut(), At { time, x: &self.x, u: &u });
         for input in inputs {
             let mut added = vec![0.0; u.len()];
             added[input] = 1.0;
             let alone = Move { inputs: added, ..self.still() };
-            if self.slope_along(&alone, None, (&base, &[]), &rates).is_ok() {
+            if !self.bends(&alone, &base, &rates) {
                 continue;
             }
             for direction in 0..self.ways.len() {
@@ -206,9 +209,13 @@ impl Companion {
                 slopes.filter(|(_, kept)| !**kept).for_each(|(slope, _)| *slope = 0.0);
             }
         }
+        Some((is_done, self.memory.with(|leaf| after[leaf])))
+    }
+
+    /// Lets the equations with the memory before do acts that leave the states alone, too.
+    fn catch_up(&mut self, acts: &[Act]) {
         let (mut states, u) = (self.x.clone(), self.inputs.at(self.time));
         acts.iter().for_each(|act| self.mirror.enact(*act, self.time, &mut states, &u));
-        Some((is_done, self.memory.with(|leaf| after[leaf])))
     }
 
     /// Does something to states and memory, with what it sets off, at a time that moves with delays or stays.
@@ -247,7 +254,7 @@ impl Companion {
         if delays.is_none() && !is_changed && x == self.x && !is_first && !is_sample {
             return;
         }
-        let does_little = delays.is_none() && x == self.x && !is_first;
+        let does_little = delays.is_none() && x == self.x;
         let handed_on = if does_little { self.hand_on(&acts) } else { None };
         let is_handed_on = handed_on.is_some();
         let (is_done, after) = handed_on.unwrap_or_else(|| {
@@ -255,6 +262,9 @@ impl Companion {
             (vec![false; self.ways.len()], after)
         });
         if is_done.iter().all(|is_done| *is_done) {
+            if is_handed_on {
+                self.catch_up(&acts);
+            }
             (self.memory, self.here) = (after, None);
             self.forget_rounded();
             return;
@@ -318,9 +328,12 @@ impl Companion {
             (self.of_rates, self.of_outputs) = Default::default();
         }
         (self.x, self.memory, self.here) = (x, after, None);
-        if !is_handed_on {
-            self.neighbours = None;
-            self.remember();
+        match is_handed_on {
+            true => self.catch_up(&acts),
+            false => {
+                self.neighbours = None;
+                self.remember();
+            }
         }
         self.forget_rounded();
     }

@@ -49,6 +49,16 @@ pub fn columns(states: &States, memory: &[Leaf], inputs: usize, parameters: &[Al
 }
 
 impl Transition {
+    /// The place of an output without a derivative in any direction that has one, as the reading of a sensor with a resolution.
+    pub(crate) fn rounded(&self, mut matters: impl FnMut(usize) -> bool) -> Option<usize> {
+        let is_lost = |column: &usize| self.lost.iter().any(|(lost, _)| lost == column);
+        (0..self.c.len()).find(|output| {
+            let row = self.c[*output].iter().chain(&self.d[*output]).chain(&self.q[*output]);
+            let mut others = row.enumerate().filter(|(column, _)| !is_lost(column)).peekable();
+            matters(*output) && others.peek().is_some() && others.all(|(_, slope)| slope.is_nan())
+        })
+    }
+
     /// That of a companion that has come across a step, with so many inputs, at whose end variables in places are the outputs;
     /// all computed variables are so many.
     pub fn of(
