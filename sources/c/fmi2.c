@@ -210,12 +210,12 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
         u64 room[4] = {0, 0, 0, 0};
         u32 told = plant_take(p, info ? room : NULL, 4, 8), status = wasm_fmi2NewDiscreteStates(S, C, told);
         if (status == PLANT_OK) {
-            info->newDiscreteStatesNeeded = (fmi2Boolean)li(S, S->memory, told, 0);
-            info->terminateSimulation = (fmi2Boolean)li(S, S->memory, told, 4);
-            info->nominalsOfContinuousStatesChanged = (fmi2Boolean)li(S, S->memory, told, 8);
-            info->valuesOfContinuousStatesChanged = (fmi2Boolean)li(S, S->memory, told, 12);
-            info->nextEventTimeDefined = (fmi2Boolean)li(S, S->memory, told, 16);
-            info->nextEventTime = ld(S, S->memory, told, 24);
+            info->newDiscreteStatesNeeded = (fmi2Boolean)li(S->memory, told, 0);
+            info->terminateSimulation = (fmi2Boolean)li(S->memory, told, 4);
+            info->nominalsOfContinuousStatesChanged = (fmi2Boolean)li(S->memory, told, 8);
+            info->valuesOfContinuousStatesChanged = (fmi2Boolean)li(S->memory, told, 12);
+            info->nextEventTimeDefined = (fmi2Boolean)li(S->memory, told, 16);
+            info->nextEventTime = ld(S->memory, told, 24);
         }
         LEAVE(status);
     }

@@ -222,9 +222,9 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
         if (status == PLANT_OK) {
             size_t place;
             for (place = 0; place < number; place++) {
-                elements[place] = li(S, S->memory, element + 4u * (u32)place, 0);
-                elements_of_independents[place] = li(S, S->memory, element_of_others + 4u * (u32)place, 0);
-                kinds[place] = (fmi3DependencyKind)li(S, S->memory, kind + 4u * (u32)place, 0);
+                elements[place] = li(S->memory, element + 4u * (u32)place, 0);
+                elements_of_independents[place] = li(S->memory, element_of_others + 4u * (u32)place, 0);
+                kinds[place] = (fmi3DependencyKind)li(S->memory, kind + 4u * (u32)place, 0);
             }
             plant_give(p, others, independents, number, 4);
         }

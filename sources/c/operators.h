@@ -43,16 +43,11 @@ f64 module_sum64(f64 x, f64 y);
 #define grow module_grow
 #define sum64 module_sum64
 
-/* Memory. The offset is a constant and always less than MEMORY. Behind MEMORY is a MARGIN that belongs to nothing: what is at
-   a small offset from an address below MEMORY is in one of the two, so that one comparison serves all fields of a structure. */
-#if defined(__BYTE_ORDER__) && defined(__ORDER_BIG_ENDIAN__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-#define BIG_ENDIAN_HOST 1
-#endif
-
-INLINE u8 *at(Module *s, u8 *m, u32 address, u32 offset, u32 size) {
-    if (UNLIKELY(offset + size <= MARGIN ? address >= MEMORY : address > MEMORY - size - offset)) trap(s, OUT_OF_BOUNDS);
-    return m + address + offset;
-}
+/* Memory. An access is preceded by a comparison of its address with MEMORY, where it leads to the label X if so many bytes are
+   not there. Behind MEMORY is a MARGIN that belongs to nothing: what is at a small offset from an address below MEMORY is in one
+   of the two, so that one comparison serves all fields of a structure. */
+#define within(a, bytes) \
+    if (UNLIKELY((bytes) <= MARGIN ? (a) >= MEMORY : (a) > MEMORY - (bytes))) goto X
 
 /* Numbers as they lie in memory, of which the same bytes may be several kinds. */
 #if defined(__GNUC__) || defined(__clang__)
@@ -71,9 +66,11 @@ IN_MEMORY(f32);
 IN_MEMORY(f64);
 
 /* Loads and stores by the letter of what is in C, and the bytes and s for a sign where less is in memory. Their addresses have
-   the natural alignment, or else their names end in u. */
+   the natural alignment, or else their names end in u. They are macros where that is possible: there are so many that compilers
+   would take twice as long to put functions in their places. */
 
-#ifdef BIG_ENDIAN_HOST
+#if defined(__BYTE_ORDER__) && defined(__ORDER_BIG_ENDIAN__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+#define BIG_ENDIAN_HOST 1
 INLINE u64 bytes_in(const u8 *p, int size) {
     u64 x = 0;
     while (size--) x = x << 8 | p[size];
@@ -83,49 +80,58 @@ INLINE void bytes_out(u8 *p, int size, u64 x) {
     int i;
     for (i = 0; i < size; i++) p[i] = (u8)(x >> (8 * i));
 }
+#define LOAD(of, in, m, a, o) ((of)(in)bytes_in((m) + (a) + (o), sizeof(in)))
+#define STORE(in, m, a, o, x) bytes_out((m) + (a) + (o), sizeof(in), (in)(x))
 #define LOADS(name, of, in) \
-    INLINE of name(Module *s, u8 *m, u32 a, u32 o) { return (of)(in)bytes_in(at(s, m, a, o, sizeof(in)), sizeof(in)); } \
-    INLINE of name##u(Module *s, u8 *m, u32 a, u32 o) { return name(s, m, a, o); }
+    INLINE of name##u(const u8 *m, u32 a, u32 o) { return LOAD(of, in, m, a, o); }
 #define STORES(name, of, in) \
-    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of x) { bytes_out(at(s, m, a, o, sizeof(in)), sizeof(in), (in)x); } \
-    INLINE void name##u(Module *s, u8 *m, u32 a, u32 o, of x) { name(s, m, a, o, x); }
+    INLINE void name##u(u8 *m, u32 a, u32 o, of x) { STORE(in, m, a, o, x); }
 #else
-#define LOADS(name, of, in)                                                      \
-    INLINE of name(Module *s, u8 *m, u32 a, u32 o) {                             \
-        return (of)*(const in##_there *)(const void *)at(s, m, a, o, sizeof(in)); \
-    }                                                                            \
-    INLINE of name##u(Module *s, u8 *m, u32 a, u32 o) {                          \
-        in x;                                                                    \
-        memcpy(&x, at(s, m, a, o, sizeof x), sizeof x);                          \
-        return (of)x;                                                            \
+#define LOAD(of, in, m, a, o) ((of)*(const in##_there *)(const void *)((m) + (a) + (o)))
+#define STORE(in, m, a, o, x) (*(in##_there *)(void *)((m) + (a) + (o)) = (in)(x))
+#define LOADS(name, of, in)                        \
+    INLINE of name##u(const u8 *m, u32 a, u32 o) { \
+        in x;                                      \
+        memcpy(&x, m + a + o, sizeof x);           \
+        return (of)x;                              \
     }
-#define STORES(name, of, in)                                                     \
-    INLINE void name(Module *s, u8 *m, u32 a, u32 o, of y) {                     \
-        *(in##_there *)(void *)at(s, m, a, o, sizeof(in)) = (in)y;               \
-    }                                                                            \
-    INLINE void name##u(Module *s, u8 *m, u32 a, u32 o, of y) {                  \
-        in x = (in)y;                                                            \
-        memcpy(at(s, m, a, o, sizeof x), &x, sizeof x);                          \
+#define STORES(name, of, in)                             \
+    INLINE void name##u(u8 *m, u32 a, u32 o, of y) {     \
+        in x = (in)y;                                    \
+        memcpy(m + a + o, &x, sizeof x);                 \
     }
 #endif
 
+#define li(m, a, o) LOAD(u32, u32, m, a, o)
+#define li1(m, a, o) LOAD(u32, u8, m, a, o)
+#define li1s(m, a, o) LOAD(u32, s8, m, a, o)
+#define li2(m, a, o) LOAD(u32, u16, m, a, o)
+#define li2s(m, a, o) LOAD(u32, s16, m, a, o)
+#define lj(m, a, o) LOAD(u64, u64, m, a, o)
+#define lj1(m, a, o) LOAD(u64, u8, m, a, o)
+#define lj1s(m, a, o) LOAD(u64, s8, m, a, o)
+#define lj2(m, a, o) LOAD(u64, u16, m, a, o)
+#define lj2s(m, a, o) LOAD(u64, s16, m, a, o)
+#define lj4(m, a, o) LOAD(u64, u32, m, a, o)
+#define lj4s(m, a, o) LOAD(u64, s32, m, a, o)
+#define si(m, a, o, x) STORE(u32, m, a, o, x)
+#define si1(m, a, o, x) STORE(u8, m, a, o, x)
+#define si2(m, a, o, x) STORE(u16, m, a, o, x)
+#define sj(m, a, o, x) STORE(u64, m, a, o, x)
+#define sj1(m, a, o, x) STORE(u8, m, a, o, x)
+#define sj2(m, a, o, x) STORE(u16, m, a, o, x)
+#define sj4(m, a, o, x) STORE(u32, m, a, o, x)
 LOADS(li, u32, u32)
-LOADS(li1, u32, u8)
-LOADS(li1s, u32, s8)
 LOADS(li2, u32, u16)
 LOADS(li2s, u32, s16)
 LOADS(lj, u64, u64)
-LOADS(lj1, u64, u8)
-LOADS(lj1s, u64, s8)
 LOADS(lj2, u64, u16)
 LOADS(lj2s, u64, s16)
 LOADS(lj4, u64, u32)
 LOADS(lj4s, u64, s32)
 STORES(si, u32, u32)
-STORES(si1, u32, u8)
 STORES(si2, u32, u16)
 STORES(sj, u64, u64)
-STORES(sj1, u64, u8)
 STORES(sj2, u64, u16)
 STORES(sj4, u64, u32)
 
@@ -151,19 +157,20 @@ INLINE f64 of_bits64(u64 x) {
 }
 
 #ifdef BIG_ENDIAN_HOST
-#define BITS_OF(load, store, of, loads, stores, bits)                                 \
-    INLINE of load(Module *s, u8 *m, u32 a, u32 o) { return of_##bits(loads(s, m, a, o)); } \
-    INLINE void store(Module *s, u8 *m, u32 a, u32 o, of x) { stores(s, m, a, o, bits(x)); }
-BITS_OF(le, se, f32, li, si, bits32)
-BITS_OF(leu, seu, f32, li, si, bits32)
-BITS_OF(ld, sd, f64, lj, sj, bits64)
-BITS_OF(ldu, sdu, f64, lj, sj, bits64)
+#define le(m, a, o) of_bits32(li(m, a, o))
+#define ld(m, a, o) of_bits64(lj(m, a, o))
+#define se(m, a, o, x) si(m, a, o, bits32(x))
+#define sd(m, a, o, x) sj(m, a, o, bits64(x))
 #else
-LOADS(le, f32, f32)
-LOADS(ld, f64, f64)
-STORES(se, f32, f32)
-STORES(sd, f64, f64)
+#define le(m, a, o) LOAD(f32, f32, m, a, o)
+#define ld(m, a, o) LOAD(f64, f64, m, a, o)
+#define se(m, a, o, x) STORE(f32, m, a, o, x)
+#define sd(m, a, o, x) STORE(f64, m, a, o, x)
 #endif
+#define leu(m, a, o) of_bits32(liu(m, a, o))
+#define ldu(m, a, o) of_bits64(lju(m, a, o))
+#define seu(m, a, o, x) siu(m, a, o, bits32(x))
+#define sdu(m, a, o, x) sju(m, a, o, bits64(x))
 
 INLINE void copy(Module *s, u32 to, u32 from, u32 size) {
     if (size > MEMORY || to > MEMORY - size || from > MEMORY - size) trap(s, OUT_OF_BOUNDS);

@@ -219,7 +219,7 @@ u32 plant_texts(Plant *plant, const char *const texts[], size_t number) {
     list = plant_take(plant, texts, number, 4);
     for (place = 0; texts && plant->room && place < number; place++) {
         u32 address = plant_text(plant, texts[place]);
-        siu(&plant->module, plant->module.memory, list + 4u * (u32)place, 0, address);
+        siu(plant->module.memory, list + 4u * (u32)place, 0, address);
     }
     return list;
 }

@@ -39,7 +39,6 @@ typedef double f64;
 /* Double precision is what everything rests on. */
 typedef char f64_is_double_precision[sizeof(f64) == 8 ? 1 : -1];
 
-#define PAGE 65536u
 /* Bytes of memory beyond what the module starts with: variables, models, saved states. Where memory is allocated, systems give
    what is used of it. */
 #ifndef PLANT_HEAP
@@ -53,8 +52,6 @@ typedef char f64_is_double_precision[sizeof(f64) == 8 ? 1 : -1];
 #error "PLANT_HEAP is a number of bytes: some hundred thousand, and less than 2 GB"
 #endif
 #define MEMORY (MODULE_PAGES * PAGE + (PLANT_HEAP + PAGE - 1u) / PAGE * PAGE)
-/* Bytes behind it that nothing uses. */
-#define MARGIN 4096u
 
 typedef void (*Function)(void);
 
@@ -69,7 +66,7 @@ enum {
 
 /* An instance of the module. */
 typedef struct Module {
-    /* MEMORY and MARGIN, and how many pages of the first are in use. */
+    /* MEMORY, a MARGIN behind it that nothing uses, and how many pages of the first are in use. */
     u8 *memory;
     u32 pages;
     MODULE_GLOBALS

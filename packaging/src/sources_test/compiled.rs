@@ -16,6 +16,8 @@ use crate::workspace::Workspace;
 pub struct Written {
     /// Where they are.
     pub folder: PathBuf,
+    /// The module that they are made of.
+    pub module: Vec<u8>,
     /// The files that an importer compiles.
     compiled: Vec<PathBuf>,
     /// The headers of the standard, as FMPy has them.
@@ -42,7 +44,7 @@ impl Written {
         println!("{}: {} KB of C", folder.display(), size / 1000);
         let compiled = sources.compiled.iter().map(|name| folder.join(name)).collect();
         let headers = Venv::prepare(workspace, Requirements::PACKAGE)?.module("fmpy")?.join("c-code");
-        Ok(Self { folder, compiled, headers })
+        Ok(Self { folder, module, compiled, headers })
     }
 
     /// The objects of the plant, without the functions of FMI, and of the loop.

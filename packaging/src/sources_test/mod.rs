@@ -51,11 +51,11 @@ pub fn run(workspace: &Workspace, only: Option<&str>) -> Result<()> {
         let Made { written, plant, library } = on_this_machine(workspace, model, &rust)?;
         heading(&format!("Sources in C of {}: the tests of the C interface", model.name));
         suite::run(workspace, model, &library)?;
+        heading(&format!("Sources in C of {}: FMUs that FMPy compiles", model.name));
+        by_fmpy(workspace, model, &written.module)?;
         if model.name == MODEL.name {
             heading("Sources in C: instructions of a step");
             speed(workspace, &written, &rust, &library)?;
-            heading("Sources in C: FMUs that FMPy compiles");
-            by_fmpy(workspace)?;
             cylinder = Some((written, plant));
         }
     }
@@ -169,13 +169,12 @@ fn on_targets(
 }
 
 /// FMPy compiles FMUs of both versions as it compiles those of others, and runs them beside the library in Rust.
-fn by_fmpy(workspace: &Workspace) -> Result<()> {
-    let module = sources::module(workspace, &MODEL, Size::Small)?;
+fn by_fmpy(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<()> {
     let library = Library::for_this_machine(workspace)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let folder = workspace.target.join("sources-test/fmpy");
-    let sources = |version| Ok(Some(sources::of(workspace, &MODEL, &[version], &module)?));
-    let fmus = package::write(workspace, &MODEL, &[library], sources, &folder)?;
+    let sources = |version| Ok(Some(sources::of(workspace, model, &[version], module)?));
+    let fmus = package::write(workspace, model, &[library], sources, &folder)?;
     let stated = folder.join("experiments.json");
     files::write(&stated, crate::describe::experiments(workspace.product.models)?)?;
     let mut python = venv.command();

@@ -3,6 +3,9 @@
 //! The stack of WebAssembly is followed while reading: an entry is an expression in C, which is written where it is taken,
 //! or into a variable of its place before anything changes what it depends on. Products of floating-point numbers always go
 //! into a variable: the standard of C lets a compiler contract a product and a sum within one expression only.
+//!
+//! Addresses are variables, too, and each is compared with the bounds of the memory by a statement of its own. Behind the
+//! memory is a margin: one comparison serves all that is at small offsets from an address, until the variable changes.
 
 use std::fmt::Write;
 
@@ -22,7 +25,12 @@ pub struct Surroundings<'a> {
     pub signatures: &'a [Signature],
     /// The types of the global variables.
     pub globals: &'a [Type],
+    /// How many bytes of memory there are from the start on.
+    pub memory: u64,
 }
+
+/// Bytes behind the memory that nothing uses.
+pub const MARGIN: u64 = 4096;
 
 /// A function in C.
 pub struct Function {
@@ -70,6 +78,10 @@ impl Entry {
         Self { needs: vec![variable], ..Self::plain(variable.name(), of) }
     }
 
+    fn is_variable(&self) -> bool {
+        matches!(self.needs[..], [variable] if variable.name() == self.text)
+    }
+
     fn is_constant(&self) -> bool {
         self.needs.is_empty() && !self.reads
     }
@@ -102,6 +114,8 @@ struct Frame {
     is_left_by_branch: bool,
     /// Whether the first part of an `if` with two ends by itself.
     first_part_ends: bool,
+    /// The addresses that were within bounds when it began, and have not changed since.
+    within: Vec<Variable>,
 }
 
 /// Translates a function.
@@ -135,6 +149,9 @@ struct Translation<'a> {
     places: Vec<(Type, usize)>,
     calls: Vec<u32>,
     uses_memory: bool,
+    /// The addresses that are within bounds.
+    within: Vec<Variable>,
+    has_bounds: bool,
     /// How many blocks are open that are never reached; nothing is written then.
     unreached: Option<usize>,
 }
@@ -149,6 +166,7 @@ impl<'a> Translation<'a> {
             result: signature.result,
             is_left_by_branch: false,
             first_part_ends: false,
+            within: Vec::new(),
         };
         Self {
             surroundings,
@@ -160,6 +178,8 @@ impl<'a> Translation<'a> {
             places: Vec::new(),
             calls: Vec::new(),
             uses_memory: false,
+            within: Vec::new(),
+            has_bounds: false,
             unreached: None,
         }
     }
@@ -229,8 +249,19 @@ impl<'a> Translation<'a> {
             self.places.push((of, place));
         }
         if entry.text != variable.name() {
+            let is_within = self.within.iter().any(|other| other.name() == entry.text);
+            self.changes(variable);
+            if is_within {
+                self.within.push(variable);
+            }
             self.line(format!("{}={};", variable.name(), entry.text));
         }
+    }
+
+    /// Whatever was known of a variable is not known any more.
+    fn changes(&mut self, variable: Variable) {
+        let open = self.frames.iter_mut().map(|frame| &mut frame.within);
+        open.chain([&mut self.within]).for_each(|within| within.retain(|other| *other != variable));
     }
 
     /// Puts what a call returns on the stack.
@@ -387,15 +418,17 @@ impl<'a> Translation<'a> {
 
     fn access(&mut self, access: Access, place: MemArg) -> Result<()> {
         self.uses_memory = true;
+        let arguments = if access.loads.is_some() { 1 } else { 2 };
+        let address = self.stack.len().checked_sub(arguments).context("the stack is empty")?;
+        self.ensure_within(address, place.offset + (1 << place.max_align));
         let value = if access.loads.is_none() { Some(self.pop()?) } else { None };
         let address = self.pop()?;
-        let offset = place.offset;
         // Rust's compiler says of each access how its address is aligned; some processors need that.
         let function = format!("{}{}", access.function, if place.align < place.max_align { "u" } else { "" });
+        let there = format!("m,{},{}u", address.value(), place.offset);
         match (access.loads, value) {
             (Some(of), _) => {
-                let text = format!("{function}(s,m,{},{offset}u)", address.value());
-                self.combine(text, of, false, &[&address]);
+                self.combine(format!("{function}({there})"), of, false, &[&address]);
                 if let Some(entry) = self.stack.last_mut() {
                     entry.reads = true;
                 }
@@ -403,10 +436,29 @@ impl<'a> Translation<'a> {
             (None, value) => {
                 self.compute_reads();
                 let value = value.map(|value| value.value()).unwrap_or_default();
-                self.line(format!("{function}(s,m,{},{offset}u,{value});", address.value()));
+                self.line(format!("{function}({there},{value});"));
             }
         }
         Ok(())
+    }
+
+    /// Traps unless there are so many bytes from an address on, which becomes a variable or is a constant.
+    fn ensure_within(&mut self, place: usize, bytes: u64) {
+        if !self.stack[place].is_variable() {
+            self.compute(place);
+        }
+        let entry = &self.stack[place];
+        let constant = entry.text.strip_suffix('u').and_then(|digits| digits.parse::<u64>().ok());
+        if constant.is_some_and(|address| address + bytes <= self.surroundings.memory) {
+            return;
+        }
+        let variable = entry.needs.first().copied().filter(|_| bytes <= MARGIN);
+        if variable.is_some_and(|variable| self.within.contains(&variable)) {
+            return;
+        }
+        self.within.extend(variable);
+        self.has_bounds = true;
+        self.line(format!("within({},{bytes}u);", self.stack[place].text));
     }
 
     fn on_memory(&mut self, function: &str) -> Result<()> {
@@ -483,7 +535,12 @@ impl<'a> Translation<'a> {
             result,
             is_left_by_branch: false,
             first_part_ends: false,
+            within: self.within.clone(),
         });
+        if shape == Shape::Loop {
+            // What changes in it is not known yet, and it comes back to here.
+            self.within.clear();
+        }
         Ok(())
     }
 
@@ -491,6 +548,7 @@ impl<'a> Translation<'a> {
     fn branch(&mut self, depth: u32) -> Result<String> {
         let target = self.frames.len().checked_sub(1 + depth as usize).context("a branch out of the function")?;
         let frame = &mut self.frames[target];
+        let height = frame.height;
         if frame.shape == Shape::Loop {
             frame.is_left_by_branch = true;
             return Ok(format!("goto L{};", frame.label));
@@ -505,9 +563,10 @@ impl<'a> Translation<'a> {
         frame.is_left_by_branch = true;
         let leave = format!("goto L{};", frame.label);
         let Some((of, value)) = value else { return Ok(leave) };
-        let variable = Variable::Place(of, frame.height);
-        if !self.places.contains(&(of, frame.height)) {
-            self.places.push((of, frame.height));
+        let variable = Variable::Place(of, height);
+        self.changes(variable);
+        if !self.places.contains(&(of, height)) {
+            self.places.push((of, height));
         }
         Ok(if value == variable.name() { leave } else { format!("{{{}={value};{leave}}}", variable.name()) })
     }
@@ -530,6 +589,7 @@ impl<'a> Translation<'a> {
         let frame = self.frames.last_mut().context("no block is open")?;
         frame.first_part_ends = self.unreached.is_none();
         frame.shape = Shape::If { has_else: true };
+        self.within.clone_from(&frame.within);
         self.unreached = None;
         Ok(())
     }
@@ -547,6 +607,12 @@ impl<'a> Translation<'a> {
         self.settle()?;
         let frame = self.frames.pop().context("no block is open")?;
         let label = format!("L{}:;", frame.label);
+        // A loop ends where its last statement does; all others are left from elsewhere, too.
+        if frame.shape == Shape::Loop {
+            self.within.extend(&frame.within);
+        } else if frame.shape != Shape::Block || frame.is_left_by_branch {
+            self.within.clone_from(&frame.within);
+        }
         let is_reached = match frame.shape {
             Shape::Loop => {
                 if frame.is_left_by_branch {
@@ -596,6 +662,12 @@ impl<'a> Translation<'a> {
             text += line;
             text += "\n";
         }
+        if self.has_bounds {
+            if signature.result.is_none() {
+                text += "return;\n";
+            }
+            text += "X:trap(s,OUT_OF_BOUNDS);\n";
+        }
         text += "}\n";
         Function { text, calls: self.calls }
     }
@@ -620,5 +692,70 @@ fn place(op: &Op) -> Result<MemArg> {
         I32Load I64Load F32Load F64Load I32Load8S I32Load8U I32Load16S I32Load16U I64Load8S I64Load8U I64Load16S
         I64Load16U I64Load32S I64Load32U I32Store I64Store F32Store F64Store I32Store8 I32Store16 I64Store8 I64Store16
         I64Store32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wasmparser::BinaryReader;
+
+    use super::*;
+
+    /// The lines that compare an address with the bounds of a memory of one page, in a function of one address.
+    fn comparisons(operators: &[&[u8]]) -> Result<Vec<String>> {
+        let code = [&[0][..], &operators.concat(), &[0x0b]].concat();
+        let signatures = [Signature { parameters: vec![Type::I32], result: None }];
+        let surroundings =
+            Surroundings { functions: &[0], imports: &[], signatures: &signatures, globals: &[], memory: 65_536 };
+        let function = translate(&FunctionBody::new(BinaryReader::new(&code, 0)), 0, &surroundings)?;
+        let lines = function.text.lines().filter(|line| line.starts_with("within("));
+        Ok(lines.map(str::to_owned).collect())
+    }
+
+    const ADDRESS: &[u8] = &[0x20, 0];
+    const LOAD: &[u8] = &[0x2b, 3, 0, 0x1a];
+    const LOAD_AT_16: &[u8] = &[0x2b, 3, 16, 0x1a];
+    const LOAD_AT_5000: &[u8] = &[0x2b, 3, 0x88, 0x27, 0x1a];
+    const CHANGE: &[u8] = &[0x41, 1, 0x21, 0];
+    const BLOCK: &[u8] = &[0x02, 0x40];
+    const LOOP: &[u8] = &[0x03, 0x40];
+    const IF: &[u8] = &[0x20, 0, 0x04, 0x40];
+    const ELSE: &[u8] = &[0x05];
+    const LEAVE_IF: &[u8] = &[0x20, 0, 0x0d, 0];
+    const END: &[u8] = &[0x0b];
+
+    #[test]
+    fn an_address_is_compared_once_until_it_changes() -> Result<()> {
+        let once = ["within(l0,8u);"];
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_16])?, once);
+        let again = ["within(l0,8u);", "within(l0,24u);"];
+        assert_eq!(comparisons(&[ADDRESS, LOAD, CHANGE, ADDRESS, LOAD_AT_16])?, again);
+        // What is far from the address, and a constant in the memory and not.
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_5000])?, ["within(l0,8u);", "within(l0,5008u);"]);
+        assert_eq!(comparisons(&[&[0x41, 8], LOAD])?, [""; 0]);
+        assert_eq!(comparisons(&[&[0x41, 0x7c], LOAD])?, ["within(4294967292u,8u);"]);
+        Ok(())
+    }
+
+    #[test]
+    fn an_address_is_compared_again_where_a_path_comes_in_that_did_not_or_changed_it() -> Result<()> {
+        let twice = ["within(l0,8u);", "within(l0,24u);"];
+        let of = |before: &[&[u8]]| comparisons(&[&before.concat(), ADDRESS, LOAD_AT_16]);
+        assert_eq!(of(&[BLOCK, LEAVE_IF, ADDRESS, LOAD, END])?, twice);
+        assert_eq!(of(&[ADDRESS, LOAD, BLOCK, LEAVE_IF, CHANGE, END])?, twice);
+        assert_eq!(of(&[IF, ADDRESS, LOAD, END])?, twice);
+        assert_eq!(of(&[ADDRESS, LOAD, IF, CHANGE, END])?, twice);
+        assert_eq!(of(&[IF, ADDRESS, LOAD, ELSE, END])?, twice);
+        assert_eq!(of(&[IF, ELSE, ADDRESS, LOAD, END])?, twice);
+        // A loop comes back to its begin, and ends behind its last statement.
+        assert_eq!(comparisons(&[ADDRESS, LOAD, LOOP, ADDRESS, LOAD_AT_16, CHANGE, LEAVE_IF, END])?, twice);
+        assert_eq!(of(&[ADDRESS, LOAD, LOOP, CHANGE, END])?, twice);
+        // Nothing changes it on these.
+        let once = ["within(l0,8u);"];
+        assert_eq!(of(&[ADDRESS, LOAD, BLOCK, LEAVE_IF, END])?, once);
+        assert_eq!(of(&[ADDRESS, LOAD, IF, ELSE, END])?, once);
+        assert_eq!(of(&[ADDRESS, LOAD, LOOP, LEAVE_IF, END])?, once);
+        assert_eq!(of(&[LOOP, ADDRESS, LOAD, LEAVE_IF, END])?, once);
+        Ok(())
     }
 }

@@ -21,12 +21,14 @@ use wasmparser::{
     ConstExpr, DataKind, ElementItems, ElementKind, ExternalKind, FunctionBody, Operator, Parser, Payload, TypeRef,
 };
 
-use self::function::{Function, Surroundings};
+use self::function::{Function, MARGIN, Surroundings};
 use self::operators::Type;
 use self::signature::{Signature, value_type};
 
 /// How many bytes of C are in a file, about.
 const FILE: usize = 400_000;
+/// How many bytes of memory a page has.
+const PAGE: u64 = 65_536;
 
 /// A module as it is read.
 #[derive(Default)]
@@ -168,6 +170,7 @@ fn translated(module: &Module, from: impl Iterator<Item = u32>) -> Result<BTreeM
         imports: &module.imports,
         signatures: &module.signatures,
         globals: &globals,
+        memory: module.pages * PAGE,
     };
     let mut functions = BTreeMap::new();
     let mut open: BTreeSet<u32> = from.collect();
@@ -191,7 +194,9 @@ fn header(
 ) -> Result<String> {
     let mut text = String::from("/* Made from the plant in Rust; not meant to be read or changed. */\n");
     writeln!(text, "#ifndef CODE_H\n#define CODE_H")?;
+    writeln!(text, "#define PAGE {PAGE}u")?;
     writeln!(text, "#define MODULE_PAGES {}", module.pages)?;
+    writeln!(text, "#define MARGIN {MARGIN}u")?;
     let globals = module.globals.iter().enumerate().map(|(place, (of, _))| format!("{} g{place};", of.in_c()));
     writeln!(text, "#define MODULE_GLOBALS {}", globals.collect::<String>())?;
     writeln!(text, "#include \"wasm.h\"")?;
