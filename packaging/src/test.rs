@@ -38,7 +38,7 @@ Examples:
   cargo xtask test --times         and say how long each stage has taken
   cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
   cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else
-  cargo xtask test --sources --only cortex-m7   of them only those of one model or for one target
+  cargo xtask test --sources --only cortex-m7,s390x   of them only those of some models or for some targets
   cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes")]
 pub struct Test {
     /// Say at the end when each stage began and how long it took, also after a failure.
@@ -50,9 +50,9 @@ pub struct Test {
     /// Only compile the sources in C for all targets, run and compare them; a missing tool is an error then.
     #[arg(long, conflicts_with = "platforms")]
     sources: bool,
-    /// Of the sources in C only those of this model, or for this target.
-    #[arg(long, value_name = "NAME", requires = "sources", conflicts_with = "fuzz")]
-    only: Option<String>,
+    /// Of the sources in C only those of these models, or for these targets.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "sources", conflicts_with = "fuzz")]
+    only: Vec<String>,
     /// Only make random calls of the sources in C, for so many minutes.
     #[arg(long, value_name = "MINUTES", requires = "sources")]
     fuzz: Option<u64>,
@@ -66,7 +66,7 @@ impl Test {
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
         let outcome = match (self.platforms, self.sources, self.fuzz) {
             (true, ..) => platform_test::run(workspace),
-            (_, true, None) => sources_test::run(workspace, self.only.as_deref()),
+            (_, true, None) => sources_test::run(workspace, &self.only),
             (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes)),
             _ => run(workspace),
         };

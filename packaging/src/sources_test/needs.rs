@@ -39,10 +39,14 @@ impl Needs {
     pub fn of_objects(compiler: &Compiler, objects: &[PathBuf]) -> Result<Self> {
         let tool = compiler.program.strip_suffix("gcc").map_or_else(|| "size".to_owned(), |of| format!("{of}size"));
         let printed = process::output(Command::new(tool).arg("--totals").args(objects))?;
-        let total = printed.lines().last().unwrap_or_default();
-        let columns: Vec<_> = total.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        let [text, data, zeros, _] = columns[..] else { bail!("no size of objects: {printed}") };
-        Ok(Self { text, data: data + zeros, ..Self::default() })
+        Self::of_sizes(&printed).with_context(|| format!("no size of objects: {printed}"))
+    }
+
+    /// What `size` prints: code, variables and zeros in the first columns of the last line.
+    fn of_sizes(printed: &str) -> Option<Self> {
+        let mut columns = printed.lines().last()?.split_whitespace().map(|word| word.parse::<u64>().ok());
+        let (text, data, zeros) = (columns.next()??, columns.next()??, columns.next()??);
+        Some(Self { text, data: data + zeros, ..Self::default() })
     }
 
     /// Takes in what a program has measured.
@@ -113,6 +117,15 @@ fn thousands(instructions: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_read_also_where_the_hexadecimal_sum_has_no_letter() {
+        let sizes = |sum: &str| Needs::of_sizes(&format!("   text\t   data\t    bss\n{sum}\t(TOTALS)\n"));
+        let of = |text, data| Some(Needs { text, data, ..Needs::default() });
+        assert_eq!(sizes("1798047\t8\t1380584\t3178631\t308087"), of(1_798_047, 1_380_592));
+        assert_eq!(sizes("1989\t0\t1380584\t1382573\t1518ad"), of(1989, 1_380_584));
+        assert_eq!(sizes("none"), None);
+    }
 
     #[test]
     fn what_is_measured_makes_a_row() -> Result<()> {
