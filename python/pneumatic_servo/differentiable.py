@@ -50,6 +50,8 @@ class Trajectory:
         for name in self.parameters:
             if name not in model.parameters:
                 raise ValueError(f"parameters: {name} is no parameter{did_you_mean(name, model.parameters)}")
+            if model.parameters[name].kind != "real":
+                raise ValueError(f"parameters: {name} is no real number, and nothing can be differentiated by it")
         for name in self.inputs:
             if name not in model.inputs:
                 raise ValueError(f"inputs: {name} is not an input{did_you_mean(name, model.inputs)}")
@@ -63,6 +65,10 @@ class Trajectory:
         if twice is not None:
             raise ValueError(f"{twice} is given twice, as what varies and among what is given")
         self._grid = Grid.of(0.0, model.stop if stop is None else stop, model.step if step is None else step, 1)
+        for what, given_names in (("parameters", self.parameters), ("inputs", self.inputs)):
+            twice = next((name for name in given_names if given_names.count(name) > 1), None)
+            if twice is not None:
+                raise ValueError(f"{what}: {twice} is given twice")
         self._places = [list(model.inputs).index(name) for name in self.inputs]
         self.times = self._grid.times()
 

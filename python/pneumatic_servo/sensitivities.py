@@ -76,23 +76,28 @@ class Sensitivities:
 
         Raises
         ------
+        TypeError
+            For anything but two names.
         KeyError
             When the one was not recorded, or the run not differentiated by the other.
         NoDerivative
             When the run has come through a point at which there is none; `until_lost` has the rows before.
         """
+        if not isinstance(key, tuple) or len(key) != 2:
+            raise TypeError(f'two names are needed, of what and by what, as in ["position", "valve.C"], not {key!r}')
         found = self.until_lost(*key)
         if key[1] in self.lost:
             raise self.lost[key[1]]
         lacking = np.isnan(found)
         if lacking.any():
-            reason = "it depends on a number of the memory that has no slope"
+            reason = "it depends on a number of the memory that has no slope, as one that is rounded"
             raise NoDerivative(float(self._time[np.argmax(lacking)]), key[0], reason)
         return found
 
     def until_lost(self, of: str, by: str) -> Array:
         """Return the same, of shape (rows,), with NaN in the rows for which there is no derivative."""
-        output, direction = _place(of, list(self.variables), "recorded"), _place(by, self.names, "differentiated by")
+        output = _place(of, list(self.variables), f"{of} is not recorded")
+        direction = _place(by, self.names, f"the run is not differentiated by {by}")
         if self.variables[of].kind != "real":
             raise KeyError(f"{of} is no real number, and has no derivative")
         found: Array = self._values[direction, output]
@@ -119,9 +124,9 @@ class Sensitivities:
         return f"<Sensitivities of {of} by {by}; {len(self.events)} events{lost}>"
 
 
-def _place(name: str, known: Sequence[str], what: str) -> int:
+def _place(name: str, known: Sequence[str], lacking: str) -> int:
     if name not in known:
-        raise KeyError(f"{name} is not {what}{did_you_mean(str(name), known)}; there are {', '.join(known)}")
+        raise KeyError(lacking + (did_you_mean(str(name), known) or f"; there are {', '.join(known)}"))
     return list(known).index(name)
 
 

@@ -66,6 +66,9 @@ def test_push_and_pull_agree(plant: ps.Model) -> None:
     ("change", "problem"),
     [
         ({"parameters": ["valve.D"]}, "parameters: valve.D is no parameter"),
+        ({"parameters": ["friction.law"]}, "parameters: friction.law is no real number"),
+        ({"parameters": ["valve.C", "valve.b", "valve.C"]}, "parameters: valve.C is given twice"),
+        ({"inputs": ["valveVoltage", "valveVoltage"]}, "inputs: valveVoltage is given twice"),
         ({"inputs": ["valveVoltag"]}, "inputs: valveVoltag is not an input; did you mean valveVoltage"),
         ({"outputs": ["sticking"]}, "outputs: sticking is no real number"),
         ({"given": {"valve.C": 1e-8}}, "valve.C is given twice"),

@@ -78,6 +78,11 @@ def test_reading_that_is_rounded_is_refused(plant: ps.Model) -> None:
     assert np.isfinite(found["position", "valve.C"]).all()
     with pytest.raises(ps.NoDerivative, match=r"at sensor\.position\.reading: it depends on a number"):
         _ = found["sensor.position.reading", "valve.C"]
+    # Backwards, too, where it has a weight; what is beside it is none the worse.
+    run = plant.simulate({**parameters, "valve.hysteresis": 0.0}, **given)
+    with pytest.raises(ps.NoDerivative, match=r"t = 0\.3 s on, at sensor\.position\.reading: it depends on"):
+        run.vjp({"sensor.position.reading": np.arange(301.0)})
+    assert np.isfinite(run.vjp({"position": 1.0}).inputs["valveVoltage"]).all()
 
 
 @pytest.mark.parametrize(
@@ -111,8 +116,10 @@ def test_what_was_not_recorded_or_has_no_slope_is_named(plant: ps.Model) -> None
     assert found is not None
     with pytest.raises(KeyError, match="velocity is not recorded"):
         _ = found["velocity", "valve.C"]
-    with pytest.raises(KeyError, match=r"valve\.b is not differentiated by"):
-        _ = found["position", "valve.b"]
+    with pytest.raises(KeyError, match=r"the run is not differentiated by valve\.c; did you mean valve\.C"):
+        _ = found["position", "valve.c"]
+    with pytest.raises(TypeError, match=r"""two names are needed, .*, not 'position'"""):
+        _ = found["position"]  # type: ignore[index]
     with pytest.raises(KeyError, match="sticking is no real number"):
         _ = found["sticking", "valve.C"]
 
