@@ -70,6 +70,43 @@ def test_point_without_a_derivative_is_raised_by_time_and_reason(plant: ps.Model
     assert np.isfinite(found["position", "valve.C"]).all()
 
 
+FREE = {
+    "bench.drive": "Free",
+    "mass": 1.5,
+    "velocity0": 1e-9,
+    "friction.coulomb.Fc": 2.0,
+    "friction.coulomb.sigma2": 0.0,
+}
+HELD = {"bench.drive": "Free", "friction.coulombStiction.Fs": 1.5, "friction.coulombStiction.Fc": 1.0}
+PAIR = {"trolleys": 2, "load.angle0": 1.5}
+
+
+@pytest.mark.parametrize(
+    ("model", "law", "parameters", "inputs", "problem"),
+    [
+        ("FrictionBench", "Coulomb", FREE, {"appliedForce": 2.0 - 1e-9}, r"s on, at stop: the motion only grazes"),
+        (
+            "FrictionBench",
+            "CoulombStiction",
+            HELD,
+            {"appliedForce": 1.5},
+            r"t = 0 s on, at the start: the modes differ",
+        ),
+        ("Festoon", "CoulombStiction", PAIR, {}, r"t = 0\.054\d+ s on, at breakAway: breakAway happens at the same"),
+    ],
+)
+def test_events_without_a_derivative_are_told_by_time_and_name(
+    model: str, law: str, parameters: dict[str, Any], inputs: dict[str, Any], problem: str
+) -> None:
+    """A motion that grazes its limit, a mode that begins just at its limit, and two events at one instant."""
+    by = "load.mass" if model == "Festoon" else "friction.coulomb.Fc" if law == "Coulomb" else "appliedForce"
+    given = {"friction.law": law, **parameters}
+    found = ps.Model(model).simulate(given, inputs=inputs, sensitivities=[by], stop=2.0, step=0.1).sensitivities
+    assert found is not None and list(found.lost) == [by]
+    with pytest.raises(ps.NoDerivative, match=problem):
+        _ = found[next(iter(found))]
+
+
 def test_reading_that_is_rounded_is_refused(plant: ps.Model) -> None:
     parameters = {"sensor.position.sampleTime": 1e-3, "sensor.position.resolution": 1e-5}
     given = {**GIVEN, "outputs": ["position", "sensor.position.reading"]}
