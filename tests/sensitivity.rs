@@ -315,6 +315,7 @@ fn transitions_refuse_what_is_no_parameter_and_no_output() {
     };
     assert!(refused(&["position"], &[]).contains("with respect to position: it is no parameter"));
     assert!(refused(&[], &["valve.C"]).contains("valve.C: as an output: it is not computed"));
+    assert!(refused(&[], &["position", "sticking"]).contains("sticking: as an output: it is no real number"));
     assert!(refused(&[], &["posiion"]).starts_with("there is no variable posiion; did you mean position"));
     assert_eq!(plant.time(), 0.0, "nothing has been done");
 }

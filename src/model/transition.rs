@@ -5,8 +5,7 @@ use crate::sensitivity::{
     Along, DirectionError, Gradient, NoDerivative, Slopes, States, Tangents, Transition, TransitionError, columns,
     directions,
 };
-use crate::variables::Place;
-use crate::variables::find;
+use crate::variables::{Kind, Place, find};
 
 /// Steps between two states that are saved on the way of a gradient, and transitions that are held at a time.
 const SEGMENT: usize = 64;
@@ -183,10 +182,11 @@ impl Plant {
         for name in outputs {
             let entry =
                 find(table, name).map_err(|error| TransitionError::Direction(DirectionError::Unknown(error)))?;
-            let Place::Computed(place) = entry.place else {
-                return Err(refused(name, "as an output: it is not computed"));
-            };
-            places.push(place);
+            match (entry.place, &entry.variable.kind) {
+                (Place::Computed(place), Kind::Real(_)) => places.push(place),
+                (Place::Computed(_), _) => return Err(refused(name, "as an output: it is no real number")),
+                _ => return Err(refused(name, "as an output: it is not computed")),
+            }
         }
         let numbered = table.states().enumerate().filter_map(|(number, reference)| {
             let place = self.simulation.state_index(number)?;
