@@ -12,8 +12,9 @@
 //! | [`law::mirrored`] | mirrored motion gives mirrored friction |
 //! | [`law::passive`] | friction gives back no more energy than it can have stored |
 //!
-//! [`model`] and [`run`] make those of a model, [`law()`] those of a law and of the friction bench under it. All of them panic, as assertions
-//! of tests do, and say what is wrong.
+//! [`model`] and [`run`] make those of a model, and look whether its default experiment speaks of variables that there are.
+//! [`law()`] makes those of a law and of the friction bench under it. All of them panic, as assertions of tests do, and say what
+//! is wrong.
 //!
 //! ```
 //! use pneumatic_servo::conformance;
@@ -23,6 +24,7 @@
 //! ```
 
 mod dependencies;
+mod experiment;
 mod host;
 pub mod law;
 mod random;
@@ -31,6 +33,7 @@ mod slopes;
 mod ways;
 
 pub use self::dependencies::{dependencies, found_dependencies};
+use self::experiment::experiment;
 pub use self::host::Host;
 pub use self::law::{Claims, law};
 pub use self::random::Random;
@@ -57,6 +60,7 @@ pub fn model(settings: &[Setup]) {
 /// # Panics
 /// When a promise is not kept.
 pub fn run(setup: &Setup) {
+    experiment(setup.model().name, setup.table(), &setup.model().experiment);
     let end = duration(setup);
     rates(setup, 0.21 * end);
     // Ten times the default tolerance: stick-slip adds up what each phase leaves.
