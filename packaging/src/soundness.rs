@@ -48,15 +48,16 @@ fn problems(model: &Model) -> Vec<String> {
         Ok(table) => table,
         Err(reason) => return vec![reason],
     };
+    let mut problems = Vec::new();
+    table.iter().for_each(|variable| of_variable(variable, &mut problems));
     // Names or value references that come twice, or that lead nowhere.
     if let Some(problem) = table.problem() {
-        return vec![problem.reason.clone()];
+        problems.push(problem.reason.clone());
+        return problems;
     }
-    let mut problems = Vec::new();
     if model.description.is_empty() {
         problems.push("it has no description".to_owned());
     }
-    table.iter().for_each(|variable| of_variable(variable, &mut problems));
     of_enumerations(table, &mut problems);
     of_events(model, table, &mut problems);
     of_experiment(model, table, &mut problems);
