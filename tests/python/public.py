@@ -44,13 +44,20 @@ def arguments() -> Iterator[Argument]:
             if inspect.isfunction(thing):
                 yield from _of(name, module, name, thing)
             elif inspect.isclass(thing):
-                for method, function in vars(thing).items():
+                for method, function in _methods(thing).items():
                     if method in ("__init__", "__call__") and name not in MADE:
                         yield from _of(name, thing, method, function)
                     elif not method.startswith("_") and f"{name}.{method}" not in INNER:
                         plain = getattr(function, "__func__", function)
                         if inspect.isfunction(plain):
                             yield from _of(f"{name}.{method}", thing, method, plain)
+
+
+def _methods(thing: type) -> dict[str, Any]:
+    """What a class has of its own, and from classes of the package that it alone shows."""
+    shown = {id(getattr(module, name)) for module in MODULES for name in module.__all__} - {id(thing)}
+    hidden = [base for base in thing.__mro__ if base.__module__.startswith("pneumatic_servo") and id(base) not in shown]
+    return {name: function for base in reversed(hidden) for name, function in vars(base).items()}
 
 
 def _of(prefix: str, owner: Any, name: str, function: Callable[..., Any]) -> Iterator[Argument]:
