@@ -50,7 +50,7 @@ fn problems(model: &Model) -> Vec<String> {
     };
     let mut problems = Vec::new();
     table.iter().for_each(|variable| of_variable(variable, &mut problems));
-    // Names or value references that come twice, or that lead nowhere.
+    // Names or value references that come twice or lead nowhere, among others.
     if let Some(problem) = table.problem() {
         problems.push(problem.reason.clone());
         return problems;
@@ -60,7 +60,7 @@ fn problems(model: &Model) -> Vec<String> {
     }
     of_enumerations(table, &mut problems);
     of_events(model, table, &mut problems);
-    of_experiment(model, table, &mut problems);
+    problems.extend(model.experiment.problems(table));
     // What is unsound may not even start.
     if problems.is_empty() {
         of_start(model, table, &mut problems);
@@ -160,27 +160,6 @@ fn of_events(model: &Model, table: &Table, problems: &mut Vec<String>) {
             let name = &entry.variable.name;
             problems.push(format!("{name} has the value reference {}, which is an event's", indicator.reference));
         }
-    }
-}
-
-fn of_experiment(model: &Model, table: &Table, problems: &mut Vec<String>) {
-    let experiment = &model.experiment;
-    let is_positive = |value: f64| value.is_finite() && value > 0.0;
-    if !is_positive(experiment.stop_time) || !is_positive(experiment.step_size) {
-        problems.push("stop time and step size of the default experiment must be positive".to_owned());
-    }
-    for signal in experiment.signals {
-        if !table.inputs().any(|input| input.name == signal.input) {
-            problems.push(format!("the default experiment moves {}, which is no input", signal.input));
-        }
-    }
-    for name in experiment.panels.iter().flat_map(|panel| panel.curves) {
-        if table.find(name).is_none() {
-            problems.push(format!("the default experiment shows {name}, which is no variable"));
-        }
-    }
-    if experiment.panels.is_empty() || experiment.panels.iter().any(|panel| panel.curves.is_empty()) {
-        problems.push("the default experiment shows nothing: it needs panels with curves".to_owned());
     }
 }
 

@@ -1,22 +1,15 @@
 //! The default experiment speaks of variables that there are.
 
 use crate::model::Experiment;
-use crate::variables::{Place, Table, find};
+use crate::variables::Table;
 
 /// Checks that the default experiment of a model has steps, moves inputs and draws variables of the model.
 ///
 /// # Panics
 /// When it has none, or speaks of others.
 pub fn experiment(model: &str, table: &Table, experiment: &Experiment) {
-    let Experiment { stop_time, step_size, signals, panels } = *experiment;
-    assert!(step_size > 0.0 && stop_time >= step_size, "{model}: the default experiment has no step of {step_size} s");
-    for signal in signals {
-        let entry = find(table, signal.input).unwrap_or_else(|error| panic!("{model}: a signal: {error}"));
-        assert!(matches!(entry.place, Place::Input(_)), "{model}: {} moves, and is no input", signal.input);
-    }
-    for (panel, curve) in panels.iter().flat_map(|panel| panel.curves.iter().map(move |curve| (panel, curve))) {
-        find(table, curve).unwrap_or_else(|error| panic!("{model}: the panel \"{}\": {error}", panel.label));
-    }
+    let problems = experiment.problems(table);
+    assert!(problems.is_empty(), "{model}: {}", problems.join("; "));
 }
 
 #[cfg(test)]
@@ -29,7 +22,7 @@ mod tests {
         Experiment { panels: &[Panel { label: "slip", curves: &["position", "speed"] }], ..MODEL.experiment };
 
     #[test]
-    #[should_panic(expected = "Cylinder: the panel \"slip\": ")]
+    #[should_panic(expected = "Cylinder: the default experiment shows speed, which is no variable")]
     fn panel_of_a_variable_that_is_not_there_is_named() {
         experiment("Cylinder", Setup::of(&MODEL).table(), &OTHER);
     }

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
+use crate::variables::Table;
+
 /// The experiment a host should offer by default.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Experiment {
@@ -21,6 +23,32 @@ impl Experiment {
     /// The signal of an input, if it moves.
     pub fn signal(&self, input: &str) -> Option<&'static Signal> {
         self.signals.iter().find(|signal| signal.input == input)
+    }
+
+    /// What is wrong with it beside the variables of its model.
+    #[doc(hidden)]
+    pub fn problems(&self, table: &Table) -> Vec<String> {
+        let mut problems = Vec::new();
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        if !is_positive(self.stop_time) || !is_positive(self.step_size) {
+            problems.push("stop time and step size of the default experiment must be positive".to_owned());
+        } else if self.stop_time < self.step_size {
+            problems.push("the default experiment is shorter than one of its steps".to_owned());
+        }
+        for signal in self.signals {
+            if !table.inputs().any(|input| input.name == signal.input) {
+                problems.push(format!("the default experiment moves {}, which is no input", signal.input));
+            }
+        }
+        for name in self.panels.iter().flat_map(|panel| panel.curves) {
+            if table.find(name).is_none() {
+                problems.push(format!("the default experiment shows {name}, which is no variable"));
+            }
+        }
+        if self.panels.is_empty() || self.panels.iter().any(|panel| panel.curves.is_empty()) {
+            problems.push("the default experiment shows nothing: it needs panels with curves".to_owned());
+        }
+        problems
     }
 
     /// The number of communication steps.
