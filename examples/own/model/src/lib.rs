@@ -111,12 +111,12 @@ struct Tyre<S> {
 impl QuarterCar {
     /// The friction coefficient in plain numbers, for the events.
     fn friction(&self, x: &[f64]) -> f64 {
-        let x: [f64; 4] = std::array::from_fn(|place| x[place]);
-        self.tyre(&Real::all(&x)).friction.value
+        self.tyre(|state| Real::of(state.get(x))).friction.value
     }
 
-    fn tyre<S: Scalar>(&self, x: &[S]) -> Tyre<S> {
-        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|it| it.get(x)));
+    /// What it does at these values of the states.
+    fn tyre<S: Scalar>(&self, at: impl Fn(State) -> S) -> Tyre<S> {
+        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(at));
         let sliding = v - w * p.radius;
         let ratio = sliding / p.stribeck;
         let steady = (-ratio * ratio).exp() * (p.statics - p.coulomb) + p.coulomb;
@@ -180,7 +180,7 @@ impl System<2> for QuarterCar {
     }
 
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], u: &[S; 2], side: &i32) -> [S; N] {
-        let (p, tyre, Inputs { torque, load }) = (&self.0, self.tyre(x), Inputs::read(u));
+        let (p, tyre, Inputs { torque, load }) = (&self.0, self.tyre(|state| state.get(x)), Inputs::read(u));
         let mut rates = [S::zero(); N];
         State::Distance.set(&mut rates, State::Velocity.get(x));
         State::Velocity.set(&mut rates, -tyre.friction * load / p.mass);
@@ -192,7 +192,7 @@ impl System<2> for QuarterCar {
     }
 
     fn outputs<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], side: &i32, computed: &mut [S]) {
-        let (tyre, rates) = (self.tyre(x), self.derivatives(time, x, u, side));
+        let (tyre, rates) = (self.tyre(|state| state.get(x)), self.derivatives(time, x, u, side));
         let [velocity, wheel] = [State::Velocity, State::Wheel].map(|state| state.get(x));
         let fastest = velocity.abs().max((wheel * self.0.radius).abs());
         let outputs = Outputs {

@@ -1,9 +1,8 @@
 //! Closed forms that hold for the quarter car, and its balance of energy.
 
-use pneumatic_servo::model::Plant;
 use pneumatic_servo::conformance;
-use pneumatic_servo::model::Setup;
-use quarter_car::MODEL;
+use pneumatic_servo::model::{Model, Plant, Setup};
+use quarter_car::{MODEL, QuarterCar};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -115,4 +114,21 @@ fn quarter_car_keeps_what_models_promise() -> Outcome {
 fn static_friction_below_that_of_sliding_is_refused_by_name() {
     let refused = start(&[("tyre.muS", 0.5)]).err().map(|error| error.to_string()).unwrap_or_default();
     assert!(refused.contains("tyre.muS = 0.5 is refused: it must not be below tyre.muC = 0.8"), "{refused}");
+}
+
+/// Compiled for more states than it has, the car runs with the same bits.
+#[test]
+fn places_to_spare_change_no_bit() -> Outcome {
+    const SPACIOUS: Model = Model::of::<QuarterCar, 2, 7>(MODEL.name, MODEL.description, MODEL.experiment);
+    let (mut car, mut spacious) = (Setup::of(&MODEL).start(0.0)?, Setup::of(&SPACIOUS).start(0.0)?);
+    for step in 1..=500 {
+        for car in [&mut car, &mut spacious] {
+            car.set("brakeTorque", if step < 200 { 1400.0 } else { 500.0 })?;
+            car.advance_to(f64::from(step) * 0.01)?;
+        }
+        for name in ["distance", "velocity", "wheelSpeed", "deflection", "frictionCoefficient", "locked"] {
+            assert_eq!(car.get(name)?.to_bits(), spacious.get(name)?.to_bits(), "{name} after {step} steps");
+        }
+    }
+    Ok(())
 }
