@@ -3,17 +3,17 @@
 //! The stack of WebAssembly is followed while reading: an entry is an expression in C, which is written where it is taken,
 //! or into a variable of its place before anything changes what it depends on. Products of floating-point numbers always go
 //! into a variable: the standard of C lets a compiler contract a product and a sum within one expression only.
-//!
-//! Addresses are variables, too, and each is compared with the bounds of the memory by a statement of its own. Behind the
-//! memory is a margin: one comparison serves all that is at small offsets from an address, until the variable changes.
+//! Addresses become variables, too, so that each is compared with the bounds of the memory by a statement of its own.
 
 use std::fmt::Write;
 
 use anyhow::{Context, Result, bail, ensure};
 use wasmparser::{BlockType, FunctionBody, MemArg, Operator as Op};
 
+use super::bounds::Bounds;
 use super::operators::{Access, Type, access, operator};
 use super::signature::{Signature, value_type};
+use super::value::{Entry, Variable};
 
 /// What a function may ask of its module.
 pub struct Surroundings<'a> {
@@ -29,67 +29,12 @@ pub struct Surroundings<'a> {
     pub memory: u64,
 }
 
-/// Bytes behind the memory that nothing uses.
-pub const MARGIN: u64 = 4096;
-
 /// A function in C.
 pub struct Function {
     /// Its text.
     pub text: String,
     /// The functions that it calls by name, by their numbers.
     pub calls: Vec<u32>,
-}
-
-/// A variable in C: a local one, or that of a place on the stack.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Variable {
-    Local(u32),
-    Place(Type, usize),
-}
-
-impl Variable {
-    fn name(self) -> String {
-        match self {
-            Self::Local(number) => format!("l{number}"),
-            Self::Place(of, place) => format!("{}{place}", of.letter()),
-        }
-    }
-}
-
-/// A value on the stack that is not computed yet.
-#[derive(Clone, Debug)]
-struct Entry {
-    text: String,
-    of: Type,
-    /// Whether it is an `int` in C.
-    compares: bool,
-    /// The variables in it.
-    needs: Vec<Variable>,
-    /// Whether it depends on memory or global variables.
-    reads: bool,
-}
-
-impl Entry {
-    fn plain(text: String, of: Type) -> Self {
-        Self { text, of, compares: false, needs: Vec::new(), reads: false }
-    }
-
-    fn of_variable(variable: Variable, of: Type) -> Self {
-        Self { needs: vec![variable], ..Self::plain(variable.name(), of) }
-    }
-
-    fn is_variable(&self) -> bool {
-        matches!(self.needs[..], [variable] if variable.name() == self.text)
-    }
-
-    fn is_constant(&self) -> bool {
-        self.needs.is_empty() && !self.reads
-    }
-
-    /// The text as a number.
-    fn value(&self) -> String {
-        if self.compares { format!("(u32){}", self.text) } else { self.text.clone() }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,8 +59,6 @@ struct Frame {
     is_left_by_branch: bool,
     /// Whether the first part of an `if` with two ends by itself.
     first_part_ends: bool,
-    /// The addresses that were within bounds when it began, and have not changed since.
-    within: Vec<Variable>,
 }
 
 /// Translates a function.
@@ -149,9 +92,7 @@ struct Translation<'a> {
     places: Vec<(Type, usize)>,
     calls: Vec<u32>,
     uses_memory: bool,
-    /// The addresses that are within bounds.
-    within: Vec<Variable>,
-    has_bounds: bool,
+    bounds: Bounds,
     /// How many blocks are open that are never reached; nothing is written then.
     unreached: Option<usize>,
 }
@@ -166,7 +107,6 @@ impl<'a> Translation<'a> {
             result: signature.result,
             is_left_by_branch: false,
             first_part_ends: false,
-            within: Vec::new(),
         };
         Self {
             surroundings,
@@ -178,8 +118,7 @@ impl<'a> Translation<'a> {
             places: Vec::new(),
             calls: Vec::new(),
             uses_memory: false,
-            within: Vec::new(),
-            has_bounds: false,
+            bounds: Bounds::of(surroundings.memory),
             unreached: None,
         }
     }
@@ -249,19 +188,9 @@ impl<'a> Translation<'a> {
             self.places.push((of, place));
         }
         if entry.text != variable.name() {
-            let is_within = self.within.iter().any(|other| other.name() == entry.text);
-            self.changes(variable);
-            if is_within {
-                self.within.push(variable);
-            }
+            self.bounds.becomes(variable, entry);
             self.line(format!("{}={};", variable.name(), entry.text));
         }
-    }
-
-    /// Whatever was known of a variable is not known any more.
-    fn changes(&mut self, variable: Variable) {
-        let open = self.frames.iter_mut().map(|frame| &mut frame.within);
-        open.chain([&mut self.within]).for_each(|within| within.retain(|other| *other != variable));
     }
 
     /// Puts what a call returns on the stack.
@@ -447,18 +376,8 @@ impl<'a> Translation<'a> {
         if !self.stack[place].is_variable() {
             self.compute(place);
         }
-        let entry = &self.stack[place];
-        let constant = entry.text.strip_suffix('u').and_then(|digits| digits.parse::<u64>().ok());
-        if constant.is_some_and(|address| address + bytes <= self.surroundings.memory) {
-            return;
-        }
-        let variable = entry.needs.first().copied().filter(|_| bytes <= MARGIN);
-        if variable.is_some_and(|variable| self.within.contains(&variable)) {
-            return;
-        }
-        self.within.extend(variable);
-        self.has_bounds = true;
-        self.line(format!("within({},{bytes}u);", self.stack[place].text));
+        let comparison = self.bounds.ensure(&self.stack[place], bytes);
+        self.lines.extend(comparison);
     }
 
     fn on_memory(&mut self, function: &str) -> Result<()> {
@@ -535,12 +454,8 @@ impl<'a> Translation<'a> {
             result,
             is_left_by_branch: false,
             first_part_ends: false,
-            within: self.within.clone(),
         });
-        if shape == Shape::Loop {
-            // What changes in it is not known yet, and it comes back to here.
-            self.within.clear();
-        }
+        self.bounds.begin(shape == Shape::Loop);
         Ok(())
     }
 
@@ -564,7 +479,7 @@ impl<'a> Translation<'a> {
         let leave = format!("goto L{};", frame.label);
         let Some((of, value)) = value else { return Ok(leave) };
         let variable = Variable::Place(of, height);
-        self.changes(variable);
+        self.bounds.forget(variable);
         if !self.places.contains(&(of, height)) {
             self.places.push((of, height));
         }
@@ -589,7 +504,7 @@ impl<'a> Translation<'a> {
         let frame = self.frames.last_mut().context("no block is open")?;
         frame.first_part_ends = self.unreached.is_none();
         frame.shape = Shape::If { has_else: true };
-        self.within.clone_from(&frame.within);
+        self.bounds.begin_else();
         self.unreached = None;
         Ok(())
     }
@@ -607,12 +522,11 @@ impl<'a> Translation<'a> {
         self.settle()?;
         let frame = self.frames.pop().context("no block is open")?;
         let label = format!("L{}:;", frame.label);
-        // A loop ends where its last statement does; all others are left from elsewhere, too.
-        if frame.shape == Shape::Loop {
-            self.within.extend(&frame.within);
-        } else if frame.shape != Shape::Block || frame.is_left_by_branch {
-            self.within.clone_from(&frame.within);
-        }
+        self.bounds.end(match frame.shape {
+            Shape::Loop => true,
+            Shape::Block => !frame.is_left_by_branch,
+            _ => false,
+        });
         let is_reached = match frame.shape {
             Shape::Loop => {
                 if frame.is_left_by_branch {
@@ -662,7 +576,7 @@ impl<'a> Translation<'a> {
             text += line;
             text += "\n";
         }
-        if self.has_bounds {
+        if self.bounds.is_compared {
             if signature.result.is_none() {
                 text += "return;\n";
             }

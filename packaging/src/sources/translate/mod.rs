@@ -7,11 +7,15 @@
 //! |---|---|
 //! | `operators` | the operators that compute, as a table |
 //! | `function` | one function |
+//! | `bounds` | which addresses in it are known to be within the memory |
+//! | `value` | its variables, and what is on its stack |
 //! | `signature` | what functions take and return |
 
+mod bounds;
 mod function;
 mod operators;
 mod signature;
+mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -21,7 +25,8 @@ use wasmparser::{
     ConstExpr, DataKind, ElementItems, ElementKind, ExternalKind, FunctionBody, Operator, Parser, Payload, TypeRef,
 };
 
-use self::function::{Function, MARGIN, Surroundings};
+use self::bounds::MARGIN;
+use self::function::{Function, Surroundings};
 use self::operators::Type;
 use self::signature::{Signature, value_type};
 
