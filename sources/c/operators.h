@@ -180,6 +180,9 @@ INLINE void fill(Module *s, u32 to, u32 byte, u32 size) {
     if (size > MEMORY || to > MEMORY - size) trap(s, OUT_OF_BOUNDS);
     memset(s->memory + to, (int)(byte & 255), size);
 }
+/* The same where the size is a constant, and addresses have been compared as those of other accesses are. */
+#define copy_known(m, to, from, size) memmove((m) + (to), (m) + (from), (size))
+#define fill_known(m, to, byte, size) memset((m) + (to), (int)((byte) & 255), (size))
 
 /* Integers. */
 INLINE u32 shr32s(u32 a, u32 b) { return (u32)((s32)a >> (b & 31)); }

@@ -1,23 +1,26 @@
 //! Which addresses of a function are known to be within the bounds of the memory.
 //!
 //! Behind the memory is a margin: one comparison serves all that is at small offsets from an address, until the variable that
-//! holds it changes, and as far as all paths have passed it.
+//! holds it changes, and as far as all paths have passed it. It serves variables that are a small sum of that one, too.
 
-use std::collections::HashSet;
+use std::collections::BTreeMap;
 
 use super::value::{Entry, Variable};
 
 /// Bytes behind the memory that nothing uses.
-pub const MARGIN: u64 = 4096;
+pub const MARGIN: u64 = 16_384;
+
+/// How many bytes there are at least from addresses on; what is not in it may be out of bounds.
+type Reach = BTreeMap<Variable, u64>;
 
 /// What is known at a place of a function.
 pub struct Bounds {
     /// How many bytes of memory there are from the start on.
     memory: u64,
-    /// The addresses that are within bounds.
-    within: HashSet<Variable>,
-    /// Those that were when each of the open blocks began, and have not changed since.
-    at_begin: Vec<HashSet<Variable>>,
+    /// What holds here.
+    reach: Reach,
+    /// What held when each of the open blocks began, of variables that have not changed since.
+    at_begin: Vec<Reach>,
     /// Whether anything was compared.
     pub is_compared: bool,
 }
@@ -25,54 +28,61 @@ pub struct Bounds {
 impl Bounds {
     /// At the begin of a function.
     pub fn of(memory: u64) -> Self {
-        Self { memory, within: HashSet::new(), at_begin: Vec::new(), is_compared: false }
+        Self { memory, reach: Reach::new(), at_begin: Vec::new(), is_compared: false }
     }
 
-    /// The statement that traps unless there are so many bytes from an address on, which is a variable or a constant; nothing
-    /// if they are known to be there.
-    pub fn ensure(&mut self, address: &Entry, bytes: u64) -> Option<String> {
-        let constant = address.text.strip_suffix('u').and_then(|digits| digits.parse::<u64>().ok());
-        if constant.is_some_and(|address| address + bytes <= self.memory) {
-            return None;
+    /// The statement that traps unless there are so many bytes from an address on, a variable or a constant: the address is
+    /// before the margin, or so many bytes are.
+    pub fn compare(&mut self, address: &Entry, bytes: u64) -> String {
+        if let Some((variable, 0)) = address.sum() {
+            let in_memory = if bytes <= MARGIN { 0 } else { bytes };
+            self.reach.insert(variable, in_memory + MARGIN);
         }
-        let variable = address.needs.first().copied().filter(|_| bytes <= MARGIN);
-        if variable.is_some_and(|variable| self.within.contains(&variable)) {
-            return None;
-        }
-        self.within.extend(variable);
         self.is_compared = true;
-        Some(format!("within({},{bytes}u);", address.text))
+        format!("within({},{bytes}u);", address.text)
     }
 
-    /// A variable takes a value, of which is known what is known of the variable that it comes from.
-    pub fn becomes(&mut self, variable: Variable, value: &Entry) {
-        let is_within = self.within.iter().any(|other| other.name() == value.text);
-        self.forget(variable);
-        if is_within {
-            self.within.insert(variable);
+    /// Whether so many bytes are known to be there from an address on.
+    pub fn has(&self, address: &Entry, bytes: u64) -> bool {
+        match address.number() {
+            Some(number) => number + bytes <= self.memory,
+            None => self.reach_of(address).is_some_and(|reach| bytes <= reach),
         }
+    }
+
+    /// How many bytes are known to be there from an address on.
+    fn reach_of(&self, address: &Entry) -> Option<u64> {
+        let (variable, offset) = address.sum()?;
+        self.reach.get(&variable)?.checked_sub(offset)
+    }
+
+    /// A variable takes a value.
+    pub fn becomes(&mut self, variable: Variable, value: &Entry) {
+        let reach = self.reach_of(value);
+        self.forget(variable);
+        self.reach.extend(reach.map(|reach| (variable, reach)));
     }
 
     /// Whatever was known of a variable is not known any more.
     pub fn forget(&mut self, variable: Variable) {
-        for within in self.at_begin.iter_mut().chain([&mut self.within]) {
-            within.remove(&variable);
+        for reach in self.at_begin.iter_mut().chain([&mut self.reach]) {
+            reach.remove(&variable);
         }
     }
 
     /// A block begins.
     pub fn begin(&mut self, is_loop: bool) {
-        self.at_begin.push(self.within.clone());
+        self.at_begin.push(self.reach.clone());
         if is_loop {
             // What changes in it is not known yet, and it comes back to here.
-            self.within.clear();
+            self.reach.clear();
         }
     }
 
     /// The second part of a block begins, with what was known before the first.
     pub fn begin_else(&mut self) {
         if let Some(at_begin) = self.at_begin.last() {
-            self.within.clone_from(at_begin);
+            self.reach.clone_from(at_begin);
         }
     }
 
@@ -80,9 +90,13 @@ impl Bounds {
     pub fn end(&mut self, is_left_at_its_end_alone: bool) {
         let at_begin = self.at_begin.pop().unwrap_or_default();
         if is_left_at_its_end_alone {
-            self.within.extend(at_begin);
+            // Where both know of a variable, it has been compared again, and reaches as far as any.
+            for (variable, reach) in at_begin {
+                let known = self.reach.entry(variable).or_default();
+                *known = reach.max(*known);
+            }
         } else {
-            self.within = at_begin;
+            self.reach = at_begin;
         }
     }
 }

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use anyhow::{Context, Result, bail, ensure};
 use wasmparser::{BlockType, FunctionBody, MemArg, Operator as Op};
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, MARGIN};
 use super::operators::{Access, Type, access, operator};
 use super::signature::{Signature, value_type};
 use super::value::{Entry, Variable};
@@ -304,8 +304,8 @@ impl<'a> Translation<'a> {
                 self.compute_reads();
                 self.push_computed(format!("grow(s,{})", pages.value()), Type::I32);
             }
-            Op::MemoryCopy { dst_mem: 0, src_mem: 0 } => self.on_memory("copy")?,
-            Op::MemoryFill { mem: 0 } => self.on_memory("fill")?,
+            Op::MemoryCopy { dst_mem: 0, src_mem: 0 } => self.on_memory("copy", 2)?,
+            Op::MemoryFill { mem: 0 } => self.on_memory("fill", 1)?,
             _ => self.by_table(op)?,
         }
         Ok(())
@@ -371,19 +371,36 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// Traps unless there are so many bytes from an address on, which becomes a variable or is a constant.
+    /// Traps unless there are so many bytes from an address on; what is not known to be there is compared, as a variable.
     fn ensure_within(&mut self, place: usize, bytes: u64) {
+        if self.bounds.has(&self.stack[place], bytes) {
+            return;
+        }
         if !self.stack[place].is_variable() {
             self.compute(place);
         }
-        let comparison = self.bounds.ensure(&self.stack[place], bytes);
-        self.lines.extend(comparison);
+        let comparison = self.bounds.compare(&self.stack[place], bytes);
+        self.line(comparison);
     }
 
-    fn on_memory(&mut self, function: &str) -> Result<()> {
+    /// Copies or fills memory, by a function whose first arguments are so many addresses. Mostly it is known how much, that of
+    /// a structure: then addresses are compared as for any access.
+    fn on_memory(&mut self, function: &str, addresses: usize) -> Result<()> {
+        let known = self.stack.last().and_then(Entry::number).filter(|bytes| *bytes <= MARGIN);
+        if let Some(bytes) = known {
+            self.uses_memory = true;
+            let first = self.stack.len().checked_sub(3).context("the stack is empty")?;
+            for place in first..first + addresses {
+                self.ensure_within(place, bytes);
+            }
+        }
         let (third, second, first) = (self.pop()?, self.pop()?, self.pop()?);
         self.compute_reads();
-        self.line(format!("{function}(s,{},{},{});", first.value(), second.value(), third.value()));
+        let arguments = format!("{},{},{}", first.value(), second.value(), third.value());
+        self.line(match known {
+            Some(_) => format!("{function}_known(m,{arguments});"),
+            None => format!("{function}(s,{arguments});"),
+        });
         Ok(())
     }
 
@@ -492,7 +509,8 @@ impl<'a> Translation<'a> {
         let (height, result) = (frame.height, frame.result);
         if let (None, Some(of)) = (self.unreached, result) {
             let value = self.pop()?;
-            self.assign(Variable::Place(of, height), &Entry::plain(value.value(), of));
+            let text = value.value();
+            self.assign(Variable::Place(of, height), &Entry { text, compares: false, ..value });
         }
         self.stack.truncate(height);
         Ok(())
@@ -615,21 +633,29 @@ mod tests {
 
     use super::*;
 
-    /// The lines that compare an address with the bounds of a memory of one page, in a function of one address.
-    fn comparisons(operators: &[&[u8]]) -> Result<Vec<String>> {
+    /// The lines of a function of one address, with a memory of one page.
+    fn lines(operators: &[&[u8]]) -> Result<Vec<String>> {
         let code = [&[0][..], &operators.concat(), &[0x0b]].concat();
         let signatures = [Signature { parameters: vec![Type::I32], result: None }];
         let surroundings =
             Surroundings { functions: &[0], imports: &[], signatures: &signatures, globals: &[], memory: 65_536 };
         let function = translate(&FunctionBody::new(BinaryReader::new(&code, 0)), 0, &surroundings)?;
-        let lines = function.text.lines().filter(|line| line.starts_with("within("));
-        Ok(lines.map(str::to_owned).collect())
+        Ok(function.text.lines().map(str::to_owned).collect())
+    }
+
+    /// Those that compare an address with the bounds.
+    fn comparisons(operators: &[&[u8]]) -> Result<Vec<String>> {
+        Ok(lines(operators)?.into_iter().filter(|line| line.starts_with("within(")).collect())
     }
 
     const ADDRESS: &[u8] = &[0x20, 0];
     const LOAD: &[u8] = &[0x2b, 3, 0, 0x1a];
     const LOAD_AT_16: &[u8] = &[0x2b, 3, 16, 0x1a];
-    const LOAD_AT_5000: &[u8] = &[0x2b, 3, 0x88, 0x27, 0x1a];
+    const LOAD_AT_16368: &[u8] = &[0x2b, 3, 0xf0, 0x7f, 0x1a];
+    const LOAD_AT_20000: &[u8] = &[0x2b, 3, 0xa0, 0x9c, 0x01, 0x1a];
+    const PLUS_16: &[u8] = &[0x41, 16, 0x6a];
+    const SET: &[u8] = &[0x21, 0];
+    const COPY: &[u8] = &[0xfc, 10, 0, 0];
     const CHANGE: &[u8] = &[0x41, 1, 0x21, 0];
     const BLOCK: &[u8] = &[0x02, 0x40];
     const LOOP: &[u8] = &[0x03, 0x40];
@@ -645,9 +671,38 @@ mod tests {
         let again = ["within(l0,8u);", "within(l0,24u);"];
         assert_eq!(comparisons(&[ADDRESS, LOAD, CHANGE, ADDRESS, LOAD_AT_16])?, again);
         // What is far from the address, and a constant in the memory and not.
-        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_5000])?, ["within(l0,8u);", "within(l0,5008u);"]);
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_20000])?, ["within(l0,8u);", "within(l0,20008u);"]);
         assert_eq!(comparisons(&[&[0x41, 8], LOAD])?, [""; 0]);
         assert_eq!(comparisons(&[&[0x41, 0x7c], LOAD])?, ["within(4294967292u,8u);"]);
+        Ok(())
+    }
+
+    #[test]
+    fn sums_of_an_address_and_a_number_are_known_as_far_as_the_margin() -> Result<()> {
+        let once = ["within(l0,8u);"];
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, PLUS_16, LOAD])?, once);
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, PLUS_16, SET, ADDRESS, LOAD_AT_16])?, once);
+        // The last byte of the margin, and one that is beyond it by 8, and a number that is no small one.
+        assert_eq!(comparisons(&[ADDRESS, LOAD, ADDRESS, LOAD_AT_16368])?, once);
+        let far = [ADDRESS, LOAD, ADDRESS, PLUS_16, SET, ADDRESS, LOAD_AT_16368];
+        assert_eq!(comparisons(&far)?, ["within(l0,8u);", "within(l0,16376u);"]);
+        let below = comparisons(&[ADDRESS, LOAD, ADDRESS, &[0x41, 0x70, 0x6a], LOAD])?;
+        assert_eq!(below, ["within(l0,8u);", "within(i0,8u);"]);
+        // What an address was before it changed says nothing.
+        assert_eq!(comparisons(&[ADDRESS, PLUS_16, SET, ADDRESS, LOAD])?, once);
+        Ok(())
+    }
+
+    #[test]
+    fn copying_and_filling_of_a_known_size_compares_as_other_accesses_do() -> Result<()> {
+        let of = |from: &[u8], size: &[u8]| lines(&[ADDRESS, from, size, COPY]);
+        let small = of(&[0x20, 0, 0x41, 16, 0x6a], &[0x41, 40])?;
+        assert_eq!(small[2..4], ["within(l0,40u);", "copy_known(m,l0,(l0+16u),40u);"]);
+        let filled = lines(&[ADDRESS, &[0x41, 0, 0x41, 40, 0xfc, 11, 0]])?;
+        assert_eq!(filled[2..4], ["within(l0,40u);", "fill_known(m,l0,0u,40u);"]);
+        // A size of 20,000 bytes, and one that is not known.
+        assert_eq!(of(ADDRESS, &[0x41, 0xa0, 0x9c, 0x01])?[1], "copy(s,l0,l0,20000u);");
+        assert_eq!(of(ADDRESS, ADDRESS)?[1], "copy(s,l0,l0,l0);");
         Ok(())
     }
 

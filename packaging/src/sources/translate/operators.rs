@@ -1,7 +1,7 @@
 //! What the operators of WebAssembly are in C, but for those of control, variables, memory and calls.
 
 /// A type of values, by the letter of the C variables that hold them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
     /// 32-bit integer, unsigned in C.
     I32,

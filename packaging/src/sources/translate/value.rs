@@ -3,7 +3,7 @@
 use super::operators::Type;
 
 /// A variable in C.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Variable {
     /// A local one of the function.
     Local(u32),
@@ -47,14 +47,30 @@ impl Entry {
         Self { needs: vec![variable], ..Self::plain(variable.name(), of) }
     }
 
+    /// The variable and the number that it is the sum of; of a variable alone the number 0.
+    pub fn sum(&self) -> Option<(Variable, u64)> {
+        let [variable] = self.needs[..] else { return None };
+        let name = variable.name();
+        if self.text == name {
+            return Some((variable, 0));
+        }
+        let sum = self.text.strip_prefix('(')?.strip_prefix(&name)?.strip_prefix('+')?;
+        Some((variable, sum.strip_suffix("u)")?.parse().ok()?))
+    }
+
     /// Whether it is the value of a variable, and nothing more.
     pub fn is_variable(&self) -> bool {
-        matches!(self.needs[..], [variable] if variable.name() == self.text)
+        matches!(self.sum(), Some((_, 0)))
     }
 
     /// Whether it never changes.
     pub fn is_constant(&self) -> bool {
         self.needs.is_empty() && !self.reads
+    }
+
+    /// Which number it is, if it is a constant one of 32 bits.
+    pub fn number(&self) -> Option<u64> {
+        self.text.strip_suffix('u').and_then(|digits| digits.parse().ok())
     }
 
     /// The text as a number.
