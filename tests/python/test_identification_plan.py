@@ -11,6 +11,7 @@ var(Fc) = s^2 (1/2)/(n q),  var(sigma2) = s^2/(n V^2 q),  q = 1/2 - 4/pi^2
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from pneumatic_servo.cli import main
-from pneumatic_servo.identification.planning import NOISE, Candidate, Plan
+from pneumatic_servo.identification.planning import NOISE, Candidate, Plan, excitations, imagined, sensed
 
 ROOT = Path(__file__).parents[2]
 LEVEL, VISCOUS = FREE = ["friction.coulomb.Fc", "friction.coulomb.sigma2"]
@@ -69,6 +70,97 @@ def test_longer_and_denser_samples_tell_more() -> None:
 def test_stroke_is_the_largest_amplitude() -> None:
     found = ps.plan(law="Coulomb", fit=FREE, experiment="motion", stroke=0.2, duration=4.0, step=0.01)
     assert max(np.max(np.abs(one.course)) for one in found.candidates) == pytest.approx(0.2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "driven", "middle", "unit"),
+    [("rig", "valveVoltage", 5.0, 1.0), ("motion", "prescribedPosition", 0.0, 1e-3)],
+)
+def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: float, unit: float) -> None:
+    """Amplitudes and frequencies as they are seen: by a fit of the sine, by envelopes, by zeros that are counted."""
+    time, name, courses = excitations(experiment, 10.0, 1e-3, 0.05)
+    assert name == driven and time[-1] == 10.0
+    kinds = []
+    for name, course in courses.items():
+        swing = (course - middle) / unit
+        moved = np.abs(swing) > 1e-9
+        zeros = time[moved][1:][np.diff(np.sign(swing[moved])) != 0.0]
+        sizes = [float(size) for size in re.findall(r"[0-9.e-]+(?= m?[mV]\b)", name)]
+        hertz = [float(rate) for rate in re.findall(r"[0-9.]+(?= Hz| to 3 Hz)", name)]
+        kinds.append(kind := "sweep" if "sweep" in name else "grows" if "grows" in name else "sine")
+        if kind == "sine":
+            waves = np.array([wave(2.0 * np.pi * hertz[0] * time) for wave in (np.sin, np.cos)]).T
+            found, *_ = np.linalg.lstsq(waves, swing, rcond=None)
+            assert np.hypot(*found) == pytest.approx(sizes[0], rel=1e-9), name
+            assert np.max(np.abs(waves @ found - swing)) < 1e-9 * sizes[0], name
+        elif kind == "sweep":
+            # It comes through the middle twice in each period, and has as many of them as its mean frequency says.
+            assert np.max(np.abs(swing)) == pytest.approx(sizes[0], rel=1e-4), name
+            assert abs(len(zeros) - 2.0 * 10.0 * np.mean(hertz)) <= 1.0 and hertz == [0.2, 3.0], name
+            assert sum(zeros <= 1.0) <= 2 and sum(zeros >= 9.0) >= 5, name
+        else:
+            assert abs(len(zeros) - 2.0 * 10.0 * hertz[0]) <= 1.0, name
+            # The last crest of the slowest is a quarter of a period before the end, at 0.42 of the growth or more.
+            period = 1.0 / hertz[0]
+            assert 0.42 * sizes[-1] < np.max(np.abs(swing[time >= 10.0 - period])) <= sizes[-1], name
+            # At first it is next to what it grows from, which is nothing where the name tells only its end.
+            assert np.max(np.abs(swing[time <= 0.2])) <= (2.0 * sizes[0] if len(sizes) > 1 else 0.02 * sizes[0]), name
+    assert {"sine", "grows"} <= set(kinds) and ("sweep" in kinds) == (experiment == "rig")
+
+
+def test_record_of_a_rig_is_what_the_plant_does() -> None:
+    """What is imagined to be measured is a run of the plant, bit for bit, or why there is none."""
+    time, driven, courses = excitations("rig", 2.0, 0.01, 0.05)
+    course, kind = courses["a sine of 2 V at 1 Hz"], sensed("rig", "Coulomb", None)
+    record = imagined(kind, time, course, DEFAULTS)
+    assert not isinstance(record, str)
+    names = ["position", "chamberA.pressure", "chamberB.pressure"]
+    run = ps.Model().simulate(
+        {"friction.law": "Coulomb", **DEFAULTS}, inputs={driven: (time, course)}, stop=2.0, step=0.01, outputs=names
+    )
+    assert np.array_equal(record.time, time) and np.array_equal(record.signals[driven], course)
+    for name in names:
+        assert np.array_equal(record.signals[name], run[name]), name
+    refused = imagined(kind, time, np.full_like(course, np.nan), DEFAULTS)
+    assert isinstance(refused, str) and driven in refused
+
+
+def test_rig_does_not_tell_more_than_its_samples() -> None:
+    """With a known beginning the covariance is the inverse of the information of all samples; from a measured one more
+    is to be found, which widens it, and not beyond measure."""
+    found = ps.plan(law="Coulomb", fit=FREE, duration=2.0, step=0.01)
+    assert repr(found).splitlines()[0] == "excitations, the most telling first:"
+    names = ["position", "chamberA.pressure", "chamberB.pressure"]
+    for one in found.candidates[:3]:
+
+        def seen(values: dict[str, float], one: Candidate = one) -> np.ndarray:
+            inputs = {one.input: (one.time, one.course)}
+            given = {"friction.law": "Coulomb", **values}
+            run = ps.Model().simulate(given, inputs=inputs, stop=2.0, step=0.01, outputs=names)
+            return np.concatenate([run[name] / NOISE[name] for name in names])
+
+        slopes = []
+        for name in FREE:
+            step = 1e-4 * DEFAULTS[name]
+            up, down = (seen(DEFAULTS | {name: DEFAULTS[name] + sign * step}) for sign in (1.0, -1.0))
+            slopes.append((up - down) / (2.0 * step))
+        least = 1.96 * np.sqrt(np.diag(np.linalg.inv(np.array(slopes) @ np.array(slopes).T)))
+        for name, half in zip(FREE, least, strict=True):
+            # Found: 1.2 to 2.0 times.
+            assert 1.0 < one.half[name] / half < 3.0, (one.name, name)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"experiment": "motoin"}, "experiment='motoin': a plan can be made for rig or motion"),
+        ({"experiment": "motion", "stroke": -0.5}, "stroke=-0.5 m: it must be positive"),
+        ({"noise": {"chamberA.pressure": 2e5}}, "at most 100000 Pa, .* did you mean 200000.0 bar?"),
+    ],
+)
+def test_what_cannot_be_planned_is_named(given: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ps.plan(law="Coulomb", **given)  # type: ignore[arg-type]
 
 
 def test_what_is_known_is_not_planned_for() -> None:

@@ -182,6 +182,15 @@ def test_cluster_does_the_work_that_it_is_given_for() -> None:
     assert cluster.tasks == executor.tasks > 1
 
 
+@pytest.mark.parametrize(
+    ("laws", "words"),
+    [(["Stribeck", "LuGre", "Stribeck"], "laws has Stribeck twice"), ([], "laws is empty: name at least one")],
+)
+def test_laws_to_compare_are_some_and_different_ones(plant: ps.Model, laws: list[str], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        plant.compare(laws, **GIVEN)
+
+
 def test_settings_of_single_laws_are_for_those_alone() -> None:
     known = {"Stribeck": {"friction.stribeck.Fs": 12.5}}
     ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0,

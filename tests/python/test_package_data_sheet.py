@@ -70,11 +70,22 @@ def test_flows_are_stated_in_different_ways() -> None:
         ({"qn": 1.0, "critical_ratio": 1.0}, "critical_ratio = 1.0: it must be at least 0 and below 1"),
         ({"qn": 1.0, "critical_ratio": -0.1}, "critical_ratio = -0.1: it must be at least 0 and below 1"),
         ({"qn": 1.0, "min_pressure": 0.0}, "min_pressure = 0.0: it must be positive"),
+        ({"qn": 1.0, "bore": 0.032}, "from 1 to 1000 mm; did you give it in m\\? that would be 32 mm$"),
+        ({"qn": 1.0, "supply": 7e5}, "from 0.1 to 100 bar; did you give it in Pa\\? that would be 7 bar$"),
+        ({"qn": 1.0, "stroke": 1e5}, "stroke = 100000 mm is refused: it must be from 1 to 20000 mm$"),
     ],
 )
 def test_sheet_that_makes_no_sense_is_refused(values: dict[str, float], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         DataSheet(**CYLINDER | values)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("flow", "assumed"), [({"qn": 700.0}, True), ({"conductance": 2.75e-8}, False)])
+def test_critical_ratio_is_an_assumption_where_only_a_nominal_flow_is_known(
+    flow: dict[str, float], assumed: bool
+) -> None:
+    entry = next(one for one in DataSheet(**CYLINDER, **flow).entries() if one.name == "valve.b")
+    assert (entry.formula, entry.standard, bool(entry.assumption)) == ("b", "ISO 6358", assumed)
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

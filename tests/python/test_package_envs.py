@@ -105,10 +105,10 @@ def test_vector_of_plants_does_what_single_ones_do_beyond_the_end_of_an_episode(
 
 def test_reward_is_worked_out_by_hand() -> None:
     """10 for each metre, and the weight times the square of an action, of which what is beyond 1 counts as 1."""
-    seen = np.array([[0.2, 9.0, 9e5, 9e5], [0.3, 9.0, 9e5, 9e5], [0.3, 9.0, 9e5, 9e5]])
-    found = rewards(Task(effort=0.5), seen, np.array([0.25, 0.25, 0.3]), np.array([0.4, -0.4, -3.0]))
-    # -0.5 - 0.08, -0.5 - 0.08, -0 - 0.5
-    assert_close(found, np.array([-0.58, -0.58, -0.5]), rel=1e-14, what="reward")
+    seen = np.array([[place, 9.0, 9e5, 9e5] for place in (0.2, 0.3, 0.3, 0.3)])
+    found = rewards(Task(effort=0.5), seen, np.array([0.25, 0.25, 0.3, 0.3]), np.array([0.4, -0.4, -3.0, 1.5]))
+    # -0.5 - 0.08, -0.5 - 0.08, -0 - 0.5, -0 - 0.5
+    assert_close(found, np.array([-0.58, -0.58, -0.5, -0.5]), rel=1e-14, what="reward")
 
 
 def test_reward_of_a_step_is_that_of_where_it_ends() -> None:
@@ -311,6 +311,36 @@ def test_transitions_are_those_of_the_steps_to_come() -> None:
     assert len({steps[0].states for steps in found}) > 1, "states differ from law to law"
     with pytest.raises(ValueError, match="there is no variable posiion; did you mean position"):
         fleet.transitions(actions, outputs=["posiion"])
+
+
+def test_fleet_of_one_does_what_one_does() -> None:
+    fleet, single = envs.VectorPositioning(1, laws=["Stribeck", "LuGre"]), envs.Positioning(laws=["Stribeck", "LuGre"])
+    (seen, info), (alone, own) = fleet.reset(seed=5), single.reset(seed=5)
+    assert seen[0].tobytes() == alone.tobytes()
+    assert {name: info[name].tolist() for name in own} == {name: [value] for name, value in own.items()}
+
+
+def test_actions_of_the_baseline_are_those_of_the_space() -> None:
+    fleet = gymnasium.make_vec(NAME, num_envs=2)
+    seen, _ = fleet.reset(seed=1)
+    actions = envs.PositionControllers(2)(seen)
+    assert actions.dtype == fleet.action_space.dtype and actions in fleet.action_space
+
+
+def test_what_is_wrong_with_a_call_is_named() -> None:
+    fleet, actions = envs.VectorPositioning(2), np.zeros((2, 1), dtype=np.float32)
+    for mask in ([1, 0], [True]):
+        with pytest.raises(ValueError, match="options: reset_mask must be true or false for each of 2 plants, not "):
+            fleet.reset(options={"reset_mask": mask})
+    for environment in (fleet, envs.Positioning()):
+        with pytest.raises(ValueError, match="seed"):
+            environment.reset(seed=-1)
+    fleet.reset(seed=1)
+    for name in ("parameters", "outputs"):
+        with pytest.raises(TypeError, match=f"^{name}"):
+            fleet.transitions(actions, **{name: "position"})
+    with pytest.raises(gymnasium.error.ResetNeeded, match="render was called before reset"):
+        envs.Positioning(render_mode="rgb_array").render()
 
 
 def test_step_needs_a_reset() -> None:

@@ -121,6 +121,32 @@ def test_scaling_keeps_the_poles(plant: ps.Model) -> None:
     assert_close(same, poles, rel=1e-11, within=1e-11, what="poles", why="LAPACK rounds differently on each processor")
 
 
+def test_scaled_transfer_is_that_of_nominal_values(plant: ps.Model) -> None:
+    """What an input of one nominal value does to an output, in its nominal values; also where it acts at once."""
+    given = {"inputs": ["valveVoltage", "externalForce"], "outputs": ["acceleration", "position"]}
+    found = plant.linearise(at=SLIDING, **given)
+    assert np.count_nonzero(found.D) == 1, "a force accelerates at once"
+    scaled = found.scaled()
+    nominal = {name: plant.variables[name].nominal for names in given.values() for name in names}
+    for frequency in (1.0, 1e3):
+        there, here = (
+            one.C @ np.linalg.solve(2j * np.pi * frequency * np.eye(len(one.A)) - one.A, one.B) + one.D
+            for one in (scaled, found)
+        )
+        for row, output in enumerate(given["outputs"]):
+            for column, name in enumerate(given["inputs"]):
+                expected = here[row, column] * nominal[name] / nominal[output]
+                assert_close(there[row, column], expected, rel=2e-11, what="transfer")
+
+
+def test_text_has_a_row_for_each_row_of_a_matrix(plant: ps.Model) -> None:
+    found = plant.linearise(at=SLIDING)
+    lines = repr(found).splitlines()
+    for title, rows in (("A", found.states), ("B", found.states), ("C", found.outputs), ("D", found.outputs)):
+        begin = next(index for index, line in enumerate(lines) if line.split(" ")[0] == title)
+        assert [line.split(" ")[0] for line in lines[begin + 1 : begin + 1 + len(rows)]] == list(rows)
+
+
 def test_state_space_of_python_control_has_names(plant: ps.Model) -> None:
     system = plant.linearise(at=SLIDING).to_control()
     assert isinstance(system, control.StateSpace)
