@@ -39,7 +39,7 @@ Examples:
   cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
   cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else
   cargo xtask test --sources --only cortex-m7,s390x   of them only those of some models or for some targets
-  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes")]
+  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes; with --only of some models")]
 pub struct Test {
     /// Say at the end when each stage began and how long it took, also after a failure.
     #[arg(long)]
@@ -51,10 +51,10 @@ pub struct Test {
     #[arg(long, conflicts_with = "platforms")]
     sources: bool,
     /// Of the sources in C only those of these models, or for these targets.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "sources", conflicts_with = "fuzz")]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "sources")]
     only: Vec<String>,
-    /// Only make random calls of the sources in C, for so many minutes.
-    #[arg(long, value_name = "MINUTES", requires = "sources")]
+    /// Only make random calls of the sources in C, of all models or of some, for so many minutes.
+    #[arg(long, value_name = "MINUTES", requires = "sources", value_parser = clap::value_parser!(u64).range(1..))]
     fuzz: Option<u64>,
 }
 
@@ -67,7 +67,7 @@ impl Test {
         let outcome = match (self.platforms, self.sources, self.fuzz) {
             (true, ..) => platform_test::run(workspace),
             (_, true, None) => sources_test::run(workspace, &self.only),
-            (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes)),
+            (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes), &self.only),
             _ => run(workspace),
         };
         if self.times {

@@ -37,13 +37,9 @@ use crate::workspace::Workspace;
 /// When a tool is missing, a step fails or a bit differs, or nothing is called as is asked for.
 pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
     let names = models::ALL.iter().map(|model| model.name).chain(Target::ALL.map(|target| target.compiler().folder));
-    let names: Vec<_> = names.collect();
-    if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
-        bail!("`{unknown}` is no model and no target; there are {}", names.join(", "));
-    }
-    let is_wanted = |name: &str| only.is_empty() || only.iter().any(|only| only == name);
-    let models: Vec<_> = models::ALL.iter().filter(|model| is_wanted(model.name)).collect();
-    let targets: Vec<_> = Target::ALL.into_iter().filter(|target| is_wanted(target.compiler().folder)).collect();
+    ensure_known(only, "no model and no target", names.collect())?;
+    let models: Vec<_> = models::ALL.iter().filter(|model| is_wanted(only, model.name)).collect();
+    let targets: Vec<_> = Target::ALL.into_iter().filter(|target| is_wanted(only, target.compiler().folder)).collect();
     tools::require(missing(&targets)?)?;
     let rust = build::for_this_machine(workspace)?;
     let mut cylinder = None;
@@ -84,15 +80,16 @@ pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     }
 }
 
-/// Random calls of the sources of all models for so long at least, each time other ones.
+/// Random calls of the sources of all models, or of some, for so long at least, each time other ones.
 ///
 /// # Errors
-/// When a tool is missing, a step fails or a call does not do what the model does.
-pub fn fuzz(workspace: &Workspace, length: Duration) -> Result<()> {
+/// When a tool is missing, a step fails or a call does not do what the model does, or there is no such model.
+pub fn fuzz(workspace: &Workspace, length: Duration, only: &[String]) -> Result<()> {
+    ensure_known(only, "no model", models::ALL.iter().map(|model| model.name).collect())?;
     tools::require(missing(&[Target::Linux])?)?;
     let rust = build::for_this_machine(workspace)?;
     let mut libraries = Vec::new();
-    for model in models::ALL {
+    for model in models::ALL.iter().filter(|model| is_wanted(only, model.name)) {
         libraries.push((model, on_this_machine(workspace, model, &rust)?.library));
     }
     heading("Sources in C: random calls");
@@ -104,8 +101,22 @@ pub fn fuzz(workspace: &Workspace, length: Duration) -> Result<()> {
         }
         rounds += 1;
     }
-    println!("{rounds} rounds with all models in {:.0} s, and nothing was found", begin.elapsed().as_secs_f64());
+    let (models, seconds) = (libraries.len(), begin.elapsed().as_secs_f64());
+    println!("{rounds} rounds with {models} of {} models in {seconds:.0} s, and nothing was found", models::ALL.len());
     Ok(())
+}
+
+/// Refuses a name that none of some has.
+fn ensure_known(only: &[String], what: &str, names: Vec<&str>) -> Result<()> {
+    match only.iter().find(|name| !names.contains(&name.as_str())) {
+        Some(unknown) => bail!("`{unknown}` is {what}; there are {}", names.join(", ")),
+        None => Ok(()),
+    }
+}
+
+/// Whether a name is among those that are wanted, which all are where none is named.
+fn is_wanted(only: &[String], name: &str) -> bool {
+    only.is_empty() || only.iter().any(|only| only == name)
 }
 
 fn missing(targets: &[Target]) -> Result<Vec<(&'static str, Vec<Tool>)>> {
@@ -210,4 +221,18 @@ fn speed(workspace: &Workspace, written: &Written, rust: &[u8], library: &Path) 
 
 fn read(file: &Path) -> Result<Vec<u8>> {
     std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_there_is_not_is_refused_with_those_that_there_are() {
+        let only = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let refusal = ensure_known(&only(&["Bench", "Bed"]), "no model", vec!["Bench"]);
+        assert!(refusal.is_err_and(|error| error.to_string() == "`Bed` is no model; there are Bench"));
+        assert!(ensure_known(&only(&[]), "no model", vec!["Bench"]).is_ok());
+        assert!(is_wanted(&only(&["Bench"]), "Bench") && !is_wanted(&only(&["Bench"]), "Bed") && is_wanted(&[], "Bed"));
+    }
 }
