@@ -26,6 +26,8 @@ pub struct Fleet {
     setup: Setup,
     input: (usize, &'static Variable),
     observed: Vec<Place>,
+    /// The places among the computed variables of those that are observed, if all of them are computed.
+    computed: Option<Vec<usize>>,
     /// The threads that step them; the one that asks does if they are not to be several.
     pool: Option<rayon::ThreadPool>,
     plants: Mutex<Vec<Plant>>,
@@ -54,10 +56,13 @@ impl Fleet {
         if observed.is_empty() {
             return Err(refused("no variable is to be observed"));
         }
+        let computed = |place: &Place| if let Place::Computed(place) = place { Some(*place) } else { None };
+        let computed = observed.iter().map(computed).collect();
         let plants: Result<Vec<_>, _> = (0..number).map(|_| setup.start(0.0)).collect();
         let plants = Mutex::new(plants.map_err(refused_value)?);
         let pool = (workers != 1).then(|| pool(workers)).transpose()?;
-        Ok(Self { setup, input: (place, entry.variable), observed, pool, plants, backwards: AtomicBool::new(false) })
+        let (input, backwards) = ((place, entry.variable), AtomicBool::new(false));
+        Ok(Self { setup, input, observed, computed, pool, plants, backwards })
     }
 
     /// Starts some plants anew at time 0, each with settings of its own on top of the common ones.
@@ -186,17 +191,12 @@ impl Fleet {
 
     /// Writes the observed variables of a plant to a row; the room serves those that are not at hand.
     fn look(&self, plant: &mut Plant, room: &mut [f64], row: &mut [f64]) {
-        let mut is_filled = false;
+        if self.computed.as_ref().is_some_and(|places| plant.simulation().at_hand(places, row)) {
+            return;
+        }
+        plant.simulation().values(room);
         for (slot, place) in row.iter_mut().zip(&self.observed) {
-            *slot = match place {
-                Place::Computed(place) => plant.simulation().at_hand(*place).unwrap_or_else(|| {
-                    if !std::mem::replace(&mut is_filled, true) {
-                        plant.simulation().values(room);
-                    }
-                    room[*place]
-                }),
-                other => plant.value(*other),
-            };
+            *slot = if let Place::Computed(place) = place { room[*place] } else { plant.value(*place) };
         }
     }
 

@@ -66,9 +66,10 @@ pub trait Simulation: Differentiable + Send {
     /// Writes all computed variables, consistent with the current inputs.
     fn values(&self, computed: &mut [f64]);
 
-    /// The value of the computed variable in a place, if it is known without an evaluation of the equations.
-    fn at_hand(&self, _place: usize) -> Option<f64> {
-        None
+    /// Writes the computed variables in some places, if all of them are known without an evaluation of the equations, and tells
+    /// whether they are.
+    fn at_hand(&self, _places: &[usize], _values: &mut [f64]) -> bool {
+        false
     }
 
     /// Writes the derivative of all computed variables with respect to time along the solution.

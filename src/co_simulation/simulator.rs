@@ -129,9 +129,10 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
         self.run.counters().write(counters);
     }
 
-    fn at_hand(&self, place: usize) -> Option<f64> {
-        let (x, memory) = self.run.state();
-        self.run.is_settled().then(|| self.run.system().at_hand(place, x, memory))?
+    fn at_hand(&self, places: &[usize], values: &mut [f64]) -> bool {
+        let (system, (x, memory)) = (self.run.system(), self.run.state());
+        let written = |(place, slot): (&usize, &mut f64)| system.at_hand(*place, x, memory).map(|value| *slot = value);
+        self.run.is_settled() && places.iter().zip(values).all(|it| written(it).is_some())
     }
 
     fn rates(&self, computed: &mut [f64]) {

@@ -154,7 +154,8 @@ impl Plant {
 
     /// A computed value that needs no other one.
     fn at_hand(&self, place: usize) -> Option<f64> {
-        if self.is_computed { None } else { self.simulation.at_hand(place) }
+        let mut value = [0.0];
+        (!self.is_computed && self.simulation.at_hand(&[place], &mut value)).then_some(value[0])
     }
 
     /// All computed values, in the order of the table, consistent with the present inputs.
@@ -182,13 +183,15 @@ impl Plant {
         let start = self.time();
         self.is_computed = false;
         let outcome = self.simulation.advance(end);
-        self.followed.clone_from(&self.inputs);
-        let marks = self.simulation.take_trail();
-        for companion in [&mut self.companion, &mut self.aside].into_iter().flatten() {
-            companion.follow(&marks);
+        self.followed.copy_from_slice(&self.inputs);
+        if self.companion.is_some() || self.aside.is_some() {
+            let marks = self.simulation.take_trail();
+            for companion in [&mut self.companion, &mut self.aside].into_iter().flatten() {
+                companion.follow(&marks);
+            }
         }
-        let duration = self.time() - start;
         if self.slopes.iter().any(|slope| *slope != 0.0) {
+            let duration = self.time() - start;
             for (input, slope) in self.inputs.iter_mut().zip(&mut self.slopes) {
                 *input += std::mem::take(slope) * duration;
             }

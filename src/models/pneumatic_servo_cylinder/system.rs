@@ -172,6 +172,9 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
         self.actuator.follow(Inputs::read(u).valve_voltage, &mut memory.actuator);
+        if !self.friction.follows() {
+            return false;
+        }
         let rate = self.rate_now(x, memory);
         self.friction.follow(|| self.contact_now(time, x, u, rate), x, &mut memory.friction)
     }
