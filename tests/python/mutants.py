@@ -56,7 +56,7 @@ def prepare(modules: list[str]) -> None:
     settings = {
         "source_paths": ["pneumatic_servo"],
         "only_mutate": [f"pneumatic_servo/{module}" for module in modules],
-        "also_copy": ["packaging", "modelDescription", "examples", "docs", "fuzz", "studies"],
+        "also_copy": [folder.split("/")[0] for folder in COPIED if not folder.startswith("tests/")],
         # Commands that are started elsewhere do not find the settings of mutmut.
         "pytest_add_cli_args": ["-c", "tests/python/pytest.ini", "-k", "not command"],
         "pytest_add_cli_args_test_selection": tests,

@@ -172,6 +172,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCy
 
     fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
         self.actuator.follow(Inputs::read(u).valve_voltage, &mut memory.actuator);
+        // The velocity is worked out only for a law that asks for it.
         if !self.friction.follows() {
             return false;
         }

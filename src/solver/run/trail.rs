@@ -38,7 +38,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 
     #[inline(always)]
     pub(super) fn mark(&mut self, mark: impl FnOnce() -> Mark) {
-        // Nothing else asks for a trail.
+        // Without sensitivities nobody asks for a trail.
         if cfg!(feature = "sensitivities")
             && let Some(trail) = &mut self.trail
         {
