@@ -243,7 +243,8 @@ def numbers(column: Any) -> NDArray[np.float64]:
         found = found - found[:1]
     if found.dtype.kind == "m":
         return np.asarray(found / np.timedelta64(1, "s"), dtype=float)
-    return np.asarray(found, dtype=float)
+    # Of texts of its own NumPy would say the name that it has for them.
+    return np.asarray(found.tolist() if found.dtype.kind == "U" else found, dtype=float)
 
 
 def _of_mat(file: Path) -> Table:

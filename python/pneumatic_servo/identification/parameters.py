@@ -94,7 +94,7 @@ def parse(
     head, *bounds = word.split(":")
     name, equals, start = head.partition("=")
     where = said("fit", word)
-    if len(bounds) not in (0, 2):
+    if len(bounds) not in (0, 2) or not name.strip():
         raise ValueError(f"{where}: it must be NAME[=start][:low:high]")
     free = free_of(name.strip(), model, compared, beside, where)
     if free.name not in beside:

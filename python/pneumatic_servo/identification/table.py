@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -228,6 +228,6 @@ def _check_time(table: Table, place: int, column: Column) -> None:
 
 
 def listed(data: Any) -> Sequence[Any]:
-    """Return a list of sources; a single one is one of them."""
+    """Return a list of sources; a single one is one of them, also one of no kind, which is refused by itself."""
     is_single = isinstance(data, str | Path | Mapping | Run) or (hasattr(data, "columns") and hasattr(data, "iloc"))
-    return [data] if is_single else list(data)
+    return list(data) if isinstance(data, Iterable) and not is_single else [data]
