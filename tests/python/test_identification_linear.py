@@ -148,6 +148,23 @@ def halves_of_profile(found: ps.Fit) -> Array:
     return np.array([0.5 * level.value * np.log(level.high / level.low), 0.5 * (viscous.high - viscous.low)])
 
 
+@pytest.mark.parametrize(("groups", "is_wider"), [(2, False), (3, True)])
+def test_blocks_of_time_count_from_two_more_than_parameters_on(groups: int, is_wider: bool) -> None:
+    """The mean of blocks that do not agree: without the block of the mean m it moves by m / (groups - 1)."""
+    each = 50
+    blocks = np.repeat(np.arange(groups), each)
+    means = np.linspace(-3.0, 3.0, groups)
+    number = groups * each
+    spread, factors = covariance(Linearised(np.ones((number, 1)), means[blocks], blocks, np.zeros(number, dtype=int)))
+    if is_wider:
+        moves = means / (groups - 1)
+        expected = STUDENT[2] * np.sqrt((groups - 1) / groups * np.sum(moves**2))
+    else:
+        # Of 99 degrees of freedom, by the printed table.
+        expected = 1.9842 / np.sqrt(number)
+    assert_close(factors[0] * np.sqrt(spread[0, 0]), expected, rel=2e-5, what="half", why="digits of the table")
+
+
 def test_bootstrap_has_the_quantiles_of_refits_to_drawn_blocks() -> None:
     data = measured(white(3))
     found = fitted(data)

@@ -101,6 +101,11 @@ def test_fit_of_a_model_that_does_not_describe_the_data_comes_to_an_end() -> Non
     looked = [index for index, text in enumerate(told) if text.startswith("cost")]
     assert early < looked[0]
     assert any("the data do not tell friction.lugre.vd" in note for note in found.notes)
+    names = told[early].partition("the data do not tell ")[2].partition(":")[0].split(", ")
+    assert set(names) <= set(found.values) and told[early] == (
+        f"at the start values the data do not tell {', '.join(names)}: what is found may be anything; where a value is "
+        "known, give it by settings"
+    )
     assert "friction.lugre.vd" in found.undetermined
     # Vectors that were looked at, 74 here; it were more than 80 for each of six searches, and each took seconds.
     assert len(looked) < 150

@@ -154,8 +154,13 @@ def test_state_space_of_python_control_has_names(plant: ps.Model) -> None:
 
 
 def test_stuck_plant_does_not_react(plant: ps.Model) -> None:
-    with pytest.warns(ps.PlantWarning, match=r"valveVoltage = 5 V: it has no effect here, B is 0; the carriage sticks"):
+    with pytest.warns(ps.PlantWarning) as caught:
         a, b, _, _ = plant.linearise(at={"valve.hysteresis": 0.0}, states=["position", "velocity"], trim=False)
+    assert [str(one.message) for one in caught] == [
+        "valveVoltage = 5 V: it has no effect here, B is 0; the carriage sticks, and an input has none while the valve "
+        "is in its dead zone, or within the play of its hysteresis; linearise about a motion instead, for example at "
+        "velocity = 0.05 with valve.hysteresis = 0"
+    ]
     assert not a.any() and not b.any()
 
 

@@ -1,0 +1,92 @@
+"""What commands take and print: each option as `commands.txt` beside this has it, results as Python shows them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.cli import main, parser
+from test_identification import COLUMNS, bench, write
+
+DESCRIBED = Path(__file__).with_name("commands.txt")
+
+
+def told(action: argparse.Action) -> str:
+    """An option as users see it: its names, what it takes, whether it must be given, its default, and its help."""
+    names = [", ".join(action.option_strings) or action.dest]
+    if action.choices:
+        names.append("|".join(map(str, action.choices)))
+    elif action.nargs != 0:
+        names.append(str(action.metavar or getattr(action.type, "__name__", "TEXT")))
+    if action.nargs not in (None, 0):
+        names.append(str(action.nargs))
+    if type(action).__name__ == "_AppendAction":
+        names.append("(again and again)")
+    if action.required and action.option_strings:
+        names.append("(required)")
+    return f"  {' '.join(names)} = {action.default}: {action.help}"
+
+
+def commands() -> Iterator[str]:
+    top = parser()
+    yield f"{top.prog}: {top.description}"
+    (found,) = (action for action in top._actions if isinstance(action, argparse._SubParsersAction))
+    for name, command in found.choices.items():
+        yield f"{command.prog}: {next(one.help for one in found._choices_actions if one.dest == name)}"
+        yield from (told(action) for action in command._actions if action.dest != "help")
+
+
+def test_every_option_is_as_described() -> None:
+    """Where this is meant to change, the file is to be changed with it."""
+    assert list(commands()) == DESCRIBED.read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.parametrize(
+    "options", [["simulate", "a.csv", "--outpu", "position"], ["--versio"], ["fit", "--experimen"]]
+)
+def test_options_are_written_out(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """What is short today may mean two options tomorrow."""
+    with pytest.raises(SystemExit) as caught:
+        main(options)
+    assert caught.value.code == 2 and "error: " in capsys.readouterr().err
+
+
+def test_help_keeps_its_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    for options in ([], ["fit"], ["plan"]):
+        with pytest.raises(SystemExit):
+            main([*options, "--help"])
+        shown = capsys.readouterr().out
+        text = parser().epilog if not options else parser()._actions[-1].choices[options[0]].description  # type: ignore[index,call-overload]
+        assert str(text) in shown
+
+
+def test_simulate_tells_ranges_and_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("my.csv").write_text("time,valveVoltage\n0,6.5\n0.1,6.5\n", encoding="utf-8")
+    assert main(["simulate", "my.csv", "--outputs", "position,velocity"]) == 0
+    run = ps.Model().simulate(inputs={"valveVoltage": 6.5}, stop=0.1, step=1e-3, outputs=["position", "velocity"])
+    lines = [
+        f"{name:24} {min(run[name]):14.6g} to {max(run[name]):14.6g} {unit}"
+        for name, unit in (("position", "m"), ("velocity", "m/s"))
+    ]
+    assert capsys.readouterr().out.splitlines() == [*lines, "101 rows to 0.1 s"]
+
+
+def test_fits_are_printed_as_python_shows_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(Path("a.csv"), bench())
+    given = ["a.csv", "--experiment", "motion", "--columns", COLUMNS, "--starts", "0", "--play", "0"]
+    options = {"experiment": "motion", "columns": COLUMNS, "starts": 0, "play": 0.0, "progress": False}
+    assert main(["fit", *given, "--law", "Coulomb"]) == 0
+    alone = ps.fit("a.csv", law="Coulomb", **options)  # type: ignore[arg-type]
+    assert capsys.readouterr().out == f"{alone}\nverdict: {alone.verdict}\n"
+    assert main(["fit", *given, "--law", "Coulomb,Stribeck"]) == 0
+    ranking = ps.compare_fits("a.csv", ["Coulomb", "Stribeck"], **options)  # type: ignore[arg-type]
+    assert capsys.readouterr().out == f"{ranking}\n{ranking.best}\nverdict: {ranking.best.verdict}\n"
