@@ -9,7 +9,7 @@ import numpy as np
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.identification.band import check_level
-from test_identification import bench
+from test_identification import RIG, RIG_COLUMNS, bench
 
 T = np.arange(0, 0.2, 1e-3)
 LAWS = (
@@ -76,6 +76,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a sensor that has no part": (
         lambda: fit(settings={"offset.chamberA.pressure": 1.0}),
         "settings='offset.chamberA.pressure': only sensors of frictionForce, position have a part in this experiment",
+    ),
+    "a sensor that has no part in a rig": (
+        lambda: fit(RIG, experiment="pneumatic", columns=RIG_COLUMNS, settings={"offset.frictionForce": 1.0}),
+        "settings='offset.frictionForce': only sensors of chamberA.pressure, chamberB.pressure, position, "
+        "valveVoltage have a part in this experiment",
     ),
     "no such parameter": (
         lambda: fit(settings={"mass.movin": 1.0}),
