@@ -67,6 +67,10 @@ def test_law_that_does_not_hold_at_a_pressure_is_said_to() -> None:
     assert last.friction.measured == pytest.approx(1.5 * F0 * (1.0 + KAPPA * 7e5), rel=0.01)
     assert found.verdict.light == "red"
     assert any("The law does not hold at pressure 7" in one.text for one in found.verdict.findings)
+    head, *lines = str(found.cross_validation).splitlines()
+    failed = [not case.holds for case in found.cross_validation.cases]
+    assert failed[-1] and head.endswith(f"the law holds in {failed.count(False)} of 4")
+    assert [line.endswith(": the law does not hold there") for line in lines] == failed
 
 
 def test_intervals_contain_what_differs_from_condition_to_condition() -> None:

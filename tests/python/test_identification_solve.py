@@ -95,7 +95,10 @@ def test_fit_of_a_model_that_does_not_describe_the_data_comes_to_an_end() -> Non
     with pytest.warns(ps.PlantWarning) as caught:
         found = ps.fit(unknown_rig(), experiment="rig", law="LuGre", starts=1, progress=told.append)
     warned = [str(one.message) for one in caught]
-    assert any("supplyPressure = 500000 Pa is assumed" in text for text in warned)
+    assert (
+        "supplyPressure = 500000 Pa is assumed, since it was neither measured nor given; give it by settings, for "
+        "example supplyPressure = 6 bar"
+    ) in warned
     # The early word stands before the first vector that is looked at.
     early = next(index for index, text in enumerate(told) if "the data do not tell friction.lugre.vd" in text)
     looked = [index for index, text in enumerate(told) if text.startswith("cost")]

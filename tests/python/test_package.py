@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pneumatic_servo as ps
@@ -337,6 +338,32 @@ def test_run_that_cannot_go_on_leaves_what_was_finished(plant: ps.Model) -> None
 def test_exception_of_an_input_function_comes_through(plant: ps.Model) -> None:
     with pytest.raises(ZeroDivisionError):
         plant.simulate(inputs={"valveVoltage": lambda t: 1.0 / (0.1 - t) if t < 0.1 else 1 / 0}, stop=1.0, step=0.01)
+
+
+def test_comparison_that_is_interrupted_keeps_the_runs_that_have_begun(plant: ps.Model) -> None:
+    laws = plant.parameters["friction.law"].items
+
+    def stop(done: int, total: int) -> None:
+        assert total == len(laws)
+        if done:
+            raise KeyboardInterrupt
+
+    given = {"inputs": {"valveVoltage": 6.5}, "stop": 0.1, "step": STEP}
+    with pytest.raises(ps.Interrupted) as caught:
+        plant.compare(laws, **given, progress=stop)
+    kept = caught.value.finished
+    assert isinstance(kept, ps.Comparison) and kept.laws and len(kept.laws) == len(kept.runs)
+    whole = plant.compare(kept.laws, **given, progress=False)
+    for law in kept.laws:
+        rows = len(kept[law])
+        assert rows > 0 and kept[law]["position"].tobytes() == whole[law]["position"][:rows].tobytes()
+
+
+def test_comparison_has_no_runs_that_have_not_begun() -> None:
+    begun = SimpleNamespace(rows=[5, 0, 3], of=lambda numbers: [f"run {number}" for number in numbers])
+    kept = ps.Comparison.of_begun(["Dahl", "LuGre", "GMS"], begun)  # type: ignore[arg-type]
+    assert kept is not None and kept.laws == ("Dahl", "GMS") and kept.runs == ["run 0", "run 2"]
+    assert ps.Comparison.of_begun(["Dahl"], SimpleNamespace(rows=[0])) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("many", [False, True])
