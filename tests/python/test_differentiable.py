@@ -158,3 +158,23 @@ def test_torch_gradients_are_those_of_differences(plant: ps.Model) -> None:
     )
     with pytest.raises(ValueError, match=r"inputs have the shape \(30,\)"):
         run(first, u[0])
+
+
+def test_what_has_no_slope_is_named(plant: ps.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the plant finds no number, the input and its time, or the parameter."""
+    made = Trajectory(plant, parameters=["valve.C", "mass.moving"], inputs=["valveVoltage"], outputs=["position"],
+                      given=None, stop=0.03, step=0.01)  # fmt: skip
+    slopes = np.zeros((len(plant.inputs), 3))
+
+    def gradient(*_: object) -> tuple[np.ndarray, None, list[float]]:
+        return slopes, None, [1.0, np.nan]
+
+    monkeypatch.setattr("pneumatic_servo._native.gradient", gradient)
+    arguments = np.array([1e-8, 1.0]), np.full((1, 3), 5.0), np.ones((1, 3))
+    with pytest.raises(ps.NoDerivative) as caught:
+        made.pull(*arguments)
+    told = "at mass.moving: what follows depends on it in another way to either side"
+    assert str(caught.value).endswith(told) and "t = 0 s" in str(caught.value)
+    slopes[list(plant.inputs).index("valveVoltage"), 2] = np.nan
+    with pytest.raises(ps.NoDerivative, match=r"t = 0\.02 s on, at valveVoltage: "):
+        made.pull(*arguments)

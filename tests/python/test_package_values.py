@@ -229,6 +229,35 @@ def test_unusual_is_warned_of(plant: ps.Model, call: Callable[[ps.Model], object
         call(plant)
 
 
+@pytest.mark.parametrize(
+    ("points", "told"),
+    [
+        # From the begin to the last step, 0.049 s, at which an input is applied.
+        ([0.0, 0.049], []),
+        ([1e-10, 0.049 - 1e-10], []),
+        # A table of samples every 10 ms covers until 10 ms after its last one.
+        ([0.0, 0.01, 0.02, 0.03, 0.04], []),
+        ([0.0, 0.01, 0.02, 0.03], ["until 0.03 s, but the run goes on to 0.05 s: its last value holds from there on"]),
+        ([0.0, 0.048], ["until 0.048 s, but the run goes on to 0.05 s: its last value holds from there on"]),
+        ([0.001, 0.049], ["from 0.001 s on, but the run starts at 0 s: its first value holds before"]),
+        (
+            [0.001, 0.048],
+            [
+                "from 0.001 s on, but the run starts at 0 s: its first value holds before",
+                "until 0.048 s, but the run goes on to 0.05 s: its last value holds from there on",
+            ],
+        ),
+    ],
+)
+def test_points_that_do_not_reach_are_told_with_their_ends(
+    plant: ps.Model, points: list[float], told: list[str]
+) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        plant.simulate(inputs={"valveVoltage": (points, [5.0] * len(points))}, stop=0.05, step=1e-3)
+    assert [str(one.message) for one in caught] == [f"valveVoltage is given {text}" for text in told]
+
+
 def test_warning_is_told_once_at_each_place_and_for_the_caller(plant: ps.Model) -> None:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("default")
