@@ -122,6 +122,26 @@ fn steep_and_flat_stribeck_curves_are_integrated() {
     }
 }
 
+/// Whatever the law: where sliding takes more than holding, nothing could rest, and the name and the value are refused.
+#[test]
+fn coulomb_above_static_friction_is_refused_by_every_law_that_has_both() {
+    let table = Friction::table("friction", 0, Law::None.id());
+    let mut refused = 0;
+    for law in laws() {
+        let group = format!("friction.{}", law_group(law));
+        let has = |name: &str| table.iter().any(|variable| variable.name == format!("{group}.{name}"));
+        for coulomb in ["Fc", "Fc1", "Fc2"].into_iter().filter(|name| has(name) && has("Fs")) {
+            let name = format!("{group}.{coulomb}");
+            let error =
+                Rig::bench(law, "SpringPull").set(&name, 11.5).start().err().unwrap_or_else(|| panic!("{name}"));
+            assert_eq!((error.variable.as_str(), error.value), (name.as_str(), 11.5), "{error}");
+            assert!(error.reason.contains("static friction Fs = "), "{error}");
+            refused += 1;
+        }
+    }
+    assert!(refused >= 15, "{refused} limits");
+}
+
 /// The group of a law's parameters: its name in camel case.
 fn law_group(law: &str) -> String {
     match law {

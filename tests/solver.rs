@@ -534,6 +534,77 @@ fn account_without_conserved_quantities_is_empty() {
     assert!(start.iter().chain(&run.residuals()).all(|amount| *amount == 0.0));
 }
 
+/// A vessel that is filled at the rate that the input says: what it holds is what it has received.
+struct Vessel;
+
+impl HybridSystem<1, 1> for Vessel {
+    type Memory = ();
+    type Indicators = [f64; 0];
+    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], (): &()) -> [S; 1] {
+        [u[0]]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], (): &mut ()) {}
+    fn content(&self, x: &[f64; 1], (): &()) -> [f64; 2] {
+        [x[0], 0.0]
+    }
+    fn inflow(&self, _: f64, _: &[f64; 1], u: &[f64; 1], (): &()) -> [f64; 2] {
+        [u[0], 0.0]
+    }
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn fits(&self, (): &()) -> bool {
+        true
+    }
+}
+
+/// The account takes inputs with a slope where they are within a step: of `0.1 + 0.2*t` it receives 0.6 in 2 s, as the vessel does.
+#[test]
+fn account_follows_inputs_with_a_slope() {
+    let mut run = Run::new(Vessel, ADAPTIVE.keeping_balance(true), 0.0, [0.0], (), [0.0]);
+    run.set_inputs([0.1], [0.2]);
+    run.advance(2.0).unwrap();
+    close(run.state().0[0], 0.6, 1e-14, "what the vessel holds");
+    close(run.residuals()[0], 0.0, 1e-14, "what it holds beyond what it has received");
+}
+
+/// A tank and a jet, which are still until 0.5 s and then set out so fast that no step is short enough: in 1 s the tank by a
+/// millionfold of its scale, the jet by the hundredfold of that.
+struct Burst;
+
+impl HybridSystem<2, 1> for Burst {
+    type Memory = ();
+    type Indicators = [f64; 0];
+    fn derivatives<S: Scalar>(&self, time: S, _x: &[S; 2], _u: &[S; 1], (): &()) -> [S; 2] {
+        let rates = if time.value() > 0.5 { [1e9, 1e5] } else { [0.0; 2] };
+        rates.map(S::constant)
+    }
+    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
+        []
+    }
+    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], (): &mut ()) {}
+    fn scales(&self) -> [f64; 2] {
+        [1e3, 1e-3]
+    }
+    fn state_name(&self, state: usize) -> &'static str {
+        ["the tank", "the jet"][state]
+    }
+    fn fits(&self, (): &()) -> bool {
+        true
+    }
+}
+
+/// The state that an error names is the one that is farthest off for its scale, not the one with the largest number.
+#[test]
+fn error_names_the_state_that_is_farthest_off_for_its_scale() {
+    let error = Run::new(Burst, ADAPTIVE, 0.0, [0.0; 2], (), [0.0]).advance(1.0).unwrap_err();
+    let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(course), .. } = error else { panic!("{error}") };
+    assert_eq!((course.state, course.value, course.rate), ("the jet", 0.0, 0.0));
+}
+
 /// `x'' = -x` that counts how often a step was accepted.
 struct Counting;
 

@@ -68,3 +68,16 @@ pub(super) fn slope_between(above: &[f64], below: &[f64], distance: f64) -> Vec<
 pub(super) fn any(numbers: &[f64]) -> bool {
     numbers.iter().any(|number| *number != 0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Driven;
+
+    /// `2 + 0.5*t` and a constant 3, from 1 s on.
+    #[test]
+    fn driven_inputs_follow_their_lines() {
+        let driven = Driven { since: 1.0, values: vec![2.0, 3.0], slopes: vec![0.5, 0.0] };
+        assert_eq!((driven.at(1.0), driven.at(5.0)), (vec![2.0, 3.0], vec![4.0, 3.0]));
+        assert!(driven.vary() && !Driven { slopes: vec![0.0; 2], ..driven }.vary());
+    }
+}

@@ -186,3 +186,24 @@ impl Bristle {
         Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: sum * self.stiffness.value })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Bond;
+
+    /// A load that drops leaves bonds that are stretched to many times what they now hold. They form anew on the side from which
+    /// they are pulled, less than one strength away, so that friction does not push.
+    #[test]
+    fn bond_that_breaks_far_beyond_its_strength_is_still_pulled_the_same_way() {
+        const STRENGTH: f64 = 1e-5;
+        for generator in 0..100 {
+            for stretch in [-1e3, -2.5, 2.5, 1e3] {
+                let mut bond = Bond { anchor: 0.0, generator };
+                let x = stretch * STRENGTH;
+                bond.renew(x, STRENGTH);
+                let pull = (x - bond.anchor) * x.signum();
+                assert!((0.0..STRENGTH).contains(&pull), "{stretch} times its strength leaves {pull} m");
+            }
+        }
+    }
+}
