@@ -95,6 +95,31 @@ def test_law_that_was_not_fitted_is_named() -> None:
         ranking["Dahl"]
 
 
+@pytest.mark.parametrize("hold_out", [0.0, 0.2])
+def test_ranking_has_a_line_for_each_law(hold_out: float, tmp_path: Path) -> None:
+    """The same numbers as text, as a table of a page, and as a file."""
+    ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0,
+                              hold_out=hold_out, progress=False)  # fmt: skip
+    head, *lines = str(ranking).splitlines()
+    assert head.split() == ["law", "free", "rms", "frictionForce", "hold-out", "AIC"]
+    assert {len(line) for line in lines} == {len(head)}
+    names, *cells = re.findall(r"<tr>(.*?)</tr>", ranking._repr_html_())
+    assert re.findall(r"<th>(.*?)</th>", names) == ["law", "converged", "free", "rms", "hold-out rms", "AIC"]
+    ranking.to_csv(tmp_path / "a.csv")
+    written = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
+    assert written[0] == "law,converged,free,rms,hold-out rms,AIC"
+    for found, line, row, csv in zip(ranking.fits, lines, cells, written[1:], strict=True):
+        rms, held = found.rms["frictionForce"], found.hold_out_rms.get("frictionForce")
+        free, aic = str(len(found.parameters)), f"{found.aic:.1f}"
+        assert line.split() == [found.law, free, f"{rms:.6g}", "nan" if held is None else f"{held:.6g}", aic]
+        shown, file = re.findall(r"<td>(.*?)</td>", row), csv.split(",")
+        assert shown[:3] == file[:3] == [found.law, str(found.converged), free] and shown[5] == aic
+        assert (shown[4] == "") == (file[4] == "") == (held is None)
+        # Of a single signal it is in units of what the first law leaves.
+        first = ranking.best.rms["frictionForce"]
+        assert_close(float(file[3]), rms / first, rel=1e-14, what="rms")
+
+
 def test_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("t,x,x,f\n0,0,0,0\n", encoding="utf-8")
