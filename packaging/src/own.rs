@@ -126,3 +126,30 @@ pub fn check(workspace: &Workspace) -> Result<()> {
     cargo.env("CARGO_TARGET_DIR", workspace.target.join("own")).env(ENVIRONMENTS, &workspace.environments);
     process::run(cargo.current_dir(&workspace.home))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use crate::files;
+
+    use super::*;
+
+    /// What is downloaded, of a lock file: names with versions.
+    fn downloaded(file: &Path) -> Result<BTreeSet<String>> {
+        let text = files::text(file)?;
+        let packages = text.split("[[package]]\n").filter(|package| package.contains("\nsource = "));
+        Ok(packages.map(|package| package.lines().take(2).collect::<Vec<_>>().join(", ")).collect())
+    }
+
+    #[test]
+    fn crates_from_outside_have_the_versions_of_everything_else() -> Result<()> {
+        let ours = downloaded(&workspace::home().join("Cargo.lock"))?;
+        let theirs = downloaded(&workspace::home().join("examples/own/Cargo.lock"))?;
+        assert!(theirs.len() > 20, "{theirs:?}");
+        // Otherwise what they share is compiled once more.
+        let others: Vec<_> = theirs.difference(&ours).collect();
+        assert!(others.is_empty(), "copy Cargo.lock to examples/own: {others:?}");
+        Ok(())
+    }
+}

@@ -69,13 +69,12 @@ pub fn check(workspace: &Workspace, venv: &Venv) -> Result<()> {
     let page = build(workspace)?;
 
     heading("Playground: use the page in Chromium");
-    process::run(&mut cargo(workspace, &["test", "--package", wasm::PACKAGE]))?;
-    process::run(&mut cargo(workspace, &["build", "--package", wasm::PACKAGE, "--example", "replay"]))?;
+    process::run(&mut replay(workspace))?;
     let tests = workspace.root.join("tests/playground");
     install(&tests)?;
     let mut test = npm();
     test.args(["test", "--silent"]).current_dir(&tests);
-    test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("debug/examples/replay"));
+    test.env("PLAYGROUND", page).env("REPLAY", workspace.target.join("quick/examples/replay"));
     process::run(test.env("PYTHON", venv.program("python")))
 }
 
@@ -111,10 +110,13 @@ pub fn npm() -> Command {
     Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
 }
 
-/// Cargo on this workspace, with the target directory that the tests look in.
-fn cargo(workspace: &Workspace, arguments: &[&str]) -> Command {
+/// What builds the program that repeats runs of the page with the library; its bits are the same without optimization.
+fn replay(workspace: &Workspace) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(arguments).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo.args(["build", "--profile", "quick", "--package", wasm::PACKAGE, "--example", "replay"]);
+    // As this program is compiled, so that the plant is at hand.
+    cargo.args(["--features", "pneumatic-servo/sensitivities"]);
+    cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
     cargo
 }
 

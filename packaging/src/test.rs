@@ -113,7 +113,6 @@ fn run(workspace: &Workspace) -> Result<()> {
 
     // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
     process::both(|| checks.plant(), || checks.packages(&venv))?;
-    process::both(|| checks.imports(&venv), || platform_test::run_if_possible(workspace))?;
     heading("Room that bounds leave");
     bounds::check(workspace, bounds::SHOWN)
 }
@@ -122,6 +121,19 @@ fn run(workspace: &Workspace) -> Result<()> {
 /// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
 const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
+/// Those of the plant that this program is compiled with, so that it is not compiled once more.
+const FEATURES_OF_THIS: [&str; 3] = ["--no-default-features", "--features", "pneumatic-servo/sensitivities"];
+
+/// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
+const UNITS: [&str; 6] = [
+    "pneumatic-servo",
+    "pneumatic-servo-fmu",
+    "pneumatic-servo-packaging",
+    "pneumatic-servo-playground",
+    "pneumatic-servo-sources",
+    "pneumatic-servo-ssp",
+];
+
 /// Runs checks in the repository.
 struct Checks<'a> {
     workspace: &'a Workspace,
@@ -129,33 +141,26 @@ struct Checks<'a> {
 }
 
 impl Checks<'_> {
-    /// Plant and C interface by themselves, and what packs them.
+    /// Plant and C interface by themselves, what packs them, and the plant on other machines.
     fn plant(&self) -> Result<()> {
-        heading("Library: unit tests, published numbers, C interface");
         bounds::forget(self.workspace)?;
-        self.cargo(&["test"])?;
+        heading("Unit tests");
+        let packages = UNITS.map(|name| ["--package", name]).concat();
+        self.cargo(&[&["test", "--profile", "quick", "--lib"], &FEATURES_OF_THIS[..], &packages].concat())?;
+        heading("Library: published numbers, C interface");
+        self.cargo(&["test", "--test", "*"])?;
+        self.cargo(&["test", "--doc"])?;
         heading("Crates from outside: laws, valves and models of one's own");
         self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;
         new::check(self.workspace, &self.workspace.home)?;
         valgrind::check(self.workspace)?;
         sanitizer::check(self.workspace)?;
         Stress::SHORT.run()?;
-        heading("Packaging: unit tests");
-        self.cargo(&[
-            "test",
-            "--profile",
-            "xtask",
-            "--package",
-            "pneumatic-servo-packaging",
-            "--package",
-            "pneumatic-servo-sources",
-            "--package",
-            "pneumatic-servo-ssp",
-        ])
+        sources_test::run_if_possible(self.workspace)?;
+        platform_test::run_if_possible(self.workspace)
     }
 
-    /// Everything that is handed out: FMUs, figures, wheel and page, and the FMUs in a host in Rust. Leaves the wheel
-    /// installed.
+    /// Everything that is handed out, FMUs, figures, wheel and page, and then in the hands of its users.
     fn packages(&self, venv: &Venv) -> Result<()> {
         Package::default().run(self.workspace)?;
         own::check(self.workspace)?;
@@ -163,15 +168,10 @@ impl Checks<'_> {
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
         playground::check(self.workspace, venv)?;
-        sources_test::run_if_possible(self.workspace)?;
         site::check(self.workspace)?;
         heading("Import with the crate fmi");
         // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.
-        self.cargo(&["test", "--profile", "xtask", "--package", "importer", "--features", "fmi"])
-    }
-
-    /// What is handed out, in the hands of its users.
-    fn imports(&self, venv: &Venv) -> Result<()> {
+        self.cargo(&["test", "--profile", "quick", "--package", "importer", "--features", "fmi"])?;
         heading("Import with FMPy");
         self.python(venv, &["pytest", "tests/python"])
     }
