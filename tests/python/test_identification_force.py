@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -63,6 +64,35 @@ def holds(found: ps.Fit, truth: dict[str, float], within: float) -> None:
         estimate = found.parameters[name]
         half = 0.5 * (estimate.high - estimate.low)
         assert abs(estimate.value - value) < 2.0 * half < 2.0 * within * abs(value), (name, estimate)
+
+
+def test_search_starts_near_what_a_regression_gives() -> None:
+    """Mass, spring and offset, or the gain of a current where the mass is known: what smoothing leaves is 5 %."""
+    mass = TRUE["mass"]
+    problem = fit(chosen("position", "force"), fit=FREE[1:], settings={"mass": mass}).problem
+
+    def guess(
+        values: dict[str, float], gain: float = 1.0, spring: float = 0.0, offset: float = 0.0
+    ) -> dict[str, float]:
+        windows = [
+            replace(one, driven={**one.driven, "force": (one.driven["force"] + spring * one.driven["position"]) / gain
+                                                        + offset})
+            for one in problem.windows
+        ]  # fmt: skip
+        return problem.experiment.guess(windows, values)
+
+    assert guess({"mass": 1.0}) == {"mass": pytest.approx(mass, rel=0.05), "gain.force": 1.0}
+    found = guess({"mass": 1.0, "spring": 100.0, "offset.force": 0.0}, spring=400.0, offset=3.0)
+    assert found == {
+        "mass": pytest.approx(mass, rel=0.05), "gain.force": 1.0, "spring": pytest.approx(400.0, rel=0.05),
+        "offset.force": pytest.approx(3.0, abs=0.5),
+    }  # fmt: skip
+    # A gain that is given beside a free mass stays, and the mass is in its units.
+    found = guess({"mass": 1.0, "gain.force": 20.0}, gain=20.0)
+    assert found == {"mass": pytest.approx(mass, rel=0.05), "gain.force": 20.0}
+    found = guess({"gain.force": 1.0, "spring": 100.0}, gain=20.0, spring=400.0)
+    assert found["gain.force"] == pytest.approx(20.0, rel=0.05)
+    assert found["spring"] == pytest.approx(400.0, rel=0.05) and found["mass"] == pytest.approx(mass, rel=1e-12)
 
 
 def test_axis_gives_mass_friction_and_the_offset_of_its_force() -> None:
