@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.compression import ROWS, compressed, triangle
+from pneumatic_servo.identification.fitting import _check_size
 from pneumatic_servo.identification.solve import LOOKED, Course, Stalled
 from scipy.optimize import least_squares
 from test_identification import COLUMNS, RIG, bench, write
@@ -143,3 +145,17 @@ def test_early_word_names_only_what_noise_alone_would_hide() -> None:
     told: list[str] = []
     found = ps.fit(bench(), **GIVEN, law="Stribeck", starts=0, progress=told.append)
     assert not [text for text in told if "do not tell" in text] and not found.undetermined
+
+
+@pytest.mark.parametrize(("signals", "free", "is_enough"), [(1, 4, True), (1, 5, False), (3, 12, True), (3, 13, False)])
+def test_each_parameter_needs_five_numbers_of_all_signals(signals: int, free: int, is_enough: bool) -> None:
+    """Two windows of 10 samples are 20 numbers of each signal that is compared."""
+    window = SimpleNamespace(fitted=10, record=None)
+    experiment = SimpleNamespace(compared=("p", "q", "r")[:signals], resting=lambda record: np.array([False]))
+    problem: Any = SimpleNamespace(windows=[window] * 2, experiment=experiment, free=[None] * free, measured=dict)
+    if is_enough:
+        _check_size(problem)
+    else:
+        text = f"^too short: {20 * signals} samples to compare for {free} free parameters$"
+        with pytest.raises(ValueError, match=text):
+            _check_size(problem)
