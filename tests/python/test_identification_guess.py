@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.identification.guess import started
@@ -26,3 +29,29 @@ def test_search_starts_at_the_levels_of_the_record(law: str) -> None:
         # Bristles bend by a fiftieth of the stroke of 47 mm; at full speed, 65 mm/s, their damping is a tenth of Fc.
         assert starts["Fc"] / starts["sigma0"] == pytest.approx(0.047 / 50.0, rel=0.05)
         assert starts["sigma1"] * 0.065 == pytest.approx(0.1 * starts["Fc"], rel=0.1)
+
+
+def test_friction_of_a_cylinder_is_what_the_pressures_leave() -> None:
+    """What a start is looked for in is the friction of the run itself, as far as smoothing leaves it."""
+    time = np.arange(0.0, 3.0, 1e-3)
+    voltage = 5.0 + 1.5 * np.sin(2.0 * np.pi * time)
+    names = ["position", "chamberA.pressure", "chamberB.pressure"]
+    run = ps.Model().simulate(inputs={"valveVoltage": (time, voltage)}, stop=3.0, step=1e-3,
+                              outputs=[*names, "velocity", "frictionForce"])  # fmt: skip
+    problem = ps.fit({"time": run.time, **{name: run[name] for name in names}}, experiment="mechanical",
+                     law="Stribeck", fit="friction.stribeck.Fc", starts=0, progress=False).problem  # fmt: skip
+    parts = []
+    for window in problem.windows:
+        found = problem.experiment.forces(window, {})
+        assert found is not None
+        at = window.record.begin + window.record.grid
+        parts.append([*found, *(np.interp(at, run.time, run[name]) for name in ("velocity", "frictionForce"))])
+    speed, friction, level, true_speed, true_friction = np.concatenate(parts, axis=1)
+    fast = np.abs(true_speed) > 0.5 * np.max(np.abs(true_speed))
+    assert np.sum(fast) > 100 and np.all(level == 1.0)
+    # Smoothing over 80 ms leaves about a hundredth of both.
+    assert np.median(np.abs(speed - true_speed)[fast]) < 0.05 * np.max(np.abs(true_speed))
+    assert np.median(np.abs(friction - true_friction)[fast]) < 0.05 * np.median(np.abs(true_friction[fast]))
+    for lacking in names:
+        signals = {name: values for name, values in window.record.signals.items() if name != lacking}
+        assert problem.experiment.forces(replace(window, record=replace(window.record, signals=signals)), {}) is None

@@ -425,6 +425,12 @@ def test_figure_of_the_friction_shows_force_against_velocity(plant: ps.Model) ->
     assert all(np.allclose(line.get_ydata(), run["frictionForce"]) for line in curves) and curves
     assert np.allclose(curves[0].get_xdata(), 1e3 * run["velocity"])
     assert_close(near.get_xlim()[1], 50.0 * largest(run["velocity"]), rel=1e-14, what="limit")
+    assert near.get_xlim()[0] == -near.get_xlim()[1]
+    # All samples near standstill are within the other axis, with a twentieth of their range to spare.
+    inside = run["frictionForce"][np.abs(run["velocity"]) <= 0.05 * np.max(np.abs(run["velocity"]))]
+    spare = 0.05 * np.ptp(inside)
+    assert spare > 0.05
+    assert_close(np.array(near.get_ylim()), [np.min(inside) - spare, np.max(inside) + spare], rel=1e-14, what="range")
     with pytest.raises(KeyError, match="velocity and frictionForce"):
         plant.simulate(stop=0.01, step=STEP, outputs=["position"]).plot_friction()
 
