@@ -198,4 +198,26 @@ tests/b.rs;1;unused;0e0;1e-3;
             assert!(format!("{error:#}").contains(line), "{error:#}");
         }
     }
+
+    /// What the tests of a target directory recorded there is read, and forgotten there alone.
+    #[test]
+    fn records_are_those_of_the_target_directory() -> Result<()> {
+        let workspace = Workspace::of_the_project()?;
+        let [one, other] =
+            ["one", "other"].map(|name| workspace.inside(&format!("tmp/records-{}-{name}", std::process::id())));
+        for (of, text) in [(&one, RECORD), (&other, "tests/b.rs;1;unused;1e-4;1e-3;\n")] {
+            files::write(&of.target.join("tmp/bounds/record"), text)?;
+        }
+        assert_eq!((report(&one, 1)?.len(), report(&other, 1)?.len()), (3, 1));
+        assert!(
+            check(&one, 1).is_err() && check(&other, 1).is_ok(),
+            "an unused bound is slack, one of ten times is not"
+        );
+        forget(&one)?;
+        assert!(report(&one, 1).is_err() && report(&other, 1).is_ok());
+        for of in [one, other] {
+            std::fs::remove_dir_all(of.target)?;
+        }
+        Ok(())
+    }
 }

@@ -158,4 +158,29 @@ mod tests {
         assert!(problem("time,position\n0,0\n1,far\n").contains("line 3: 1,far"));
         assert!(problem("time,position\n0\n").contains("line 2 has 1 cells"));
     }
+
+    /// Each point of the results is the plant at that time, under the inputs that were held up to it.
+    #[test]
+    fn results_are_those_of_the_plant_at_the_same_times() -> Result<()> {
+        let run = Run::of(MODEL)?;
+        let setup = pneumatic_servo::model::Setup::of(MODEL);
+        let mut plant = setup.start(0.0)?;
+        for (index, time) in run.times.iter().enumerate() {
+            if index > 0 {
+                plant.advance_to(*time)?;
+            }
+            for (place, input) in setup.table().inputs().enumerate() {
+                if let Some(signal) = MODEL.experiment.signal(&input.name) {
+                    plant.set_input(place, signal.course.at(*time));
+                }
+            }
+            for curve in &run.curves {
+                let name = &curve.variable.name;
+                assert_eq!(curve.values[index], plant.get(name)?, "{name} at {time} s");
+            }
+        }
+        let position = run.curves.iter().find(|curve| curve.variable.name == "position").context("a variable")?;
+        assert!(position.values.iter().any(|x| (x - position.values[0]).abs() > 1e-3), "the carriage moves");
+        Ok(())
+    }
 }

@@ -153,4 +153,17 @@ mod tests {
         std::fs::remove_dir_all(&folder)?;
         Ok(())
     }
+
+    #[test]
+    fn files_of_editors_and_of_the_system_do_not_count() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("collected-{}", std::process::id()));
+        for name in ["lib.rs", "parts/law.rs", "lib.rs~", ".DS_Store", "parts/.law.rs.swp"] {
+            crate::files::write(&folder.join(name), "text")?;
+        }
+        let mut found = BTreeMap::new();
+        collect(&folder, "src", &mut found)?;
+        std::fs::remove_dir_all(&folder)?;
+        assert_eq!(found.into_keys().collect::<Vec<_>>(), ["src/lib.rs", "src/parts/law.rs"]);
+        Ok(())
+    }
 }

@@ -219,4 +219,12 @@ mod tests {
         assert!(ssv.contains(r#"<ssc:BaseUnit kg="1" s="-2"/>"#), "{ssv}");
         Ok(())
     }
+
+    #[test]
+    fn what_is_written_as_json_is_read_as_the_same_set() -> Result<()> {
+        let given = set(json!({ "friction.law": "LuGre", "mass.moving": 0.88 }));
+        let written = ParameterSet::read(&given, |name| settable(CYLINDER, name).cloned())?.json()?;
+        assert_eq!(serde_json::from_str::<Value>(&written)?, given);
+        Ok(())
+    }
 }

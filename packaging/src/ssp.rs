@@ -403,4 +403,17 @@ mod tests {
         let problem = find("brake.force").err().map(|error| error.to_string()).unwrap_or_default();
         assert!(problem.contains("no component for brake.force"), "{problem}");
     }
+
+    /// Boxes of 40 by 40 with gaps of 20, in a row.
+    #[test]
+    fn components_are_side_by_side() -> Result<()> {
+        for (place, edges) in [(0, ["20", "60"]), (1, ["80", "120"]), (2, ["140", "180"])] {
+            let text = document(|xml| geometry(place).write(xml))?;
+            for (name, value) in [("x1", edges[0]), ("y1", "20"), ("x2", edges[1]), ("y2", "60")] {
+                let found = text.split(&format!(" {name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+                assert_eq!(found.and_then(|number| number.parse::<f64>().ok()), value.parse().ok(), "{name} in {text}");
+            }
+        }
+        Ok(())
+    }
 }

@@ -89,3 +89,60 @@ pub extern "C" fn playground_ssv(count: usize, bytes: usize) -> u32 {
         Ok(())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text() -> String {
+        let text = TEXT.with_borrow(String::clone);
+        assert_eq!((playground_text(), playground_text_length()), (TEXT.with_borrow(|it| it.as_ptr()), text.len()));
+        text
+    }
+
+    fn write(numbers: &[f64]) {
+        SESSION.with_borrow_mut(|session| session.buffer[..numbers.len()].copy_from_slice(numbers));
+    }
+
+    /// What a page does: it looks at the tables, sets an input, runs to a time, reads, and writes what it has set.
+    #[test]
+    fn page_runs_a_model_through_the_exported_functions() {
+        let buffer = SESSION.with_borrow_mut(|session| session.buffer.as_mut_ptr());
+        assert_eq!(playground_buffer(), buffer);
+        playground_tables();
+        assert_eq!(text(), tables().to_string());
+        let table = (pneumatic_servo::models::ALL[0].variables)();
+        let place = |name: &str| table.iter().position(|variable| variable.name == name).expect("a variable") as f64;
+        assert_eq!(playground_start(0, 0, 0), 0);
+        write(&[place("valveVoltage"), 7.0]);
+        assert_eq!((playground_set(0, 2), playground_advance(0, 0.3)), (0, 0));
+        write(&["valveVoltage", "position"].map(place));
+        assert_eq!(playground_read(0, 2), 0);
+        let [voltage, position] = SESSION.with_borrow(|session| [session.buffer[0], session.buffer[1]]);
+        assert!(voltage == 7.0 && position > 0.251, "at {voltage} V the carriage is at {position} m");
+
+        let set = b"set\0text\0time\0\0";
+        let mut words: Vec<u8> = set.to_vec();
+        words.resize(words.len().next_multiple_of(8), 0);
+        let words = words.chunks(8).map(|word| f64::from_le_bytes(word.try_into().expect("eight bytes")));
+        write(&[[0.0, 2.0, place("valveVoltage"), 7.0].to_vec(), words.collect()].concat());
+        assert_eq!(playground_ssv(4, set.len()), 0, "{}", text());
+        assert!(text().contains("valveVoltage") && text().contains("set"), "{}", text());
+    }
+
+    /// Each refusal is a 1, and its text says why.
+    #[test]
+    fn refusals_are_told_by_number_and_text() {
+        for (call, refused) in [
+            (playground_start(0, usize::MAX, 0), "model"),
+            (playground_set(40, 0), "plant"),
+            (playground_advance(41, 1.0), "plant"),
+            (playground_read(42, 0), "plant"),
+            (playground_ssv(usize::MAX, 0), ""),
+        ] {
+            assert!(call == 1 && !text().is_empty(), "{refused}");
+        }
+        assert_eq!(playground_advance(40, 1.0), 1);
+        assert!(text().contains("40"), "{}", text());
+    }
+}

@@ -135,6 +135,17 @@ mod tests {
     use pneumatic_servo::models;
     use pneumatic_servo::variables::array_name;
 
+    use super::Version;
+
+    /// FMUs of FMI 2.0, which most tools read, are found first; both have the names of the standard.
+    #[test]
+    fn versions_have_names_and_folders_of_their_own() {
+        assert_eq!(
+            Version::ALL.map(|version| (version.name(), version.folder())),
+            [("FMI 2.0", ""), ("FMI 3.0", "fmi3")]
+        );
+    }
+
     /// Viewers show structured names as a tree, in which a variable cannot be a branch too.
     #[test]
     fn no_variable_has_the_name_of_a_group() {

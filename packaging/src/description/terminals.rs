@@ -100,4 +100,22 @@ mod tests {
         assert!(!of("PositionController")?.contains("<Terminals>"));
         Ok(())
     }
+
+    /// An icon is told of where there is one: it fills a square of 200 units of 0.1 mm.
+    #[test]
+    fn icon_fills_its_square_where_there_is_one() -> Result<()> {
+        for model in models::ALL {
+            assert!(!xml(model, false)?.contains("GraphicalRepresentation"));
+            let with = xml(model, true)?;
+            assert!(with.contains("suggestedScalingFactorTo_mm=\"0.1\""), "{with}");
+            for (edge, value) in [("x1", -100), ("y1", -100), ("x2", 100), ("y2", 100)] {
+                assert_eq!(
+                    with.matches(&format!(" {edge}=\"{value}\"")).count(),
+                    2,
+                    "{edge} of icon and system in {with}"
+                );
+            }
+        }
+        Ok(())
+    }
 }

@@ -168,6 +168,7 @@ fn rounded(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use pneumatic_servo::models;
+    use pneumatic_servo::variables::units;
 
     use super::*;
 
@@ -181,6 +182,69 @@ mod tests {
                 assert!(section.contains(&format!(">\n{name}\n</text>")), "{}: {name}", model.name);
             }
             assert_eq!(section, super::section(model)?);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn section_says_which_inputs_move() -> Result<()> {
+        for model in models::ALL {
+            let (section, signals) = (section(model)?, model.experiment.signals);
+            assert_eq!(section.contains("All inputs keep their start values."), signals.is_empty(), "{}", model.name);
+            assert_eq!(section.contains("; all other inputs keep their start values."), !signals.is_empty());
+            for signal in signals {
+                assert!(section.contains(&format!("<code>{}</code> is ", signal.input)), "{}", signal.input);
+            }
+        }
+        assert!(models::ALL.iter().any(|model| model.experiment.signals.is_empty()), "both kinds are there");
+        Ok(())
+    }
+
+    #[test]
+    fn values_are_shown_in_the_unit_that_is_suggested() {
+        let plain = Variable::parameter(0, "pressure", units::PASCAL, 0.0);
+        let bar = plain.clone().shown_in("bar");
+        // The factor of 1e-5 is rounded.
+        assert!(shown(&plain, 6e5) == 6e5 && (shown(&bar, 6e5) - 6.0).abs() < 1e-14);
+        assert_eq!((unit_name(&plain), unit_name(&bar)), (unit("Pa"), unit("bar")));
+        let expected = [(0.1 + 0.2, "0.3"), (-2.0, "-2"), (2e-7, "0"), (1234.5, "1234.5")];
+        assert!(expected.iter().all(|(value, text)| rounded(*value) == *text));
+    }
+
+    /// Pixels `[left, top, right, bottom]` of the curve that is drawn last.
+    fn drawn(panels: &[(&str, Vec<&Curve>)]) -> Result<[f64; 4]> {
+        let svg = draw(&[0.0, 1.0, 2.0], panels)?;
+        // Lines of the axes and before the names have two points.
+        let lines = svg.split("<polyline").filter_map(|line| line.split("points=\"").nth(1)?.split('"').next());
+        let points = lines.filter(|line| line.split_whitespace().count() == 3).last();
+        let mut edges = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for point in points.context("a curve")?.split_whitespace() {
+            let (x, y) = point.split_once(',').context("a point")?;
+            let (x, y): (f64, f64) = (x.parse()?, y.parse()?);
+            edges = [edges[0].min(x), edges[1].min(y), edges[2].max(x), edges[3].max(y)];
+        }
+        Ok(edges)
+    }
+
+    /// A curve fills its axes from side to side, and but for 6 % of its height above and below; names take 34 pixels above. A
+    /// panel has 250 pixels, and 50 are below the last; of these 300 the axes have what 16 above and 70 below leave. Drawing
+    /// rounds to pixels.
+    #[test]
+    fn curve_fills_its_axes() -> Result<()> {
+        const ROUNDING: f64 = 2.0;
+        let variable = models::ALL[0].experiment.panels[0].curves[0];
+        let variable = (models::ALL[0].variables)().find(variable).context("a variable")?.variable;
+        for values in [vec![0.0, 10.0, 0.0], vec![-3e5, 1e5, 0.0]] {
+            let curve = Curve { variable, values };
+            for (curves, above) in [(vec![&curve], 16.0), (vec![&curve; 2], 50.0)] {
+                let found = drawn(&[("x", curves)])?;
+                let margin = (230.0 - above) * 0.06 / 1.12;
+                let expected = [150.0, above + margin, 1690.0, 230.0 - margin];
+                let is_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() <= ROUNDING);
+                assert!(is_near, "{found:?}, not {expected:?}");
+            }
+            let below = drawn(&[("x", vec![&curve]), ("y", vec![&curve])])?;
+            assert!(275.0 < below[1] && below[3] < 550.0, "{below:?} is not in the lower of two panels");
         }
         Ok(())
     }

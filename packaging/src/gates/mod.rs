@@ -272,4 +272,16 @@ mod tests {
         let arm = Facts { architecture: Architecture::Aarch64, ..good(Platform::Darwin64) };
         assert!(wrong_architectures(Platform::Darwin64, Reach::Everybody, &[arm, good(Platform::Darwin64)]).is_empty());
     }
+
+    /// The oldest system is that of the processor that asks for the newest, and is called by its name.
+    #[test]
+    fn report_says_the_processors_and_the_oldest_system() {
+        let other = Facts { architecture: Architecture::Aarch64, needs: Some((11, 3)), ..good(Platform::Darwin64) };
+        let mac = [Facts { needs: Some((11, 1)), ..good(Platform::Darwin64) }, other];
+        assert_eq!(report(Platform::Darwin64, &mac, 1025), "2 KiB; aarch64, x86_64; macOS 11.3 and newer; needs ");
+        let mut linux = Facts { needs: Some((2, 17)), ..good(Platform::Linux64) };
+        linux.libraries.insert("libc.so.6".to_owned());
+        let text = report(Platform::Linux64, &[linux], 1024);
+        assert_eq!(text, "1 KiB; x86_64; glibc 2.17 and newer; needs libc.so.6");
+    }
 }

@@ -138,4 +138,12 @@ mod tests {
         assert!(problem.contains("needs glibc 2.25, newer than 2.17"), "{problem}");
         Ok(())
     }
+
+    #[test]
+    fn processors_of_a_library_are_named() -> Result<()> {
+        let found = super::super::architectures(&library("processors", "", &["-s"])?)?;
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), [std::env::consts::ARCH]);
+        assert!(super::super::architectures(b"no library").is_err());
+        Ok(())
+    }
 }

@@ -129,3 +129,139 @@ impl Swing {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::models;
+    use pneumatic_servo::variables::units;
+
+    use super::*;
+
+    const DRAWS: usize = 4000;
+
+    /// Values drawn for a parameter, in rising order; those that keep the default are left out.
+    fn drawn(variable: &Variable, spread: Spread) -> Vec<f64> {
+        let mut random = Random(5);
+        let mut values: Vec<f64> = (0..DRAWS).filter_map(|_| value(variable, spread, &mut random)).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    }
+
+    /// The values that a share of the draws does not exceed, 0, a half and all, are near those expected: of uniform draws they
+    /// scatter by less than 0.01 of the range (a median by half of one over the root of 4000, 0.008).
+    fn is_spread(values: &[f64], [least, middle, most]: [f64; 3], name: &str) {
+        let found = [values[0], values[values.len() / 2], values[values.len() - 1]];
+        for (found, expected) in found.into_iter().zip([least, middle, most]) {
+            assert!((found - expected).abs() <= 0.02 * (most - least), "{name}: {found}, not {expected}");
+        }
+        assert!(least <= found[0] && found[2] <= most, "{name}: {found:?} beyond {least} to {most}");
+    }
+
+    #[test]
+    fn every_choice_is_drawn_equally_often() {
+        let mut random = Random(1);
+        for count in [1, 2, 3, 7] {
+            let mut often = vec![0usize; count];
+            for _ in 0..DRAWS {
+                often[random.choice(count)] += 1;
+            }
+            // Four standard deviations of a count are 4*sqrt(4000*p*(1 - p)), at most 127.
+            assert!(often.iter().all(|times| times.abs_diff(DRAWS / count) <= 127), "{often:?}");
+        }
+    }
+
+    #[test]
+    fn order_is_random_and_loses_nothing() {
+        let (mut random, mut first) = (Random(2), [0usize; 4]);
+        for _ in 0..DRAWS {
+            let mut order = random.shuffled(vec![0, 1, 2, 3]);
+            first[order[0]] += 1;
+            order.sort_unstable();
+            assert_eq!(order, [0, 1, 2, 3]);
+        }
+        assert!(first.iter().all(|times| times.abs_diff(DRAWS / 4) <= 110), "{first:?}");
+    }
+
+    /// Within a factor of 3: from a third to the threefold, half of them below the default. A default of 0 stays off in every
+    /// second set, and is else within the factor of its nominal value; limits are kept.
+    #[test]
+    fn real_parameters_are_within_the_factor_of_their_defaults() {
+        let parameter = |start| Variable::parameter(0, "x", units::METRE, start);
+        let third = Spread::Factor(3.0);
+        for start in [6.0, -6.0] {
+            let logarithms: Vec<f64> = drawn(&parameter(start), third).iter().map(|x| (x / start).log(3.0)).collect();
+            let mut logarithms = logarithms;
+            logarithms.sort_by(f64::total_cmp);
+            assert_eq!(logarithms.len(), DRAWS);
+            // Rounding takes the ends one unit in the last place beyond.
+            let inside: Vec<f64> = logarithms.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+            assert!(inside.iter().zip(&logarithms).all(|(a, b)| (a - b).abs() < 1e-14));
+            is_spread(&inside, [-1.0, 0.0, 1.0], "logarithm");
+        }
+        let off = drawn(&parameter(0.0).nominal(2.0), third);
+        assert!(off.len().abs_diff(DRAWS / 2) <= 127, "{}", off.len());
+        assert!(off.iter().all(|x| (2.0 / 3.0 - 1e-15..=6.0 + 1e-14).contains(x)));
+        assert!(drawn(&parameter(0.0), third).is_empty(), "without a nominal value");
+        let limited = drawn(&parameter(6.0).range(5.0, 7.0), third);
+        assert_eq!((limited[0], limited[limited.len() - 1]), (5.0, 7.0));
+        assert!(drawn(&Variable::count(0, "n", 4).range(1.0, 9.0), third).is_empty(), "a number of things");
+    }
+
+    /// All that is legal: on a scale of logarithms between limits above 0, on a plain one else, and within 1e6 without limits.
+    #[test]
+    fn the_whole_legal_range_is_drawn() {
+        let parameter = |min, max| Variable::parameter(0, "x", units::METRE, min).range(min, max);
+        is_spread(&drawn(&parameter(-2.0, 4.0), Spread::Legal), [-2.0, 1.0, 4.0], "plain");
+        is_spread(&drawn(&parameter(0.0, 4.0), Spread::Legal), [0.0, 2.0, 4.0], "from 0");
+        let wide: Vec<f64> = drawn(&parameter(1e-3, 1e5), Spread::Legal).iter().map(|x| x.log10()).collect();
+        is_spread(&wide, [-3.0, 1.0, 5.0], "decades");
+        is_spread(
+            &drawn(&Variable::parameter(0, "x", units::METRE, 0.0), Spread::Legal),
+            [-1e6, 0.0, 1e6],
+            "unlimited",
+        );
+        let counts = drawn(&Variable::count(0, "n", 4).range(1.0, 9.0), Spread::Legal);
+        for number in 1..=9 {
+            let often = counts.iter().filter(|count| **count == f64::from(number)).count();
+            assert!(often.abs_diff(DRAWS / 9) <= 80, "{number} is drawn {often} times");
+        }
+    }
+
+    /// Each point has its own eleventh of the line, so that the table rises.
+    #[test]
+    fn points_of_a_table_rise() {
+        for (name, place) in [("valve.tableCommand[1]", 1.0), ("valve.tableOpening[11]", 11.0)] {
+            let values = drawn(&Variable::parameter(0, name, units::ONE, 0.5).range(-1.0, 1.0), Spread::Legal);
+            is_spread(&values, [(place - 1.0) / 11.0, (place - 0.5) / 11.0, place / 11.0], name);
+        }
+    }
+
+    /// Inputs swing about their start values by less than their nominal values, each with a time of its own; those that are
+    /// held stay.
+    #[test]
+    fn inputs_swing_about_their_start_values() {
+        let setup = Setup::of(&models::ALL[0]);
+        for held in [false, true] {
+            let swing = Swing::new(&setup, held, &mut Random(4));
+            // A hundred of the longest periods.
+            let times = (0..50_000).map(|point| 0.01 * f64::from(point));
+            let mut sums = vec![[0.0f64, f64::INFINITY, f64::NEG_INFINITY]; setup.inputs().len()];
+            for time in times {
+                for (place, value) in swing.at(time) {
+                    let [sum, least, most] = sums[place];
+                    sums[place] = [sum + value / 50_000.0, least.min(value), most.max(value)];
+                }
+            }
+            for (input, [mean, least, most]) in setup.table().inputs().zip(sums) {
+                let (start, nominal) = (input.start.unwrap_or_default(), input.nominal.unwrap_or(1.0));
+                assert!(start - nominal <= least && most <= start + nominal, "{}: {least} to {most}", input.name);
+                if held {
+                    assert!(most == least && least != start, "{} is not held off its start value", input.name);
+                } else {
+                    let amplitude = 0.5 * (most - least);
+                    assert!(amplitude > 0.0 && (mean - start).abs() < 0.01 * amplitude, "{}: {mean}", input.name);
+                }
+            }
+        }
+    }
+}

@@ -114,16 +114,7 @@ impl Stress {
             heading(&format!("Stress: {}", search.name));
             let findings = search.run(self)?;
             findings.print();
-            if findings.share_discarded() > search.discarded {
-                missed.push(format!("{}: {} of {} runs discarded", search.name, findings.discarded, findings.runs));
-            }
-            let ((most, at), (mean, of)) = (&findings.costliest, &findings.slowest);
-            if *most > search.most {
-                missed.push(format!("{}: {most} solver steps in one communication step of {at}", search.name));
-            }
-            if *mean > search.mean {
-                missed.push(format!("{}: {mean:.1} solver steps in each communication step of {of}", search.name));
-            }
+            missed.extend(search.missed(&findings));
         }
         if !missed.is_empty() {
             bail!("{}", missed.join("\n"));
@@ -243,6 +234,20 @@ fn laws(model: &Model) -> Vec<(Option<i32>, &'static str)> {
 }
 
 impl Search {
+    /// The goals that findings miss.
+    fn missed(&self, findings: &Findings) -> Vec<String> {
+        let ((most, at), (mean, of)) = (&findings.costliest, &findings.slowest);
+        let goals = [
+            (findings.share_discarded() <= self.discarded, {
+                format!("{} of {} runs discarded", findings.discarded, findings.runs)
+            }),
+            (*most <= self.most, format!("{most} solver steps in one communication step of {at}")),
+            (*mean <= self.mean, format!("{mean:.1} solver steps in each communication step of {of}")),
+        ];
+        let missed = goals.into_iter().filter(|(is_met, _)| !is_met);
+        missed.map(|(_, text)| format!("{}: {text}", self.name)).collect()
+    }
+
     fn run(&self, effort: &Stress) -> Result<Findings> {
         let mut findings = Findings::default();
         let mut last_sign = Instant::now();
@@ -290,5 +295,113 @@ impl Search {
             }
         }
         Ok(outcome)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEARCH: Search = Search { discarded: 0.25, most: 10, mean: 2.5, ..NEAR };
+
+    fn ended(work: u64, most: u64) -> Outcome {
+        Outcome { steps: 4, work, most, error: None }
+    }
+
+    fn failed(time: f64) -> Outcome {
+        Outcome { error: Some(StepError::TooManySteps { time, limit: 7 }), ..ended(9000, 9000) }
+    }
+
+    /// Of four runs one may be discarded; a run may take 10 solver steps at most, and 2.5 in the mean. What is discarded costs
+    /// nothing, and of equals the first is named.
+    #[test]
+    fn goals_are_met_at_their_limits_and_missed_beyond_them() {
+        let mut findings = Findings::default();
+        for (place, outcome) in [("a", ended(10, 10)), ("b", ended(10, 10)), ("c", failed(0.5)), ("d", ended(1, 1))] {
+            findings.note("LuGre", place, &outcome);
+        }
+        assert_eq!((findings.runs, findings.discarded, findings.share_discarded()), (4, 1, 0.25));
+        assert_eq!((findings.costliest.clone(), findings.slowest.clone()), ((10, "a".into()), (2.5, "a".into())));
+        assert!(SEARCH.missed(&findings).is_empty());
+        findings.note("LuGre", "e", &failed(0.75));
+        findings.note("LuGre", "f", &ended(11, 11));
+        let beyond = [
+            "2 of 6 runs discarded",
+            "11 solver steps in one communication step of f",
+            "2.8 solver steps in each communication step of f",
+        ];
+        assert_eq!(SEARCH.missed(&findings), beyond.map(|text| format!("{}: {text}", NEAR.name)));
+        assert_eq!(Findings::default().share_discarded(), 0.0, "of nothing");
+    }
+
+    /// The same error at another time is the same cause; its place and time are those of the first.
+    #[test]
+    fn discarded_runs_are_counted_by_law_and_cause() {
+        let mut findings = Findings::default();
+        for (law, time) in [("LuGre", 0.5), ("LuGre", 0.75), ("Dahl", 0.5)] {
+            findings.note(law, &format!("at {time}"), &failed(time));
+        }
+        let [((dahl, _), (1, _)), ((lugre, cause), (2, first))] = &findings.causes.iter().collect::<Vec<_>>()[..]
+        else {
+            panic!("{:?}", findings.causes)
+        };
+        assert_eq!((dahl.as_str(), lugre.as_str()), ("Dahl", "LuGre"));
+        assert!(first.starts_with("at 0.5: ") && first.contains("0.5 s"), "{first}");
+        assert!(cause.contains('7') && !cause.contains("0.5") && first.ends_with(cause.as_str()), "{cause}");
+    }
+
+    #[test]
+    fn changes_name_what_is_not_at_its_default() {
+        let setup = Setup::of(&models::ALL[0]);
+        assert_eq!(changes(&setup).unwrap(), "");
+        let changed = setup.set("cylinder.stroke", 0.75).unwrap().set("position0", 0.125).unwrap();
+        let mut found: Vec<String> = changes(&changed).unwrap().split(' ').map(str::to_owned).collect();
+        found.sort();
+        assert_eq!(found, ["cylinder.stroke=0.75", "position0=0.125"]);
+    }
+
+    /// Of the seven searches the two at 1.7e9 s begin there, the two of constant inputs hold them.
+    #[test]
+    fn searches_differ_as_their_names_say() {
+        for search in SEARCHES {
+            assert_eq!(search.start, if search.name.ends_with("at 1.7e9 s") { 1.7e9 } else { 0.0 }, "{}", search.name);
+            assert_eq!(search.held, search.name.ends_with("constant inputs"), "{}", search.name);
+            let limit = match search.spread {
+                Spread::Factor(3.0) => 0.0,
+                Spread::Factor(_) => 0.01,
+                Spread::Legal => 0.5,
+            };
+            assert_eq!(search.discarded, limit, "{}", search.name);
+        }
+    }
+
+    /// One run for each law that the name allows, ten communication steps long, at the times and with the inputs of the search.
+    #[test]
+    fn run_is_as_long_as_asked_and_meets_the_inputs_of_its_search() {
+        let effort = Stress { sets: 2, seconds: 0.01, only: Some("FrictionBench LuGre".into()), ..Stress::SHORT };
+        let findings = NEAR.run(&effort).unwrap();
+        assert_eq!((findings.runs, findings.discarded), (2, 0));
+        assert!(findings.costliest.0 > 0 && findings.costliest.1.starts_with("FrictionBench LuGre "));
+
+        let model = &models::ALL[0];
+        assert_eq!(laws(model).iter().filter(|(law, name)| *law == Some(14) && *name == "LuGre").count(), 1);
+        for (start, held) in [(0.0, false), (100.0, false), (0.0, true)] {
+            let search = Search { start, held, ..NEAR };
+            let setup = Setup::of(model);
+            let swing = Swing::new(&setup, held, &mut Random(3));
+            let mut plant = setup.start(start).unwrap();
+            let outcome = search.simulate(&swing, &mut plant, 0.01).unwrap();
+            assert_eq!((outcome.steps, outcome.error), (10, None));
+            assert!((plant.time() - start - 0.01).abs() < 1e-12, "{} s", plant.time());
+            let counters = ["solver.steps", "solver.rejectedSteps"].map(|name| plant.get(name).unwrap());
+            assert_eq!(outcome.work as f64, counters[0] + counters[1]);
+            assert!(outcome.most <= outcome.work && 10 * outcome.most >= outcome.work, "{}", outcome.most);
+            assert_eq!(outcome.mean(), outcome.work as f64 / 10.0);
+            let names: Vec<&str> = setup.table().inputs().map(|input| input.name.as_str()).collect();
+            for (place, value) in swing.at(0.009) {
+                let found = plant.get(names[place]).unwrap();
+                assert!((found - value).abs() <= 1e-9 * value.abs(), "{} is {found}, not {value}", names[place]);
+            }
+        }
     }
 }

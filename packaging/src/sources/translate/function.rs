@@ -727,4 +727,45 @@ mod tests {
         assert_eq!(of(&[LOOP, ADDRESS, LOAD, LEAVE_IF, END])?, once);
         Ok(())
     }
+
+    const DEAD: &[u8] = &[0x00];
+
+    /// Behind a trap nothing is reached until the end of its block, whatever blocks are within.
+    #[test]
+    fn what_is_never_reached_is_left_out_with_the_blocks_within() -> Result<()> {
+        let alive = lines(&[BLOCK, LEAVE_IF, DEAD, END, ADDRESS, LOAD])?;
+        assert!(alive.iter().any(|line| line.starts_with("within(l0,")), "{alive:?}");
+        for dead in [&[BLOCK, END][..], &[LOOP, BLOCK, END, END], &[IF, ELSE, END], &[BLOCK, END, BLOCK, END]] {
+            let nested = [&[BLOCK, LEAVE_IF, DEAD][..], dead, &[END, ADDRESS, LOAD]].concat();
+            assert_eq!(lines(&nested)?, alive);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn branches_lead_to_the_end_of_the_block_that_they_count_to() -> Result<()> {
+        let to = |depth: u8| lines(&[BLOCK, BLOCK, &[0x20, 0, 0x0d, depth], END, CHANGE, END, ADDRESS, LOAD]);
+        let place = |text: &[String], what: &str| text.iter().position(|line| line.contains(what));
+        for (depth, is_after_change) in [(0, false), (1, true)] {
+            let text = to(depth)?;
+            let label =
+                text.iter().find_map(|line| line.split("goto ").nth(1)?.split(';').next()).context("no branch")?;
+            let end = place(&text, &format!("{label}:")).context("no label")?;
+            let change = place(&text, "l0=1u;").context("no change")?;
+            assert_eq!(end > change, is_after_change, "{text:?}");
+        }
+        let problem = lines(&[BLOCK, &[0x0c, 7], END]).err().map(|error| format!("{error:#}")).unwrap_or_default();
+        assert!(problem.contains("a branch out of the function"), "{problem}");
+        Ok(())
+    }
+
+    /// Numbers of 64 bits are written with all their bits, as unsigned ones.
+    #[test]
+    fn constants_have_all_their_bits() -> Result<()> {
+        for (bytes, expected) in [(0x05, "5ull"), (0x7f, "18446744073709551615ull")] {
+            let text = lines(&[ADDRESS, &[0x42, bytes], &[0x37, 3, 0]])?;
+            assert!(text.iter().any(|line| line.contains(expected)), "{text:?}");
+        }
+        Ok(())
+    }
 }
