@@ -6,7 +6,7 @@ import json
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pneumatic_servo as ps
@@ -15,7 +15,7 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.compression import ROWS, compressed, triangle
-from pneumatic_servo.identification.fitting import _check_size
+from pneumatic_servo.identification.fitting import _check_size, _told_early
 from pneumatic_servo.identification.solve import LOOKED, Course, Stalled
 from scipy.optimize import least_squares
 from test_identification import COLUMNS, RIG, bench, write
@@ -159,3 +159,17 @@ def test_each_parameter_needs_five_numbers_of_all_signals(signals: int, free: in
         text = f"^too short: {20 * signals} samples to compare for {free} free parameters$"
         with pytest.raises(ValueError, match=text):
             _check_size(problem)
+
+
+def test_all_that_the_data_do_not_tell_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    names: dict[str, str] = {}
+    monkeypatch.setattr("pneumatic_servo.identification.fitting.hidden", lambda problem: names)
+    said: list[str] = []
+    problem, watch = cast("Any", None), cast("Any", SimpleNamespace(say=said.append))
+    assert _told_early(problem, watch) == said == []
+    names |= {"area": "no effect", "spring": "no effect"}
+    text = (
+        "at the start values the data do not tell area, spring: what is found may be anything; where a value is known, "
+        "give it by settings"
+    )
+    assert _told_early(problem, watch) == said == [text]

@@ -171,6 +171,8 @@ def test_stuck_plant_does_not_react(plant: ps.Model) -> None:
         {"velocity": 0.2, "supplyPressure": 101325.0, "incline": 1.0, "valve.hysteresis": 0.0},
         # No valve of this size feeds so much air.
         {"velocity": 5.0, "valve.hysteresis": 0.0},
+        # At rest, a chamber above the supply only loses air.
+        {"chamberA.pressure": 9e5, "supplyPressure": 5e5},
     ],
 )
 def test_point_that_does_not_exist_is_refused(plant: ps.Model, at: dict[str, float]) -> None:

@@ -38,16 +38,13 @@ class Certainty:
         Ends of the 95 % intervals, in SI units.
     correlation : ndarray of shape (parameters, parameters)
         Correlations of the errors.
-    undetermined : tuple of str
-        Parameters that the data do not determine.
     reasons : dict
-        Why, by name.
+        Parameters that the data do not determine, and why.
     """
 
     low: Array
     high: Array
     correlation: Array
-    undetermined: tuple[str, ...]
     reasons: dict[str, str]
 
 
@@ -69,9 +66,8 @@ def certainty(problem: Problem, x: Array, method: str = "jacobian", seed: int = 
         correlation = spread / np.outer(np.sqrt(np.diag(spread)), np.sqrt(np.diag(spread)))
     outer = [(_outer(free, a), _outer(free, b)) for free, a, b in zip(problem.free, low, high, strict=True)]
     return Certainty(
-        np.array([a for a, _ in outer]), np.array([b for _, b in outer]), np.nan_to_num(correlation),
-        tuple(reasons), reasons,
-    )  # fmt: skip
+        np.array([a for a, _ in outer]), np.array([b for _, b in outer]), np.nan_to_num(correlation), reasons
+    )
 
 
 def hidden(problem: Problem) -> dict[str, str]:
