@@ -93,6 +93,45 @@ fn release_time_of_a_mass_that_a_spring_pulls() {
     assert_near(&release.delays, &expected, 1e-8);
 }
 
+/// Where a parameter is just at its limit, only one side is legal. What a spring that has caught the mass holds has nearly the same
+/// slope by a viscous friction of 0 as by one of 0.01 g/s, which is far from the limit compared with the differences.
+#[test]
+fn parameter_at_its_limit_has_the_slope_of_those_beside_it() {
+    let slopes = [0.0, 1e-5].map(|viscous| {
+        let mut plant = setup(
+            &friction_bench::MODEL,
+            &[
+                ("bench.drive", "Free".into()),
+                ("friction.law", "StickSlipSpring".into()),
+                ("friction.stickSlipSpring.sigma2", viscous.into()),
+                ("velocity0", 0.5.into()),
+                ("solver.relativeTolerance", 1e-10.into()),
+            ],
+        )
+        .start(0.0)
+        .expect("starts");
+        plant.carry_sensitivities(&["friction.stickSlipSpring.sigma2"]).expect("a parameter");
+        let mut found = Vec::new();
+        for k in 1..=200 {
+            plant.advance_to(f64::from(k) * 1e-3).expect("advances");
+            if plant.get("sticking") == Ok(1.0) {
+                found.push(["position", "frictionForce"].map(|name| of(&mut plant, name, 1)[0]));
+            }
+        }
+        found
+    });
+    let [at, beside] = &slopes;
+    assert!(at.len() == beside.len() && at.len() > 10, "{} and {}", at.len(), beside.len());
+    for quantity in 0..2 {
+        let largest = beside.iter().map(|slopes| slopes[quantity].abs()).fold(0.0, f64::max);
+        for (at, beside) in at.iter().zip(beside) {
+            let error = (at[quantity] - beside[quantity]).abs() / largest;
+            // Differences by so little friction hold about five digits.
+            assert!(largest > 0.0 && error < 2e-5, "{at:?} at the limit, {beside:?} beside it");
+        }
+    }
+}
+
 /// `T = 2*e0/V + (2/w)*(pi - atan(e0*w/V))` with `e0 = (Fs - Fc)/k` and `w^2 = k/m`.
 #[test]
 fn period_of_a_stick_slip_cycle_by_the_speed_of_pulling() {
