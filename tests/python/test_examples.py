@@ -15,13 +15,17 @@ RUST = sorted((ROOT / "examples").glob("*.rs"))
 NEEDS = {"stable_baselines": "stable_baselines3"}
 """Packages that are too large for the lists of the tests: these examples run where they are."""
 
+SHORTER = {"minimum_time": ["--runs", "2000"], "policy_search": ["--generations", "3"]}
+"""Searches that have found enough before they end by themselves."""
+
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
 def test_example_runs(example: Path, tmp_path: Path) -> None:
     needed = NEEDS.get(example.stem)
     if needed is not None and find_spec(needed) is None:
         pytest.skip(f"it needs {needed}, which brings PyTorch")
-    done = subprocess.run([sys.executable, example], text=True, capture_output=True, check=False, cwd=tmp_path)
+    command = [sys.executable, example, *SHORTER.get(example.stem, [])]
+    done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
 
