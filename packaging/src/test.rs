@@ -28,7 +28,7 @@ use crate::workspace::Workspace;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
-/// Takes about 25 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
+/// Takes about 40 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
 /// CI set that is an error, but for the address sanitizer's nightly compiler and cargo-deny, which no package manager has.
 #[derive(Args)]
 #[command(after_help = "\
@@ -121,6 +121,9 @@ fn run(workspace: &Workspace) -> Result<()> {
 /// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
 const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
+/// Tests in Python that run beside the others, and take a third of the time of all.
+const PROGRAMS: [&str; 4] = ["examples", "pages", "studies", "system_studies"];
+
 /// Those of the plant that this program is compiled with, so that it is not compiled once more.
 const FEATURES_OF_THIS: [&str; 3] = ["--no-default-features", "--features", "pneumatic-servo/sensitivities"];
 
@@ -172,8 +175,19 @@ impl Checks<'_> {
         heading("Import with the crate fmi");
         // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.
         self.cargo(&["test", "--profile", "quick", "--package", "importer", "--features", "fmi"])?;
-        heading("Import with FMPy");
-        self.python(venv, &["pytest", "tests/python"])
+        let programs = PROGRAMS.map(|name| format!("tests/python/test_{name}.py"));
+        process::both(
+            || {
+                heading("Programs of examples, pages and studies");
+                self.python(venv, &[&["pytest"], &programs.each_ref().map(String::as_str)[..]].concat())
+            },
+            || {
+                heading("Import with FMPy");
+                let others = programs.each_ref().map(|file| format!("--ignore={file}"));
+                self.python(venv, &[&["pytest", "tests/python"], &others.each_ref().map(String::as_str)[..]].concat())
+            },
+        )?;
+        Ok(())
     }
 
     fn cargo(&self, arguments: &[&str]) -> Result<()> {
