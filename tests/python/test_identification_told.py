@@ -9,14 +9,11 @@ import numpy as np
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.identification.band import check_level
+from shared import LAWS
 from test_identification import RIG, RIG_COLUMNS, bench
 
 T = np.arange(0, 0.2, 1e-3)
-LAWS = (
-    "None, Coulomb, CoulombStiction, SmoothCoulomb, VelocityBased, StribeckRegularised, Stribeck, Karnopp, "
-    "Polito, Dahl, Bristle, ResetIntegrator, Armstrong, LuGre, Leuven, GMS, MaxwellSlip, DNLRX, BlimanSorine,"
-    " ElastoPlastic, StepRegularised, SineRegularised, StickSlipSpring, StickSlipCreep"
-)
+KNOWN = ", ".join(LAWS)
 SIGNALS = (
     "time, position, velocity, frictionForce, force, normalForce, pressure, valveVoltage, supplyPressure, "
     "externalForce, chamberA.pressure, chamberB.pressure"
@@ -67,7 +64,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "no such law": (
         lambda: fit(law="Stribek"),
-        "law='Stribek': there is no such law; did you mean Stribeck?; there are " + LAWS,
+        "law='Stribek': there is no such law; did you mean Stribeck?; there are " + KNOWN,
     ),
     "the law twice": (
         lambda: fit(settings={"friction.law": "Dahl"}),
