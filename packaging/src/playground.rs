@@ -114,9 +114,7 @@ pub fn npm() -> Command {
 fn replay(workspace: &Workspace) -> Command {
     let mut cargo = process::cargo();
     cargo.args(["build", "--profile", "quick", "--package", wasm::PACKAGE, "--example", "replay"]);
-    // As this program is compiled, so that the plant is at hand.
-    cargo.args(["--features", "pneumatic-servo/sensitivities"]);
-    cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
+    cargo.args(process::FEATURES_OF_THIS).current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
     cargo
 }
 

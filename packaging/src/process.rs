@@ -19,6 +19,9 @@ pub fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
+/// The features of the plant that this program is compiled with: what has the same finds it compiled in `target/quick`.
+pub const FEATURES_OF_THIS: [&str; 2] = ["--features", "pneumatic-servo/sensitivities"];
+
 /// Whether a machine runs the checks, for which what cannot be checked is an error (the variable `CI` is set).
 pub fn under_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false")

@@ -124,9 +124,6 @@ const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 /// Tests in Python that run beside the others, and take a third of the time of all.
 const PROGRAMS: [&str; 4] = ["examples", "pages", "studies", "system_studies"];
 
-/// Those of the plant that this program is compiled with, so that it is not compiled once more.
-const FEATURES_OF_THIS: [&str; 3] = ["--no-default-features", "--features", "pneumatic-servo/sensitivities"];
-
 /// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
 const UNITS: [&str; 6] = [
     "pneumatic-servo",
@@ -149,7 +146,8 @@ impl Checks<'_> {
         bounds::forget(self.workspace)?;
         heading("Unit tests");
         let packages = UNITS.map(|name| ["--package", name]).concat();
-        self.cargo(&[&["test", "--profile", "quick", "--lib"], &FEATURES_OF_THIS[..], &packages].concat())?;
+        let quick = ["test", "--profile", "quick", "--lib", "--no-default-features"];
+        self.cargo(&[&quick[..], &process::FEATURES_OF_THIS, &packages].concat())?;
         heading("Library: published numbers, C interface");
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;

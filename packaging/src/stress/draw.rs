@@ -189,8 +189,8 @@ mod tests {
         let parameter = |start| Variable::parameter(0, "x", units::METRE, start);
         let third = Spread::Factor(3.0);
         for start in [6.0, -6.0] {
-            let logarithms: Vec<f64> = drawn(&parameter(start), third).iter().map(|x| (x / start).log(3.0)).collect();
-            let mut logarithms = logarithms;
+            let values = drawn(&parameter(start), third);
+            let mut logarithms: Vec<f64> = values.iter().map(|x| (x / start).log(3.0)).collect();
             logarithms.sort_by(f64::total_cmp);
             assert_eq!(logarithms.len(), DRAWS);
             // Rounding takes the ends one unit in the last place beyond.
