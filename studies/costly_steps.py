@@ -2,12 +2,13 @@
 
 The cylinder runs its default experiment (3 s, 5 +- 2 V, 1 Hz, communication steps of 1 ms) ten times, each time from
 another phase of the sine. Of each communication step the attempts of the solver are counted, rejected ones among them.
-With the program `steps` of the benchmark and valgrind the instructions are counted, too, in the first of these runs:
-those of the calls of `fmi2DoStep`. Both are the same each time, on a busy machine as well, where times are not. A table
-is printed and left in a folder.
+With the program `steps` of the benchmark, a library of the FMUs and valgrind the instructions are counted, too, in the
+first of these runs: those of the calls of `fmi2DoStep`. Both are the same each time, on a busy machine as well, where
+times are not. A table is printed and left in a folder.
 
-Usage: python studies/costly_steps.py [--program target/release/steps] [--laws LAW ...] [--output FOLDER]
-       (cargo build --release --package benchmark --bin steps)
+Usage: python studies/costly_steps.py [--count PROGRAM LIBRARY] [--laws LAW ...] [--output FOLDER], for example with
+       --count target/debug/steps target/binaries/linux64/pneumatic_servo_fmu.so
+       (cargo build --package benchmark --bin steps; cargo xtask build --platforms linux64)
 """
 
 from __future__ import annotations
@@ -37,7 +38,13 @@ HEADER = [
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     known = list(ps.Model("PneumaticServoCylinder").variables["friction.law"].items)
-    parser.add_argument("--program", type=Path, help="`steps` of the benchmark, whose instructions valgrind counts")
+    parser.add_argument(
+        "--count",
+        nargs=2,
+        type=Path,
+        metavar=("PROGRAM", "LIBRARY"),
+        help="`steps` of the benchmark, and the library whose instructions valgrind counts",
+    )
     parser.add_argument("--laws", nargs="+", choices=known, default=known, metavar="LAW", help="some laws alone")
     parser.add_argument("--output", type=Path, default=Path("target/studies"), help="folder of the table")
     options = parser.parse_args()
@@ -45,8 +52,8 @@ def main() -> int:
     rows = []
     for law in options.laws:
         row: list[str | int] = [law, *shares(attempts(law), SHARES)]
-        if options.program:
-            row += shares(instructions(options.program, law), [0.5, 0.999, 1.0])
+        if options.count:
+            row += shares(instructions(*options.count, law), [0.5, 0.999, 1.0])
         rows.append(row)
         print("  ".join(f"{cell:>16}" for cell in row), flush=True)
     file = options.output / "costly_steps.csv"
@@ -72,20 +79,19 @@ def attempts(law: str) -> np.ndarray:
     return np.concatenate(counts)
 
 
-def instructions(program: Path, law: str) -> np.ndarray:
+def instructions(program: Path, library: Path, law: str) -> np.ndarray:
     """Instructions of each call of `fmi2DoStep`, by callgrind, which leaves a file of each."""
     with tempfile.TemporaryDirectory() as folder:
         valgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts"]
         calls = ["--collect-atstart=no", "--toggle-collect=fmi2DoStep", "--dump-after=fmi2DoStep"]
-        done = subprocess.run(
-            [*valgrind, *calls, program, law, str(COUNTED)], text=True, capture_output=True, check=False
-        )
+        run = [program, library, law, str(COUNTED)]
+        done = subprocess.run([*valgrind, *calls, *run], text=True, capture_output=True, check=False)
         if done.returncode:
             raise SystemExit(f"valgrind failed: {done.stderr}")
         counts = [re.search(r"^(?:summary|totals): (\d+)", file.read_text(), re.M) for file in Path(folder).iterdir()]
         found = np.array([int(count[1]) for count in counts if count and int(count[1])])
     if len(found) != COUNTED:
-        raise SystemExit(f"valgrind saw {len(found)} calls of fmi2DoStep in {program}, not {COUNTED}")
+        raise SystemExit(f"valgrind saw {len(found)} calls of fmi2DoStep in {library}, not {COUNTED}")
     return found
 
 

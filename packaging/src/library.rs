@@ -32,6 +32,18 @@ impl Library {
         Self::checked(workspace, platform, Reach::ThisMachine, build::for_this_machine(workspace)?)
     }
 
+    /// Builds the library that the tests ask: the one that is handed out, where this machine can build and run it, otherwise
+    /// one for this machine alone.
+    ///
+    /// # Errors
+    /// When a step fails or the library does not pass the gates.
+    pub fn for_tests(workspace: &Workspace) -> Result<Self> {
+        let platform = Platform::host()?;
+        let is_handed_out =
+            cfg!(all(target_os = "linux", target_arch = "x86_64")) && build::missing(platform)?.is_empty();
+        if is_handed_out { Self::for_everybody(workspace, platform) } else { Self::for_this_machine(workspace) }
+    }
+
     /// Builds the library of a platform for every machine of its kind.
     ///
     /// # Errors

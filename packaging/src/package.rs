@@ -85,9 +85,17 @@ impl Package {
                 this_machine.collect()
             })?,
         };
+        self.finish(workspace, &libraries)
+    }
+
+    /// Joins libraries, validates and runs.
+    ///
+    /// # Errors
+    /// When any of these steps fails or finds something.
+    pub fn finish(&self, workspace: &Workspace, libraries: &[Library]) -> Result<()> {
         let modules = self.sources.map_or(Ok(BTreeMap::new()), |size| modules(workspace, size))?;
         heading("Join the FMUs");
-        join_with(workspace, &libraries, &modules)?;
+        join_with(workspace, libraries, &modules)?;
         check(workspace, libraries.iter().map(|library| library.platform))
     }
 }

@@ -11,6 +11,7 @@ use clap::Args;
 use crate::bounds;
 use crate::deny;
 use crate::gallery::Gallery;
+use crate::library::Library;
 use crate::new;
 use crate::own;
 use crate::package::Package;
@@ -163,7 +164,9 @@ impl Checks<'_> {
 
     /// Everything that is handed out, FMUs, figures, wheel and page, and then in the hands of its users.
     fn packages(&self, venv: &Venv) -> Result<()> {
-        Package::default().run(self.workspace)?;
+        heading("Build the shared library");
+        let library = Library::for_tests(self.workspace)?;
+        Package::default().finish(self.workspace, &[library])?;
         own::check(self.workspace)?;
         Gallery {}.run(self.workspace)?;
         heading("Python: types of the package");

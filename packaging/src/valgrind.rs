@@ -10,6 +10,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::files;
+use crate::library::Library;
 use crate::process::{self, heading};
 use crate::workspace::Workspace;
 
@@ -64,7 +65,8 @@ fn tests(workspace: &Workspace, name: &str) -> Command {
     cargo
 }
 
-/// Instructions of a communication step of 1 ms with a fresh input, by the arguments of `steps`, and how they were made.
+/// Instructions of a communication step of 1 ms with a fresh input in the library of the FMUs, by the arguments of `steps`,
+/// and how they were made.
 #[derive(Serialize, Deserialize)]
 struct Counts {
     rustc: String,
@@ -133,30 +135,32 @@ impl Record {
 }
 
 fn count(workspace: &Workspace) -> Result<Counts> {
-    let program = build(workspace)?;
+    let library = Library::for_tests(workspace)?.keep(workspace)?;
+    let program = host(workspace)?;
     let version = process::output(Command::new("rustc").arg("--version"))?;
-    let counted = CASES.into_iter().map(|case| Ok((case.to_owned(), per_step(&program, case)?)));
+    let counted = CASES.into_iter().map(|case| Ok((case.to_owned(), per_step(&program, &library, case)?)));
     Ok(Counts { rustc: version.trim().to_owned(), instructions: counted.collect::<Result<_>>()? })
 }
 
-fn build(workspace: &Workspace) -> Result<PathBuf> {
+/// What calls the library, with the plant that the tests have compiled: it takes some dozens of the instructions.
+fn host(workspace: &Workspace) -> Result<PathBuf> {
     let mut cargo = process::cargo();
-    cargo.args(["build", "--release", "--package", "benchmark", "--bin", "steps"]);
+    cargo.args(["build", "--package", "benchmark", "--bin", "steps", "--features", "pneumatic-servo/default"]);
     process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))?;
-    Ok(workspace.target.join("release/steps").with_extension(std::env::consts::EXE_EXTENSION))
+    Ok(workspace.target.join("debug/steps").with_extension(std::env::consts::EXE_EXTENSION))
 }
 
 /// The difference between a long and a short run, so that the start does not count.
-fn per_step(program: &Path, case: &str) -> Result<u64> {
+fn per_step(program: &Path, library: &Path, case: &str) -> Result<u64> {
     const SHORT: u64 = 1000;
     const LONG: u64 = 3000;
-    Ok((collected(program, case, LONG)? - collected(program, case, SHORT)?) / (LONG - SHORT))
+    Ok((collected(program, library, case, LONG)? - collected(program, library, case, SHORT)?) / (LONG - SHORT))
 }
 
-fn collected(program: &Path, case: &str, steps: u64) -> Result<u64> {
+fn collected(program: &Path, library: &Path, case: &str, steps: u64) -> Result<u64> {
     let mut words = case.split(' ');
     let law = words.next().context("no law")?;
-    instructions(Command::new(program).args([law, &steps.to_string()]).args(words))
+    instructions(Command::new(program).arg(library).args([law, &steps.to_string()]).args(words))
 }
 
 /// How many instructions a program takes from its start to its end.

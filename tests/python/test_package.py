@@ -5,6 +5,8 @@ from __future__ import annotations
 import pickle
 import re
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -450,3 +452,13 @@ def test_other_models_run_too() -> None:
     for name in ps.models():
         model = ps.Model(name)
         assert (model.name, len(model.simulate(stop=10 * model.step))) == (name, 11)
+
+
+def test_import_loads_only_what_every_use_needs() -> None:
+    """Each of these takes about as long as all the rest; a command would wait for it each time."""
+    program = (
+        "import sys, pneumatic_servo.cli; "
+        "print({'matplotlib', 'scipy', 'pandas', 'control', 'arviz', 'jax', 'torch'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    assert done.stdout == "set()\n"

@@ -1,13 +1,13 @@
-"""The picture of a plant in its environment: cylinder, pressures, target."""
+"""The picture of a plant in its environment: cylinder, pressures, target.
+
+Matplotlib takes as long to import as all the rest, so only those who draw import it.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 Frame = NDArray[np.uint8]
@@ -31,6 +31,9 @@ class Drawing:
     """
 
     def __init__(self, figure: Any = None) -> None:
+        from matplotlib.figure import Figure
+        from matplotlib.patches import Rectangle
+
         self.figure: Any = Figure() if figure is None else figure
         self.figure.set_size_inches(*INCHES)
         self.figure.set_dpi(DOTS)
@@ -67,6 +70,8 @@ class Drawing:
 
     def frame(self) -> Frame:
         """Return the picture of shape (height, width, 3)."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
         canvas: Any = FigureCanvasAgg(self.figure)
         canvas.draw()
         return np.asarray(canvas.buffer_rgba(), dtype=np.uint8)[..., :3].copy()
