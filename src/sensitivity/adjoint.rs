@@ -155,3 +155,80 @@ fn weighted(rows: &[Vec<f64>], weights: &[f64], column: usize) -> f64 {
     };
     rows.iter().zip(weights).map(term).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(all: &[&str]) -> Vec<String> {
+        all.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    /// x+ = 2 x + 3 u + 5 p and y = 7 x + 11 u + 13 p, and a state that has no slope and that nothing depends on.
+    fn transition() -> Transition {
+        Transition {
+            states: names(&["x", "lost"]),
+            next_states: names(&["x"]),
+            a: vec![vec![2.0, 0.0]],
+            b: vec![vec![3.0]],
+            c: vec![vec![7.0, 0.0]],
+            d: vec![vec![11.0]],
+            p: vec![vec![5.0]],
+            q: vec![vec![13.0]],
+            lost: Vec::new(),
+        }
+    }
+
+    /// By hand: y1 + 10 y2 = 147 x0 + 221 u0 + 110 u1 + 493 p; and 100 (x0 + 2 p), where x0 = 4 u0 + 6 p.
+    #[test]
+    fn slopes_of_two_steps_are_those_by_hand_backwards() -> Result<(), TransitionError> {
+        let mut gradient = Gradient::new(2, 1, 1);
+        gradient.go_back(1, 0.1, &transition(), &[10.0])?;
+        gradient.go_back(0, 0.0, &transition(), &[1.0])?;
+        assert_eq!(gradient.states, [("x".to_owned(), 147.0), ("lost".to_owned(), 0.0)]);
+        assert_eq!((&gradient.inputs, &gradient.parameters), (&vec![vec![221.0], vec![110.0]], &vec![493.0]));
+        let here = Transition { c: vec![vec![1.0, 0.0]], q: vec![vec![2.0]], ..transition() };
+        let of_start = [4.0, 6.0].map(|slope| vec![("x".to_owned(), slope)]);
+        gradient.begin(0.0, &here, &of_start, &[100.0])?;
+        assert_eq!(gradient.states[0], ("x".to_owned(), 247.0));
+        let (first, parameter) = (221.0 + 4.0 * 247.0, 493.0 + 200.0 + 6.0 * 247.0);
+        assert_eq!((gradient.inputs, gradient.parameters), (vec![vec![first], vec![110.0]], vec![parameter]));
+        Ok(())
+    }
+
+    #[test]
+    fn slopes_of_two_steps_are_those_by_hand_forwards() {
+        let of_start = [4.0, 6.0].map(|slope| vec![("x".to_owned(), slope)]);
+        // x0 = 4 + 6 / 2, y1 = 7 x0 + 11 + 13 / 2, x1 = 2 x0 + 3 + 5 / 2.
+        let mut tangents = Tangents::begin(&of_start, &[1.0, 0.5]);
+        assert_eq!(tangents.outputs(&transition(), &[1.0], &[0.5]), [66.5]);
+        tangents.go_on(&transition(), &[1.0], &[0.5]);
+        assert_eq!(tangents.outputs(&transition(), &[0.0], &[0.0]), [7.0 * 19.5]);
+    }
+
+    #[test]
+    fn state_without_a_slope_is_missed_only_by_what_depends_on_it() -> Result<(), TransitionError> {
+        let depending = Transition { a: vec![vec![2.0, 1.0]], ..transition() };
+        let tangents = Tangents::begin(&[vec![("x".to_owned(), 1.0)]], &[1.0]);
+        tangents.check(&transition(), 0.0)?;
+        let problem = tangents.check(&depending, 0.25).expect_err("a state without a slope");
+        assert!(problem.to_string().contains("lost") && problem.to_string().contains("0.25"), "{problem}");
+        let mut gradient = Gradient::new(3, 1, 1);
+        gradient.go_back(2, 0.75, &transition(), &[10.0])?;
+        gradient.go_back(1, 0.5, &depending, &[0.0])?;
+        let problem = gradient.go_back(0, 0.25, &transition(), &[1.0]).expect_err("a state without a slope");
+        assert!(problem.to_string().contains("lost") && problem.to_string().contains("0.25"), "{problem}");
+        Ok(())
+    }
+
+    #[test]
+    fn entry_that_is_no_number_spoils_only_what_has_a_weight() -> Result<(), TransitionError> {
+        let nowhere = Transition { c: vec![vec![f64::NAN, 0.0]], ..transition() };
+        let mut gradient = Gradient::new(1, 1, 1);
+        gradient.go_back(0, 0.0, &nowhere, &[0.0])?;
+        assert_eq!(gradient.states[0].1, 0.0);
+        gradient.go_back(0, 0.0, &nowhere, &[1.0])?;
+        assert!(gradient.states[0].1.is_nan());
+        Ok(())
+    }
+}

@@ -145,6 +145,22 @@ def test_what_is_free_by_default_has_an_effect() -> None:
     assert found == [f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")]
 
 
+@pytest.mark.parametrize(
+    ("law", "settings", "expected"),
+    [
+        # Forces, lengths, and coefficients per metre.
+        ("Leuven", {}, "Fs Fc vs sigma2 n k1 f1 f2 sigma1"),
+        ("Polito", {}, "Fs Fc1 vs Fc2 c1 c2"),
+        # Of the elements those that there are, and the shares in place of the level.
+        ("GMS", {"friction.gms.N": 2}, "Fs vs sigma2 k[1] k[2] alpha[1] alpha[2]"),
+        ("MaxwellSlip", {"friction.maxwellSlip.N": 1}, "sigma2 k[1] W[1]"),
+    ],
+)
+def test_free_by_default_is_what_shapes_the_law(law: str, settings: dict[str, ps.Value], expected: str) -> None:
+    found = usual(law, ps.Model("FrictionBench"), settings)
+    assert [name.rsplit(".", 1)[1] for name in found] == expected.split()
+
+
 def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code = main([
         "plan", "--experiment", "motion", "--law", "Stribeck", "--duration", "4", "--step", "0.01",

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification.figures import worst_misfit
 from pneumatic_servo.identification.regimes import is_white, regimes
@@ -107,6 +108,17 @@ def test_pressure_below_the_fitted_falls() -> None:
     [text] = found.beyond({"pressure": 1e5})
     # The first sample, at 3 bar, does not move.
     assert text == "pressure falls to 1e+05 Pa, of which down to 3.002e+05 Pa was fitted"
+
+
+def test_windows_of_a_signal_follow_each_other_in_time() -> None:
+    """Four windows of a record of 10 s that begins at 100 s, each with a time of its own."""
+    data = bench()
+    data["time"] = data["time"] + 100.0
+    found = fit(data, hold_out=0.0, window=2.5)
+    courses = list(Residuals(found).courses("frictionForce"))
+    assert len(courses) == 4
+    time = np.concatenate([course.time for course in courses])
+    assert_close(np.diff(time), 0.01, within=2e-14, what="from sample to sample")
 
 
 def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:

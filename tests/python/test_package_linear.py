@@ -64,6 +64,15 @@ def test_friction_remembers_the_motion_at_its_operating_point(plant: ps.Model, l
     assert found.A[found.states.index("velocity"), found.states.index("position")] == 0.0
 
 
+def test_states_given_by_their_start_values_are_given(plant: ps.Model) -> None:
+    """The position that starts a motion, and the velocity, stay; nothing is sought at rest instead."""
+    settings = {"friction.law": "Stribeck", "valve.hysteresis": 0.0, "supplyPressure": 6e5}
+    named = plant.linearise(at=settings | {"position": 0.2, "velocity": 0.05})
+    started = plant.linearise(at=settings | {"position0": 0.2, "velocity0": 0.05})
+    assert started.x.tolist() == named.x.tolist() and started.u.tolist() == named.u.tolist()
+    assert started.x[:2].tolist() == [0.2, 0.05]
+
+
 def test_motion_without_room_behind_has_an_operating_point(plant: ps.Model) -> None:
     """At a cover, so fast that a run-up would begin beyond it."""
     found = plant.linearise(at={"position": 0.0, "velocity": 2.0, "valve.hysteresis": 0.0, "friction.law": "Dahl"})

@@ -11,6 +11,7 @@ import pandas as pd
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.comparison import COLUMNS
+from pneumatic_servo.tables import read_table
 from reading import check
 
 OUTPUTS = ["position", "chamberA.pressure", "sticking"]
@@ -53,6 +54,13 @@ def test_missing_pandas_is_named(monkeypatch: pytest.MonkeyPatch, request: pytes
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ps.MissingPackage, match=r"this needs pandas: pip install 'pneumatic-servo\[pandas\]'"):
         to_pandas()
+
+
+def test_number_that_is_not_finite_is_named_by_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "data.parquet"
+    pd.DataFrame({"t": [0.0, 0.1, 0.2], "x": [1.0, 2.0, np.inf]}).to_parquet(file)
+    with pytest.raises(ValueError, match=r"data\.parquet:2, column 2 \(x\): inf is not finite"):
+        read_table(file)
 
 
 KEPT = sorted((Path(__file__).parents[2] / "fuzz" / "kept" / "readers").iterdir())

@@ -386,6 +386,12 @@ def test_scaled_point_says_in_what_it_is(plant: ps.Model) -> None:
     assert re.search(r"chamberA.pressure = \S+ Pa\n", repr(system))
 
 
+def test_variables_are_shown_a_line_each(plant: ps.Model) -> None:
+    lines = repr(plant.variables).splitlines()
+    assert lines == [str(variable) for variable in plant.variables.values()]
+    assert all(line.startswith(name) for line, name in zip(lines, plant.variables, strict=True))
+
+
 def test_parameters_say_what_they_mean_and_count_for() -> None:
     known = ps.Model().variables
     assert known["friction.maxwellSlip.k[1]"].counts_for == ("friction.law", "MaxwellSlip")

@@ -68,6 +68,25 @@ fn unknown_and_missing_categories_are_refused_and_change_nothing() {
     assert_eq!(heard(&instance), ["logStatusError"]);
 }
 
+#[test]
+fn what_is_discarded_without_an_end_of_the_run_is_logged_for_those_who_ask() {
+    for (asked, expected) in [("logStatusDiscard", 1), ("logStatusError", 0)] {
+        let instance = Instance::with_logging(cylinder(), true);
+        assert_eq!(choose(&instance, 1, &[asked]), OK);
+        instance.initialize();
+        assert_eq!(instance.step(0.0, 0.01), OK);
+        instance.messages();
+        let mut value = 0;
+        // SAFETY: the component lives, and the number takes the answer.
+        assert_eq!(unsafe { (LIBRARY.fmi2GetIntegerStatus)(instance.component, 1, &raw mut value) }, DISCARD);
+        let messages = instance.messages();
+        assert_eq!(messages.len(), expected, "{asked}");
+        let is_told = |it: &Message| it.category == "logStatusDiscard" && it.text.starts_with("fmi2GetIntegerStatus: ");
+        assert!(messages.iter().all(is_told));
+        assert_eq!(instance.step(0.01, 0.01), OK);
+    }
+}
+
 /// The warnings since the last call of this.
 fn warnings(instance: &Instance) -> Vec<String> {
     let messages = instance.messages().into_iter();
