@@ -133,6 +133,9 @@ pub fn check(workspace: &Workspace) -> Result<()> {
 mod tests {
     use std::collections::BTreeSet;
 
+    use anyhow::Context;
+    use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
+
     use crate::files;
 
     use super::*;
@@ -152,6 +155,28 @@ mod tests {
         // Otherwise what they share is compiled once more.
         let others: Vec<_> = theirs.difference(&ours).collect();
         assert!(others.is_empty(), "copy Cargo.lock to examples/own: {others:?}");
+        Ok(())
+    }
+
+    /// A shared library has no hash in its file's name: that of a crate from outside, compiled into the same folder, would
+    /// overwrite the library that this program is made of.
+    #[test]
+    fn nothing_that_this_program_is_made_of_is_a_shared_library() -> Result<()> {
+        let metadata = MetadataCommand::new().no_deps().current_dir(workspace::home()).exec()?;
+        let ours = |name: &str| metadata.packages.iter().find(|it| it.name.as_str() == name);
+        let mut names = vec![env!("CARGO_PKG_NAME").to_owned()];
+        let mut seen = 0;
+        while let Some(name) = names.get(seen) {
+            let package = ours(name).with_context(|| format!("no package {name}"))?;
+            let is_shared = |it: &Target| it.is_kind(TargetKind::CDyLib) || it.is_kind(TargetKind::DyLib);
+            assert!(!package.targets.iter().any(is_shared), "{name} is a shared library too");
+            let needed = package.dependencies.iter().filter(|it| it.kind != DependencyKind::Development);
+            let new: Vec<_> =
+                needed.map(|it| &it.name).filter(|it| ours(it).is_some() && !names.contains(it)).cloned().collect();
+            names.extend(new);
+            seen += 1;
+        }
+        assert!(names.len() > 3, "{names:?}");
         Ok(())
     }
 }
