@@ -104,15 +104,8 @@ fn run(workspace: &Workspace) -> Result<()> {
 
     deny::check(workspace)?;
 
-    heading("Lints");
-    let all = ["--workspace", "--all-targets"];
-    checks.cargo(&[&["clippy"], &all[..], &FEATURES, &["--", "--deny", "warnings"]].concat())?;
-
-    heading("Documentation");
-    checks.documentation()?;
-    public::check(workspace)?;
-
     // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
+    bounds::forget(workspace)?;
     process::both(|| checks.plant(), || checks.packages(&venv))?;
     heading("Room that bounds leave");
     bounds::check(workspace, bounds::SHOWN)
@@ -142,9 +135,14 @@ struct Checks<'a> {
 }
 
 impl Checks<'_> {
-    /// Plant and C interface by themselves, what packs them, and the plant on other machines.
+    /// The source, plant and C interface by themselves, what packs them, and the plant on other machines.
     fn plant(&self) -> Result<()> {
-        bounds::forget(self.workspace)?;
+        heading("Lints");
+        let all = ["--workspace", "--all-targets"];
+        self.cargo(&[&["clippy"], &all[..], &FEATURES, &["--", "--deny", "warnings"]].concat())?;
+        heading("Documentation");
+        self.documentation()?;
+        public::check(self.workspace)?;
         heading("Unit tests");
         let packages = UNITS.map(|name| ["--package", name]).concat();
         let quick = ["test", "--profile", "quick", "--lib", "--no-default-features"];

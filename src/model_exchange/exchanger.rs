@@ -501,6 +501,25 @@ mod tests {
         assert_eq!(counted(&model), [1.0, 3.0]);
     }
 
+    #[test]
+    fn saved_state_that_no_model_can_have_had_is_refused() {
+        let mut model = busy(0, 0);
+        let own = model.save();
+        model.session.start = f64::NAN;
+        let without_start = model.save();
+        model.restore(&own).expect("a state of its own");
+        model.session.time = f64::INFINITY;
+        let without_time = model.save();
+        model.restore(&own).expect("a state of its own");
+        model.sides.push(true);
+        let with_another_indicator = model.save();
+        model.sides.pop();
+        for forged in [without_start, without_time, with_another_indicator] {
+            assert!(model.restore(&forged).is_err());
+            assert_eq!((model.session.start, model.session.time, model.sides.is_empty()), (10.0, 11.0, true));
+        }
+    }
+
     /// However the clock of the host rounds, a time event that it has reached is due.
     #[test]
     fn time_event_has_come_where_the_clock_says_so() {

@@ -272,6 +272,15 @@ mod tests {
         assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
     }
 
+    /// Where the next pulse begins while the armature is on its way back, it turns from where it is, and has only that far to go.
+    #[test]
+    fn armature_that_opens_again_on_its_way_back_arrives_sooner() {
+        let armature = Armature { opening_delay: 0.002, closing_delay: 0.0, travel: 0.04 };
+        let found = course(Driver { armature, ..DRIVER }, |_| 0.9, 0.115);
+        let expected = [(0.0, 0.0), (2.0, 0.0), (42.0, 1.0), (90.0, 1.0), (100.0, 0.75), (102.0, 0.7), (114.0, 1.0)];
+        assert_eq!(found.iter().map(|(time, [first, _])| (*time, *first)).collect::<Vec<_>>(), expected);
+    }
+
     /// It arrives at the very instant at which its coil lets it go: quite open by then, and as long on its way back. Binary
     /// fractions of a second, so that both are equal to the last bit.
     #[test]
