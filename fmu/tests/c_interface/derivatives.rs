@@ -28,6 +28,19 @@ pub fn input_keeps_the_value_it_reached_and_then_stays() {
     assert_eq!(instance.real("valveVoltage"), 6.0);
 }
 
+/// With a slope for each input, too. The numbers are binary fractions, so that sums are exact.
+#[test]
+fn all_inputs_together_keep_the_values_they_reached() {
+    let instance = Instance::initialized();
+    let inputs = ["valveVoltage", "externalForce", "supplyPressure"];
+    assert_eq!(references(is_input), inputs.map(vr));
+    let before = [5.0, 8.0, 524_288.0];
+    assert_eq!(instance.set_real(&inputs.map(vr), &before), OK);
+    assert_eq!(instance.set_slopes(&inputs.map(vr), &[128.0, 1024.0, -65_536.0]), OK);
+    assert_eq!(instance.step(0.0, 1.0 / 128.0), OK);
+    assert_eq!(inputs.map(|name| instance.real(name)), [6.0, 16.0, 523_776.0]);
+}
+
 #[test]
 fn ramp_by_slopes_is_the_limit_of_small_steps() {
     let (ramp, stairs) = (Instance::with_law(LUGRE), Instance::with_law(LUGRE));

@@ -197,6 +197,10 @@ pub fn null_foreign_and_freed_states_are_refused() {
                 assert_eq!(instance.forget(&mut copy), ERROR);
             }
         }
+        let told = if state.is_null() { "the FMU state is NULL" } else { "the FMU state is not one of this instance" };
+        let messages = instance.messages();
+        assert_eq!(messages.len(), if state.is_null() { 3 } else { 5 });
+        assert!(messages.iter().all(|message| message.text.contains(told)), "{messages:?}");
     }
     // SAFETY: NULL is allowed to be passed.
     unsafe {
