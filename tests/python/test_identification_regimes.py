@@ -10,7 +10,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.figures import worst_misfit
+from pneumatic_servo.identification.figures import friction_map, worst_misfit
 from pneumatic_servo.identification.regimes import is_white, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from test_identification import bench
@@ -119,6 +119,19 @@ def test_windows_of_a_signal_follow_each_other_in_time() -> None:
     assert len(courses) == 4
     time = np.concatenate([course.time for course in courses])
     assert_close(np.diff(time), 0.01, within=2e-14, what="from sample to sample")
+
+
+def test_map_of_the_friction_shows_what_was_measured() -> None:
+    """Against velocity, at a load level of 1: each point is a sample, and the law goes through their middle."""
+    data = bench()
+    figure = friction_map(fit(data, hold_out=0.0))
+    assert figure is not None
+    points, curve = (np.asarray(line.get_xydata()) for line in figure.axes[0].get_lines())
+    assert len(points) > 900 and set(points[:, 1]) <= set(data["frictionForce"])
+    fast = np.abs(points[:, 0]) > 0.5 * np.max(np.abs(points[:, 0]))
+    left = points[fast, 1] - np.interp(points[fast, 0], curve[:, 0], curve[:, 1])
+    # Noise of 0.05 N.
+    assert abs(np.mean(left)) < 0.02 and 0.04 < np.std(left) < 0.06
 
 
 def test_worst_misfit_is_found_and_drawn(tmp_path: Path) -> None:
