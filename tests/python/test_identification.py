@@ -12,7 +12,7 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
-from pneumatic_servo.identification.parameters import usual
+from pneumatic_servo.identification.parameters import parse, usual
 
 Array = NDArray[np.float64]
 COLUMNS = "time=t,position=x[mm],frictionForce=f"
@@ -159,6 +159,23 @@ def test_what_is_free_by_default_has_an_effect() -> None:
 def test_free_by_default_is_what_shapes_the_law(law: str, settings: dict[str, ps.Value], expected: str) -> None:
     found = usual(law, ps.Model("FrictionBench"), settings)
     assert [name.rsplit(".", 1)[1] for name in found] == expected.split()
+
+
+@pytest.mark.parametrize(
+    ("start", "low", "high"),
+    [
+        # By default from 5e-5 to 10 m; a start within that keeps it, as far as it is within three decades.
+        ("", 5e-5, 10.0),
+        ("=5e-4", 5e-5, 0.5),
+        ("=1", 1e-3, 10.0),
+        # Outside only what is legal limits it, from 1e-6 m on.
+        ("=2e-5", 1e-6, 0.02),
+    ],
+)
+def test_bounds_follow_a_start_that_is_given(start: str, low: float, high: float) -> None:
+    free = parse(f"friction.position.period{start}", ps.Model(), ["position"])
+    assert (free.low, free.high) == (low, high) and free.low < free.start < free.high
+    assert free.legal == (1e-6, 10.0)
 
 
 def test_plan_says_what_it_will_determine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
