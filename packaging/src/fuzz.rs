@@ -120,3 +120,29 @@ fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command
     cargo.current_dir(folder);
     Ok(cargo)
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// A program in the place of libFuzzer, which leaves inputs in the first folder that it is given.
+    #[test]
+    fn longest_of_what_reaches_everything_is_kept_in_place_of_what_was() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("kept-{}", std::process::id()));
+        let [corpus, kept, merged] = ["corpus", "kept", "merged"].map(|it| folder.join(it));
+        for made in [&corpus, &kept] {
+            files::renew(made)?;
+        }
+        files::write(&kept.join("old"), "old")?;
+        let made = format!("for n in $(seq 1 {}); do head -c $n /dev/zero > \"$3/input$n\"; done", KEPT + 2);
+        let mut program = Command::new("sh");
+        program.args(["-c", &made, "sh"]);
+        keep(program, &corpus, &kept, &merged)?;
+        let lengths = |entry: std::io::Result<fs::DirEntry>| Ok(entry?.metadata()?.len());
+        let mut found = fs::read_dir(&kept)?.map(lengths).collect::<Result<Vec<_>>>()?;
+        found.sort_unstable();
+        assert_eq!(found, (3..=KEPT as u64 + 2).collect::<Vec<_>>());
+        fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+}

@@ -148,4 +148,11 @@ mod tests {
         assert!(problem::<Binary>("win64=").contains("is empty"));
         Ok(())
     }
+
+    /// As the systems themselves name them.
+    #[test]
+    fn each_platform_has_its_system_and_the_extension_of_its_libraries() {
+        let named = Platform::ALL.map(|it| (it.folder(), it.system(), it.extension()));
+        assert_eq!(named, [("linux64", "linux", "so"), ("win64", "windows", "dll"), ("darwin64", "darwin", "dylib")]);
+    }
 }

@@ -32,7 +32,11 @@ pub fn under_ci() -> bool {
 /// # Errors
 /// Under CI.
 pub fn leave_out(what: &str, reason: &str) -> Result<()> {
-    if under_ci() {
+    leave_out_if(!under_ci(), what, reason)
+}
+
+fn leave_out_if(is_allowed: bool, what: &str, reason: &str) -> Result<()> {
+    if !is_allowed {
         bail!("{what}: {reason}; with CI set nothing is left out");
     }
     heading(&format!("{what}: left out"));
@@ -220,6 +224,14 @@ mod tests {
             brief(command.args(["-m", "/a/b/check.py", "Model.fmu", "Other.fmu"])),
             "python3 check.py Model.fmu"
         );
+    }
+
+    #[test]
+    fn what_is_left_out_is_an_error_where_nothing_may_be() {
+        assert!(leave_out_if(true, "Playground", "npm is missing").is_ok());
+        let problem = leave_out_if(false, "Playground", "npm is missing").map_err(|error| error.to_string());
+        assert!(problem.is_err_and(|text| text.starts_with("Playground: npm is missing")));
+        assert_eq!(leave_out("Playground", "npm is missing").is_err(), under_ci());
     }
 
     #[test]

@@ -338,4 +338,23 @@ mod tests {
         static BENCH: &[Model] = &[pneumatic_servo::models::friction_bench::MODEL];
         assert_eq!(wrong_slopes(BENCH), Vec::<String>::new());
     }
+
+    /// The defaults, and a run with each item that somebody else has added.
+    #[test]
+    fn models_are_tried_with_each_item_that_is_not_of_the_project() {
+        static LAWS: Enumeration = Enumeration {
+            name: "Laws",
+            description: "",
+            items: &[(1, "None", ""), (999, "Last", ""), (1000, "One", ""), (1001, "Two", "")],
+        };
+        static MODEL_WITH_LAWS: Model = with_table!(|it| it.push(Variable {
+            reference: 9,
+            role: Role::Fixed,
+            kind: Kind::Enumeration(&LAWS),
+            start: Some(1.0),
+            ..Variable::output(9, "law", units::ONE)
+        }));
+        let laws: Vec<_> = settings(&MODEL_WITH_LAWS).iter().map(|setup| setup.get("law").expect("a law")).collect();
+        assert_eq!(laws, [1.0, 1000.0, 1001.0]);
+    }
 }

@@ -416,4 +416,31 @@ mod tests {
         }
         Ok(())
     }
+
+    /// A component has the connectors at its ends of connections; the system, seen from inside, has them the other way round.
+    #[test]
+    fn connectors_are_listed_once_with_their_kind() -> Result<()> {
+        let connections = Connection::all()?;
+        for component in [None, Some(COMPONENTS[0].0), Some(COMPONENTS[1].0)] {
+            let listed = document(|xml| connectors(xml, &connections, component))?;
+            let of = |ends: fn(&Connection) -> &End| {
+                let names =
+                    connections.iter().map(ends).filter(|end| end.component == component).map(|end| end.connector);
+                names.collect::<std::collections::BTreeSet<_>>()
+            };
+            let (starts, ends) = (of(|it| &it.start), of(|it| &it.end));
+            assert!(starts.is_disjoint(&ends) && starts.len() + ends.len() > 3, "{starts:?} {ends:?}");
+            for (names, kind) in [(starts, ["output", "input"]), (ends, ["input", "output"])] {
+                let kind = kind[usize::from(component.is_none())];
+                for name in names {
+                    assert_eq!(
+                        listed.matches(&format!("name=\"{name}\" kind=\"{kind}\"")).count(),
+                        1,
+                        "{name}: {listed}"
+                    );
+                }
+            }
+        }
+        Ok(())
+    }
 }

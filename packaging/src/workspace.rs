@@ -89,3 +89,24 @@ pub fn cargo_home() -> Option<PathBuf> {
     let home = || std::env::home_dir().map(|home| home.join(".cargo"));
     std::env::var_os("CARGO_HOME").map(PathBuf::from).or_else(home)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a slash behind them: a folder whose name only begins alike is another.
+    #[test]
+    fn private_are_the_places_of_the_project_of_cargo_and_of_the_user() -> Result<()> {
+        let workspace = Workspace::of_the_project()?;
+        let (root, target) = (workspace.root.clone(), workspace.target.clone());
+        let cargo = std::env::var_os("CARGO_HOME")
+            .map_or(std::env::home_dir().unwrap_or_default().join(".cargo"), PathBuf::from);
+        assert!(cargo.is_dir() && cargo_home() == Some(cargo.clone()), "{}", cargo.display());
+        let paths = workspace.private_paths();
+        for folder in [root, target, cargo, home()] {
+            let path = format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR);
+            assert!(paths.contains(&path), "{path} is not among {paths:?}");
+        }
+        Ok(())
+    }
+}

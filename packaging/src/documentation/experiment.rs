@@ -248,4 +248,21 @@ mod tests {
         }
         Ok(())
     }
+
+    /// Names of curves stand in columns of one width, each after a line in its colour.
+    #[test]
+    fn names_of_curves_stand_side_by_side() -> Result<()> {
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, (WIDTH, 100)).into_drawing_area();
+            let names = ["one", "two", "three"].into_iter().zip(&COLOURS);
+            draw_names(names, &area).map_err(|error| anyhow::anyhow!("{error}"))?;
+        }
+        let begin = |line: &str| line.split("points=\"").nth(1)?.split(',').next()?.parse::<u32>().ok();
+        let begins: Vec<u32> = svg.split("<polyline").filter_map(begin).collect();
+        // There are four colours, whose columns share what the margins leave.
+        let width = (WIDTH - LEFT - RIGHT) / 4;
+        assert_eq!(begins, [LEFT, LEFT + width, LEFT + 2 * width]);
+        Ok(())
+    }
 }

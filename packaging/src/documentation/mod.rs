@@ -181,4 +181,16 @@ mod tests {
         assert_eq!(named.collect::<Vec<_>>(), laws.collect::<Vec<_>>(), "modelDescription/friction.html");
         Ok(())
     }
+
+    #[test]
+    fn page_says_the_licence_of_whose_fmu_it_is() {
+        let told = |source: Option<&str>, of: &str| {
+            let product = Product { source: source.map(str::to_owned), licence: of.to_owned(), ..product() };
+            licence(&product)
+        };
+        assert!(told(None, "").contains("<p>MIT or Apache-2.0, at your choice; the texts"));
+        assert!(told(Some("0"), "BSD-3-Clause").contains("<p>BSD-3-Clause; the texts"));
+        assert!(told(Some("0"), "A & B").contains("<p>A &amp; B; the texts"));
+        assert!(told(Some("0"), "").contains("<p>Its author states none; the texts"));
+    }
 }

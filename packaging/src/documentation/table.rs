@@ -164,4 +164,15 @@ mod tests {
         assert_eq!(section.matches("<details").count(), 2, "{section}");
         assert!(section.contains(SOME_ARE_FOLDED) && !parameters(&Table::new(Vec::new())).contains(SOME_ARE_FOLDED));
     }
+
+    #[test]
+    fn each_enumeration_that_is_used_is_listed_once_with_its_items() {
+        let table = [Variable::choice(1, "tyre.law", Law::LuGre), Variable::choice(2, "seal.law", Law::Dahl)];
+        let section = enumerations(&table);
+        assert!(section.starts_with("<section id=\"choices\">"), "{section}");
+        for (id, name) in [(1, "None"), (2, "Coulomb"), (14, "LuGre")] {
+            assert_eq!(section.matches(&format!("<tr><td>{id}</td><td><code>{name}</code></td>")).count(), 1, "{name}");
+        }
+        assert_eq!(enumerations(&[Variable::parameter(1, "gap", units::METRE, 1.0)]), "");
+    }
 }

@@ -264,4 +264,13 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn inputs_swing_about_their_start_values_or_are_held() {
+        let swing = Swing { inputs: vec![(3, 2.0, 3.0, 0.25, 0.0), (5, -1.0, 4.0, 0.0, 0.25 * TAU)] };
+        let at = |time: f64| swing.at(time).collect::<Vec<_>>();
+        assert_eq!(at(0.0), [(3, 2.0), (5, 3.0)]);
+        assert_eq!(at(1.0), [(3, 5.0), (5, 3.0)]);
+        assert!((at(3.0)[0].1 + 1.0).abs() < 1e-14, "three quarters of a period later");
+    }
 }
