@@ -137,5 +137,7 @@ mod tests {
         assert!(table.iter().all(|variable| (400..400 + REFERENCES).contains(&variable.reference)));
         let states: Vec<u32> = table.iter().filter_map(|variable| variable.derivative_of).collect();
         assert_eq!(states, references(400));
+        assert_eq!(states[0], deflection(400));
+        assert_eq!(table[0].name, "friction.deflection");
     }
 }
