@@ -10,7 +10,7 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.figures import friction_map, worst_misfit
+from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.regimes import is_white, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from test_identification import bench
@@ -119,6 +119,47 @@ def test_windows_of_a_signal_follow_each_other_in_time() -> None:
     assert len(courses) == 4
     time = np.concatenate([course.time for course in courses])
     assert_close(np.diff(time), 0.01, within=2e-14, what="from sample to sample")
+
+
+def test_figure_of_a_fit_shows_measured_fitted_and_the_rest() -> None:
+    data = bench()
+    residuals = Residuals(fit(data, hold_out=0.0))
+    figure = overlay(residuals)
+    upper, lower = figure.axes
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("frictionForce (N)", "rest (N)")
+    assert lower.get_xlabel() == "time (s), records one after the other"
+    measured, fitted, *named = upper.get_lines()
+    [rest] = lower.get_lines()
+    assert set(np.asarray(measured.get_ydata())) <= set(data["frictionForce"]) and len(measured.get_xydata()) == 1000
+    left = np.asarray(measured.get_ydata()) - np.asarray(fitted.get_ydata())
+    is_compared = np.isfinite(left)
+    assert is_compared.sum() > 900 and np.array_equal(is_compared, np.isfinite(np.asarray(rest.get_ydata())))
+    assert_close(left[is_compared], np.asarray(rest.get_ydata())[is_compared], within=2e-15, what="rest")
+    # The legend has the colours of the curves, which differ.
+    colours = {line.get_label(): line.get_color() for line in named}
+    assert colours == {"measured": measured.get_color(), "fitted": fitted.get_color()}
+    assert measured.get_color() != fitted.get_color()
+
+
+def test_rest_is_drawn_against_velocity_position_and_lag() -> None:
+    residuals = Residuals(fit(bench(), hold_out=0.0))
+    of_velocity, of_position, of_lag = against(residuals).axes
+    labels = [axis.get_xlabel() for axis in (of_velocity, of_position, of_lag)]
+    assert labels == ["velocity (mm/s)", "position (mm)", "lag (samples)"]
+    assert (of_velocity.get_ylabel(), of_lag.get_ylabel()) == ("rest of frictionForce (N)", "autocorrelation")
+    [white] = of_lag.get_lines()
+    # What is left is white: 1 at no lag, and within the band elsewhere but for one in twenty.
+    lags, correlation = np.asarray(white.get_xdata()), np.asarray(white.get_ydata())
+    assert lags[0] == 0 and correlation[0] == 1.0
+    limit = residuals.limit("frictionForce")
+    assert np.mean(np.abs(correlation[1:]) > limit) < 0.1
+    [band] = of_lag.patches
+    assert (band.get_y(), band.get_y() + band.get_height()) == (-limit, limit)
+    # Of a path of 24 mm and speeds of up to 65 mm/s.
+    [dots] = of_position.get_lines()
+    assert 20.0 < np.max(np.abs(np.asarray(dots.get_xdata()))) < 25.0
+    [dots] = of_velocity.get_lines()
+    assert 50.0 < np.max(np.abs(np.asarray(dots.get_xdata()))) < 70.0
 
 
 def test_map_of_the_friction_shows_what_was_measured() -> None:
