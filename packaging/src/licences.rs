@@ -186,4 +186,18 @@ mod tests {
         assert!(!text.contains("/home/") && !text.contains(env!("CARGO_MANIFEST_DIR")), "a path of this machine");
         Ok(())
     }
+
+    #[test]
+    fn a_package_is_in_the_nearest_workspace_above() -> Result<()> {
+        let root = std::env::temp_dir().join(format!("licences-{}", std::process::id()));
+        let package = root.join("crates/part");
+        crate::files::write(&root.join("Cargo.toml"), "[workspace]\nmembers = [\"crates/part\"]\n")?;
+        crate::files::write(&package.join("Cargo.toml"), "[package]\nname = \"part\"\n")?;
+        assert_eq!(workspace_of(&package), root);
+        // A package that is one by itself.
+        crate::files::write(&package.join("Cargo.toml"), "[package]\nname = \"part\"\n\n[workspace]\n")?;
+        assert_eq!(workspace_of(&package), package);
+        std::fs::remove_dir_all(&root)?;
+        Ok(())
+    }
 }

@@ -295,3 +295,31 @@ fn contents(
     }
     Ok(archive)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_an_fmu_for_each_version_with_the_sources_for_it() -> Result<()> {
+        let workspace = Workspace::of_the_project()?;
+        let model = workspace.product.models.first().context("no model")?;
+        let folder = std::env::temp_dir().join(format!("package-{}", std::process::id()));
+        let sources = |version| {
+            let name = format!("{version:?}.c");
+            Ok(Some(Sources { files: [(name.clone(), "int a;".to_owned())].into(), compiled: vec![name] }))
+        };
+        let fmus = write(&workspace, model, &[], sources, &folder)?;
+        let name = format!("{}.fmu", model.name);
+        assert_eq!(fmus, [folder.join(&name), folder.join("fmi3").join(&name)]);
+        for (fmu, own) in fmus.iter().zip(["sources/Fmi2.c", "sources/Fmi3.c"]) {
+            let archive = zip::ZipArchive::new(std::fs::File::open(fmu)?)?;
+            let names = archive.file_names().collect::<Result<Vec<_>, _>>()?;
+            let sources: Vec<_> = names.iter().filter(|name| name.starts_with("sources/")).collect();
+            assert_eq!(sources, [own]);
+            assert!(names.iter().any(|name| *name == "modelDescription.xml"), "{names:?}");
+        }
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+}

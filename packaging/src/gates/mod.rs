@@ -4,6 +4,8 @@ mod elf;
 mod exports;
 mod facts;
 mod mach_o;
+#[cfg(test)]
+mod made;
 mod paths;
 mod pe;
 mod read;
@@ -283,5 +285,55 @@ mod tests {
         linux.libraries.insert("libc.so.6".to_owned());
         let text = report(Platform::Linux64, &[linux], 1024);
         assert_eq!(text, "1 KiB; x86_64; glibc 2.17 and newer; needs libc.so.6");
+    }
+
+    fn facts(library: &[u8]) -> Result<Facts> {
+        let mut slices = read::read(library)?;
+        assert_eq!(slices.len(), 1, "{slices:?}");
+        Ok(slices.remove(0))
+    }
+
+    #[test]
+    fn a_library_of_the_mac_says_which_system_it_is_for() -> Result<()> {
+        let needs = |platform| Ok::<_, anyhow::Error>(facts(&made::mac(made::INTEL, platform, true))?.needs);
+        assert_eq!(needs(made::MACOS)?, Some((11, 3)));
+        assert_eq!(needs(made::IOS)?, None);
+        Ok(())
+    }
+
+    #[test]
+    fn a_signature_holds_while_no_byte_changes() -> Result<()> {
+        let signature = |library: &[u8]| Ok::<_, anyhow::Error>(facts(library)?.signature);
+        let mut library = made::mac(made::ARM, made::MACOS, true);
+        assert_eq!(signature(&library)?, None);
+        library[5000] ^= 1;
+        assert_eq!(signature(&library)?.as_deref(), Some("page 1 was changed after signing"));
+        assert_eq!(signature(&made::mac(made::ARM, made::MACOS, false))?.as_deref(), Some("there is none"));
+        Ok(())
+    }
+
+    #[test]
+    fn a_module_for_both_processors_of_the_mac_is_read_as_two() -> Result<()> {
+        let both = [made::ARM, made::INTEL].map(|processor| (processor, made::mac(processor, made::MACOS, true)));
+        let module = made::universal(both);
+        let slices = read::read(&module)?;
+        let processors: Vec<_> = slices.iter().map(|facts| facts.architecture).collect();
+        assert_eq!(processors, [Architecture::Aarch64, Architecture::X86_64]);
+        assert!(slices.iter().all(|facts| facts.exports.iter().eq(["PyInit__native"])), "{slices:?}");
+        // Both are for a newer system than the package.
+        let problem = check_module(Platform::Darwin64, &["aarch64", "x86_64"], &module).map_err(|it| it.to_string());
+        let expected = "the module for darwin64 does not pass:\n  \
+                        aarch64: is for macOS 11.3 and newer, not 11.0\n  \
+                        x86_64: is for macOS 11.3 and newer, not 11.0";
+        assert_eq!(problem, Err(expected.to_owned()));
+        Ok(())
+    }
+
+    #[test]
+    fn debugging_information_of_windows_is_seen() -> Result<()> {
+        let debris = |size| Ok::<_, anyhow::Error>(facts(&made::windows(size))?.debris);
+        assert_eq!(debris(0)?, BTreeSet::new());
+        assert_eq!(debris(28)?, BTreeSet::from(["debug directory".to_owned()]));
+        Ok(())
     }
 }

@@ -148,3 +148,25 @@ impl Compiler {
         command
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    const COMPILER: Compiler = Compiler { program: "true", folder: "made", always: &[], compiling: &[], linking: &[] };
+
+    #[test]
+    fn plant_and_faces_are_compiled_apart() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("compiled-{}", std::process::id()));
+        let compiled =
+            ["plant.c", "fmi2.c", "operators.c", "fmi3.c", "code_1.c"].map(|name| folder.join(name)).to_vec();
+        let written = Written { folder: folder.clone(), module: Vec::new(), compiled, headers: PathBuf::new() };
+        let objects = |names: &[&str]| names.iter().map(|name| folder.join("made").join(name)).collect::<Vec<_>>();
+        assert_eq!(written.plant(&COMPILER)?, objects(&["plant.o", "operators.o", "code_1.o", "loop.o"]));
+        assert_eq!(written.faces(&COMPILER)?, objects(&["fmi2.o", "fmi3.o"]));
+        let failing = Compiler { program: "false", ..COMPILER };
+        assert!(written.plant(&failing).is_err() && written.faces(&failing).is_err());
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+}

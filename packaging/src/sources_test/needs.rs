@@ -139,4 +139,16 @@ mod tests {
         assert!(needs.add("stack many").is_err() && needs.add("heap 3").is_err());
         Ok(())
     }
+
+    /// The version of this one is `-dumpversion`. Under CI it is an error that nothing is compared, and the message says why.
+    #[cfg(unix)]
+    #[test]
+    fn another_compiler_is_not_compared_with_the_page() -> Result<()> {
+        let echo = Compiler { program: "echo", folder: "", always: &[], compiling: &[], linking: &[] };
+        let compared = Needs::default().compare(&Workspace::of_the_project()?, "No target", &echo);
+        let problem = compared.err().map(|error| error.to_string());
+        let expected = "Comparison with the page: echo is of version -dumpversion";
+        assert!(problem.is_none_or(|problem| problem.starts_with(expected)));
+        Ok(())
+    }
 }

@@ -238,3 +238,19 @@ const PROGRAMS: [(&str, &str); 4] = [
 
 /// QEMU lets an instruction take 1 ns, and the timer of the board ticks with 25 MHz.
 const INSTRUCTIONS_PER_TICK: u32 = 40;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A library for Linux is of code that may be anywhere; one for Windows always is, and Wine runs it.
+    #[test]
+    fn shared_libraries_run_where_their_code_does() {
+        for target in Target::ALL {
+            let machine = target.machine();
+            assert_eq!(machine == Some(Machine::Windows), target.name().contains("Wine"), "{target:?}");
+            let is_for_linux = matches!(machine, Some(Machine::Linux | Machine::Arm));
+            assert_eq!(is_for_linux, target.compiler().compiling.contains(&"-fPIC"), "{target:?}");
+        }
+    }
+}

@@ -768,4 +768,33 @@ mod tests {
         }
         Ok(())
     }
+
+    const RETURN: &[u8] = &[0x0f];
+
+    #[test]
+    fn a_return_ends_the_function_however_deep_it_is() -> Result<()> {
+        let text = lines(&[IF, RETURN, END, CHANGE])?;
+        assert_eq!(text[1..], ["if(l0){", "return;", "}", "l0=1u;", "}"]);
+        let deep = lines(&[BLOCK, LOOP, IF, RETURN, END, END, END, CHANGE])?;
+        assert_eq!(deep, text);
+        Ok(())
+    }
+
+    #[test]
+    fn a_choice_has_both_its_parts() -> Result<()> {
+        const OTHER: &[u8] = &[0x41, 2, 0x21, 0];
+        assert_eq!(lines(&[IF, CHANGE, ELSE, OTHER, END])?[1..], ["if(l0){", "l0=1u;", "}else{", "l0=2u;", "}", "}"]);
+        // The second part is reached also where the first one leaves.
+        assert_eq!(lines(&[IF, RETURN, ELSE, OTHER, END])?[1..], ["if(l0){", "return;", "}else{", "l0=2u;", "}", "}"]);
+        Ok(())
+    }
+
+    /// The function at place 3 of the table, with the signature 0.
+    #[test]
+    fn a_function_of_the_table_is_called_with_its_arguments() -> Result<()> {
+        let call = |table| lines(&[ADDRESS, &[0x41, 3, 0x11, 0, table]]);
+        assert_eq!(call(0)?[1..], ["((t0)entry(s,0u,3u))(s,l0);", "}"]);
+        assert!(call(1).is_err(), "there is one table");
+        Ok(())
+    }
 }

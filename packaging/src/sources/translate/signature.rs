@@ -57,3 +57,21 @@ pub fn value_type(of: ValType) -> Result<Type> {
         _ => bail!("values of type {of} are not translated"),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_every_width_are_arguments_and_results() -> Result<()> {
+        let all = [ValType::I32, ValType::I64, ValType::F32, ValType::F64];
+        let results = ["u32", "u64", "f32", "f64"];
+        for (of, result) in all.into_iter().zip(results) {
+            let declaration = Signature::of(&FuncType::new(all, [of]))?.declaration("f", true);
+            assert_eq!(declaration, format!("{result} f(Module*s,u32 l0,u64 l1,f32 l2,f64 l3)"));
+        }
+        assert!(value_type(ValType::V128).is_err());
+        assert!(Signature::of(&FuncType::new([], all)).is_err());
+        Ok(())
+    }
+}
