@@ -54,6 +54,20 @@ def test_law_that_is_right_predicts_what_is_left_out() -> None:
     assert [bool(case.beyond) for case in cases] == [True, False, False, True]
     assert "pressure reaches 7" in cases[-1].beyond[0]
     assert found.verdict.light == "green" and "4 of 4 conditions are predicted" in found.verdict.text
+    # Each condition has a row: the range and the middle of what is predicted, and what is measured.
+    [axis] = found.cross_validation.plot().axes
+    assert [text.get_text() for text in axis.get_yticklabels()] == [case.condition.name for case in cases]
+    assert axis.get_xlabel() == "friction (N)" and axis.yaxis_inverted()
+    *drawn, predicted, measured = axis.get_lines()
+    for place, case in enumerate(cases):
+        told = case.friction
+        assert told is not None
+        around, middle, dot = drawn[3 * place : 3 * place + 3]
+        assert around.get_xydata().tolist() == [[told.low, place], [told.high, place]]
+        assert middle.get_xydata().tolist() == [[told.predicted, place]]
+        assert dot.get_xydata().tolist() == [[told.measured, place]]
+        assert (around.get_color(), dot.get_color()) == (predicted.get_color(), measured.get_color())
+    assert [line.get_label() for line in (predicted, measured)] == ["predicted by the others, 95 %", "measured"]
 
 
 def test_law_that_does_not_hold_at_a_pressure_is_said_to() -> None:

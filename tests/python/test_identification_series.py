@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from test_identification import COLUMNS, write
@@ -67,6 +68,19 @@ def test_wear_is_found_and_what_stays_stays() -> None:
     figure = found.plot()
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     assert titles == [f"{name}: {'moves' if moves else 'does not move'}" for name, moves in found.moves.items()]
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert (
+        labels == ["Fc (N)", "Fs (N)", "sigma2 (N.s/m)"] and figure.axes[-1].get_xlabel() == "record; dashed: the first"
+    )
+    for axis, course in zip(figure.axes, found.changing.values(), strict=True):
+        points, *_ = axis.containers[0]
+        assert points.get_ydata().tolist() == [one.value for one in course]
+        [intervals] = [lines for lines in axis.collections if len(lines.get_segments()) == 4]
+        ends = [[low[1], high[1]] for low, high in intervals.get_segments()]
+        assert_close(np.array(ends), np.array([[one.low, one.high] for one in course]), rel=1e-14, what="intervals")
+        assert axis.get_lines()[-1].get_ydata() == [course[0].value] * 2
+    colours = [axis.containers[0][0].get_color() for axis in figure.axes]
+    assert colours[1] == colours[2] != colours[0], "what moves is red"
 
 
 def test_nothing_is_said_to_move_where_nothing_does() -> None:
