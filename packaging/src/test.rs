@@ -115,8 +115,9 @@ fn run(workspace: &Workspace) -> Result<()> {
 /// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
 const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
 
-/// Tests in Python that run beside the others, and take a third of the time of all.
-const PROGRAMS: [&str; 4] = ["examples", "pages", "studies", "system_studies"];
+/// Tests in Python that start programs: they run beside the others, and take half of the time of all.
+const PROGRAMS: [&str; 7] =
+    ["examples", "pages", "studies", "system_studies", "package_cli", "package_cli_options", "package_executors"];
 
 /// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
 const UNITS: [&str; 6] = [
@@ -177,7 +178,7 @@ impl Checks<'_> {
         let programs = PROGRAMS.map(|name| format!("tests/python/test_{name}.py"));
         process::both(
             || {
-                heading("Programs of examples, pages and studies");
+                heading("Programs of examples, pages and studies, commands of the package");
                 self.python(venv, &[&["pytest"], &programs.each_ref().map(String::as_str)[..]].concat())
             },
             || {
