@@ -53,6 +53,8 @@ PARTS = {
     "tools": Part(["--config", ".cargo/mutants-tools.toml"], r"(packaging|playground|ssp)/src/", TOOLS),
 }
 RECORDED = "recorded_runs"
+MOST = 1000
+"""As many switches as `switch.rs` has."""
 CONSTANT = "E0015"
 """What the compiler says of a switch in a constant."""
 
@@ -74,6 +76,8 @@ def main() -> int:
     samples = [draw(name, options.sample, options.seed) for name in options.parts]
     # In turn, so that each part has its share of what is tried in time.
     drawn = [one for turn in zip_longest(*samples) for one in turn if one]
+    if len(drawn) > MOST:
+        parser.error(f"--sample {options.sample} draws {len(drawn)} mistakes; there is room for {MOST} switches")
     folder = TARGET / "-".join(options.parts)
     source, commit = clone(folder)
     binaries, refused = build(tested, source, drawn)
@@ -227,9 +231,12 @@ def build(tested: list[str], source: Path, drawn: list[dict]) -> tuple[list[dict
             switches = Switches(file, here)
             refused |= {drawn[number]["name"]: "a place of an unknown kind" for number in switches.strange}
             file.write_bytes(switches.switched())
-        wrong = compiled(tested, source, drawn, ["check", "--lib"])[1]
+        binaries, wrong = compiled(tested, source, drawn, ["check", "--lib"])
         if not wrong:
-            return compiled(tested, source, drawn, ["test", "--no-run", "--lib", "--tests"])[0], refused
+            # What only tests compile is seen now.
+            binaries, wrong = compiled(tested, source, drawn, ["test", "--no-run", "--lib", "--tests"])
+        if not wrong:
+            return binaries, refused
         print(*(f"does not compile: {name}: {why}" for name, why in wrong.items()), sep="\n", flush=True)
         refused |= wrong
 
