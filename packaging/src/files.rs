@@ -47,13 +47,19 @@ pub fn renew(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
 }
 
+/// A folder of a test, which makes and removes it; no other process has it.
+#[cfg(test)]
+pub fn scratch(name: &str) -> std::path::PathBuf {
+    std::env::temp_dir().join(format!("{name}-{}", std::process::id()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_file_is_replaced_as_a_whole() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("files-{}", std::process::id()));
+        let folder = scratch("files");
         let file = folder.join("deep/Model.fmu");
         write(&file, "old")?;
         write(&file, "new")?;

@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn it_follows_the_source_of_what_is_linked_and_nothing_else() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("fingerprint-{}", std::process::id()));
+        let folder = files::scratch("fingerprint");
         make(&folder.join("a"), "// one\n")?;
         make(&folder.join("b"), "// one\r\n")?;
         let of = |place: &str| super::of(&folder.join(place).join("plant"));
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn files_of_editors_and_of_the_system_do_not_count() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("collected-{}", std::process::id()));
+        let folder = files::scratch("collected");
         for name in ["lib.rs", "parts/law.rs", "lib.rs~", ".DS_Store", "parts/.law.rs.swp"] {
             crate::files::write(&folder.join(name), "text")?;
         }

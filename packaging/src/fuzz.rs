@@ -128,7 +128,7 @@ mod tests {
     /// A program in the place of libFuzzer, which leaves inputs in the first folder that it is given.
     #[test]
     fn longest_of_what_reaches_everything_is_kept_in_place_of_what_was() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("kept-{}", std::process::id()));
+        let folder = files::scratch("kept");
         let [corpus, kept, merged] = ["corpus", "kept", "merged"].map(|it| folder.join(it));
         for made in [&corpus, &kept] {
             files::renew(made)?;

@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_package_is_in_the_nearest_workspace_above() -> Result<()> {
-        let root = std::env::temp_dir().join(format!("licences-{}", std::process::id()));
+        let root = files::scratch("licences");
         let package = root.join("crates/part");
         crate::files::write(&root.join("Cargo.toml"), "[workspace]\nmembers = [\"crates/part\"]\n")?;
         crate::files::write(&package.join("Cargo.toml"), "[package]\nname = \"part\"\n")?;

@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn a_second_holder_waits_for_the_first() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("lock-{}", std::process::id()));
+        let folder = crate::files::scratch("lock");
         let first = hold(&folder)?;
         let (sender, receiver) = channel();
         let second = std::thread::spawn({

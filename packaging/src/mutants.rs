@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn shard_has_ended_for_the_source_that_it_was_tested_with_until_it_is_begun_again() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
+        let folder = files::scratch("mutants");
         std::fs::create_dir_all(&folder)?;
         assert!(!has_ended(&folder, "one commit"));
         forget_end(&folder)?;

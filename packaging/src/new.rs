@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_crate_has_the_law_its_line_and_its_test() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("new-law-{}", std::process::id()));
+        let folder = files::scratch("new-law");
         let written = write("QuadraticDrag", &folder, Path::new("/plant"))?;
         let read = |name: &str| files::text(folder.join(name));
         assert_eq!(written.len(), 4);

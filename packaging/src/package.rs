@@ -304,7 +304,7 @@ mod tests {
     fn there_is_an_fmu_for_each_version_with_the_sources_for_it() -> Result<()> {
         let workspace = Workspace::of_the_project()?;
         let model = workspace.product.models.first().context("no model")?;
-        let folder = std::env::temp_dir().join(format!("package-{}", std::process::id()));
+        let folder = files::scratch("package");
         let sources = |version| {
             let name = format!("{version:?}.c");
             Ok(Some(Sources { files: [(name.clone(), "int a;".to_owned())].into(), compiled: vec![name] }))

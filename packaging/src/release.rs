@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn published_files_come_with_their_checksums_and_without_those_of_the_last_time() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("release-{}", std::process::id()));
+        let folder = files::scratch("release");
         publish(&folder, vec![("Old.fmu".to_owned(), vec![1])])?;
         publish(&folder, vec![("README.txt".to_owned(), b"abc".to_vec())])?;
         assert!(!folder.join("Old.fmu").exists());

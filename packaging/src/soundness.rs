@@ -256,6 +256,17 @@ mod tests {
         }
     }
 
+    /// A choice among the items of an enumeration.
+    fn law(items: &'static Enumeration) -> Variable {
+        Variable {
+            reference: 9,
+            role: Role::Fixed,
+            kind: Kind::Enumeration(items),
+            start: Some(1.0),
+            ..Variable::output(9, "law", units::ONE)
+        }
+    }
+
     #[test]
     fn ids_that_are_taken_are_named() {
         static LAWS: Enumeration = Enumeration {
@@ -263,13 +274,7 @@ mod tests {
             description: "",
             items: &[(1, "None", ""), (1000, "One", ""), (1000, "Two", ""), (1001, "One", "")],
         };
-        let model = with_table!(|it| it.push(Variable {
-            reference: 9,
-            role: Role::Fixed,
-            kind: Kind::Enumeration(&LAWS),
-            start: Some(1.0),
-            ..Variable::output(9, "law", units::ONE)
-        }));
+        let model = with_table!(|it| it.push(law(&LAWS)));
         let text = refusals(&model);
         assert!(text.contains("the id 1000 of Two in Laws is taken"), "{text}");
         assert!(text.contains("Laws has the item One twice"), "{text}");
@@ -347,13 +352,7 @@ mod tests {
             description: "",
             items: &[(1, "None", ""), (999, "Last", ""), (1000, "One", ""), (1001, "Two", "")],
         };
-        static MODEL_WITH_LAWS: Model = with_table!(|it| it.push(Variable {
-            reference: 9,
-            role: Role::Fixed,
-            kind: Kind::Enumeration(&LAWS),
-            start: Some(1.0),
-            ..Variable::output(9, "law", units::ONE)
-        }));
+        static MODEL_WITH_LAWS: Model = with_table!(|it| it.push(law(&LAWS)));
         let laws: Vec<_> = settings(&MODEL_WITH_LAWS).iter().map(|setup| setup.get("law").expect("a law")).collect();
         assert_eq!(laws, [1.0, 1000.0, 1001.0]);
     }

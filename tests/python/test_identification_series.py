@@ -69,9 +69,8 @@ def test_wear_is_found_and_what_stays_stays() -> None:
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     assert titles == [f"{name}: {'moves' if moves else 'does not move'}" for name, moves in found.moves.items()]
     labels = [axis.get_ylabel() for axis in figure.axes]
-    assert (
-        labels == ["Fc (N)", "Fs (N)", "sigma2 (N.s/m)"] and figure.axes[-1].get_xlabel() == "record; dashed: the first"
-    )
+    assert labels == ["Fc (N)", "Fs (N)", "sigma2 (N.s/m)"]
+    assert figure.axes[-1].get_xlabel() == "record; dashed: the first"
     for axis, course in zip(figure.axes, found.changing.values(), strict=True):
         points, *_ = axis.containers[0]
         assert points.get_ydata().tolist() == [one.value for one in course]

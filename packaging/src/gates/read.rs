@@ -70,7 +70,7 @@ mod tests {
 
     /// A library with all functions of FMI and something more, linked with some flags of GCC.
     fn library(name: &str, more: &str, flags: &[&str]) -> Result<Vec<u8>> {
-        let folder: PathBuf = std::env::temp_dir().join(format!("gate-{name}-{}", std::process::id()));
+        let folder: PathBuf = crate::files::scratch(&format!("gate-{name}"));
         std::fs::create_dir_all(&folder)?;
         let (source, library) = (folder.join("library.c"), folder.join("library.so"));
         let functions: String =

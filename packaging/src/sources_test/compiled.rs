@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn plant_and_faces_are_compiled_apart() -> Result<()> {
-        let folder = std::env::temp_dir().join(format!("compiled-{}", std::process::id()));
+        let folder = crate::files::scratch("compiled");
         let compiled =
             ["plant.c", "fmi2.c", "operators.c", "fmi3.c", "code_1.c"].map(|name| folder.join(name)).to_vec();
         let written = Written { folder: folder.clone(), module: Vec::new(), compiled, headers: PathBuf::new() };
