@@ -10,7 +10,8 @@ from pathlib import Path
 import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
-from dask.distributed import Client, LocalCluster
+from clusters import cluster
+from dask.distributed import Client
 from test_identification import RIG, RIG_COLUMNS, TRUE_FRICTION, bench, write
 from test_package_cli import COMMAND
 
@@ -50,7 +51,7 @@ def test_windows_start_anew_from_what_was_measured() -> None:
 def test_cluster_finds_the_same() -> None:
     given = {"experiment": "motion", "law": "Stribeck", "fit": FREE, "settings": KNOWN, "play": 0.0, "starts": 40}
     here = ps.fit(bench(), **given)
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with cluster(workers=1) as started, Client(started) as client:
         there = ps.fit(bench(), **given, cluster=client)
     # Where the cost changes by less than a millionth, both are at its bottom but for this.
     assert there.values.keys() == here.values.keys()

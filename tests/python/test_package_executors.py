@@ -16,7 +16,8 @@ import numpy as np
 import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
-from dask.distributed import Client, LocalCluster
+from clusters import cluster
+from dask.distributed import Client
 from test_identification import bench
 from test_package_arguments import Workers
 
@@ -34,10 +35,7 @@ def executor(request: pytest.FixtureRequest) -> Iterator[Executor]:
         with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
             yield pool
     else:
-        with (
-            LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-            Client(cluster) as client,
-        ):
+        with cluster(workers=2) as started, Client(started) as client:
             yield client.get_executor()
 
 

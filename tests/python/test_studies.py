@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from dask.distributed import LocalCluster
+from clusters import cluster
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -52,8 +52,8 @@ def test_explicit_euler_fails_at_a_millisecond_where_implicit_euler_does_not(tmp
 def test_parameter_study_gives_the_same_rows_on_any_cluster(tmp_path: Path) -> None:
     laws = ["--laws", "Stribeck", "LuGre"]
     run("parameters.py", *laws, "--workers", "2", "--output", tmp_path / "own")
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        run("parameters.py", *laws, "--scheduler", cluster.scheduler_address, "--output", tmp_path / "given")
+    with cluster(workers=2) as started:
+        run("parameters.py", *laws, "--scheduler", started.scheduler_address, "--output", tmp_path / "given")
     run("parameters.py", *laws, "--processes", "2", "--output", tmp_path / "processes")
     rows = rows_of(tmp_path / "own" / "parameters.csv")
     assert rows == rows_of(tmp_path / "given" / "parameters.csv") == rows_of(tmp_path / "processes" / "parameters.csv")
