@@ -15,6 +15,8 @@ mod bounds;
 mod function;
 mod operators;
 mod signature;
+#[cfg(test)]
+mod tests;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -63,7 +65,9 @@ pub fn translate(wasm: &[u8], prefix: &str, roots: &[&str]) -> Result<BTreeMap<S
         let function = module.exports.get(*root).with_context(|| format!("the module exports no {root}"))?;
         exported.insert(*root, *function);
     }
-    let functions = translated(&module, exported.values().copied().chain(module.table.values().copied()))?;
+    // What is imported has no text.
+    let in_table = module.table.values().copied().filter(|number| *number as usize >= module.imports.len());
+    let functions = translated(&module, exported.values().copied().chain(in_table))?;
     let mut files = BTreeMap::new();
     files.insert("code.h".to_owned(), header(&module, prefix, &exported, &functions)?);
     files.insert("code_data.c".to_owned(), data(&module)?);
@@ -277,57 +281,4 @@ fn data(module: &Module) -> Result<String> {
         last + 1
     )?;
     Ok(in_file(&text))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Four functions, a memory of two pages, a global variable of 7, a table and three bytes at 16: `root` calls the second, which
-    /// calls itself; nothing asks for the third; the fourth is in the table.
-    const MODULE: &[&[u8]] = &[
-        b"\0asm\x01\0\0\0",
-        b"\x01\x09\x02\x60\x01\x7f\x01\x7f\x60\0\0",
-        b"\x03\x05\x04\0\0\x01\0",
-        b"\x04\x04\x01\x70\0\x02",
-        b"\x05\x03\x01\0\x02",
-        b"\x06\x06\x01\x7f\x01\x41\x07\x0b",
-        b"\x07\x08\x01\x04root\0\0",
-        b"\x09\x07\x01\0\x41\x01\x0b\x01\x03",
-        b"\x0a\x17\x04\x06\0\x20\0\x10\x01\x0b\x06\0\x20\0\x10\x01\x0b\x02\0\x0b\x04\0\x20\0\x0b",
-        b"\x0b\x09\x01\0\x41\x10\x0b\x03\x01\x02\x03",
-    ];
-
-    #[test]
-    fn module_becomes_what_its_roots_reach() -> Result<()> {
-        let files = translate(&MODULE.concat(), "Servo", &["root"])?;
-        assert_eq!(
-            files.keys().collect::<Vec<_>>(),
-            ["code.h", "code_1.c", "code_data.c"],
-            "short code is in one file"
-        );
-        let [header, code, data] = ["code.h", "code_1.c", "code_data.c"].map(|name| &files[name]);
-        for line in [
-            "#define MODULE_PAGES 2",
-            "#define MODULE_GLOBALS u32 g0;",
-            "#define wasm_root w0",
-            "typedef u32 (*t0)(Module*,u32);",
-            "typedef void (*t1)(Module*);",
-        ] {
-            assert!(header.lines().any(|other| other == line), "{line} is not in\n{header}");
-        }
-        for (number, is_reached) in [(0, true), (1, true), (2, false), (3, true)] {
-            let declared = header.contains(&format!("u32 w{number}(Module*,u32);"));
-            let defined = code.matches(&format!("u32 w{number}(Module*s,u32 l0)")).count();
-            assert_eq!((declared, defined), (is_reached, usize::from(is_reached)), "function {number} in\n{code}");
-        }
-        for text in
-            ["1,2,3,", "s->g0=7u;", "memcpy(s->memory+16u,data0,3u);", "table[2]={\n{0u,0},\n{0u,(Function)w3},"]
-        {
-            assert!(data.contains(text), "{text} is not in\n{data}");
-        }
-        let problem = translate(&MODULE.concat(), "Servo", &["leaf"]).err().map(|error| error.to_string());
-        assert_eq!(problem.as_deref(), Some("the module exports no leaf"));
-        Ok(())
-    }
 }

@@ -255,9 +255,21 @@ mod tests {
             let operator = operator(name).unwrap_or_else(|| panic!("{line}"));
             let takes_two = operator.text.contains('B');
             assert_eq!(operator.arguments == 2, takes_two, "{line}");
+            assert_eq!(operator.compares, line.split(' ').nth(2) == Some("c"), "{line}");
+            // Names begin with the type of the result, those of comparisons with that of the arguments.
+            let expected = match &name[..3] {
+                _ if operator.compares => Type::I32,
+                "I32" => Type::I32,
+                "I64" => Type::I64,
+                "F32" => Type::F32,
+                _ => Type::F64,
+            };
+            assert_eq!(operator.result, expected, "{line}");
         }
         assert_eq!(operator("I32Add").map(|it| (it.result, it.compares)), Some((Type::I32, false)));
         assert_eq!(operator("F64Lt").map(|it| (it.result, it.compares)), Some((Type::I32, true)));
         assert_eq!((operator("V128Not"), access("V128Load")), (None, None));
+        assert_eq!(access("I64Load8S"), Some(Access { function: "lj1s", loads: Some(Type::I64) }));
+        assert_eq!(access("F32Store"), Some(Access { function: "se", loads: None }));
     }
 }
