@@ -39,7 +39,7 @@ pub fn of(package: &Path) -> Result<String> {
     Ok(digits)
 }
 
-/// The package of a manifest and the packages on this machine that it depends on, whatever for.
+/// The package of a manifest and the packages on this machine that it depends on, but for its tests.
 fn local<'a>(metadata: &'a Metadata, manifest: &Path) -> Result<Vec<&'a Package>> {
     let manifest = std::fs::canonicalize(manifest).with_context(|| format!("cannot find {}", manifest.display()))?;
     let is_wanted = |package: &&Package| std::fs::canonicalize(&package.manifest_path).is_ok_and(|it| it == manifest);
@@ -123,13 +123,16 @@ mod tests {
         let manifest = |name: &str, more: &str| {
             format!("[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[workspace]\n{more}")
         };
-        let needs = "[dependencies]\nlaw = { path = \"../law\" }\n";
+        let needs =
+            "[dependencies]\nlaw = { path = \"../law\" }\n[dev-dependencies]\nbench = { path = \"../bench\" }\n";
         for (file, text) in [
             ("plant/Cargo.toml", &*manifest("plant", needs)),
             ("plant/src/lib.rs", ""),
             ("law/Cargo.toml", &manifest("law", "")),
             ("law/src/lib.rs", law),
             ("law/tests/law.rs", ""),
+            ("bench/Cargo.toml", &manifest("bench", "")),
+            ("bench/src/lib.rs", ""),
         ] {
             crate::files::write(&folder.join(file), text)?;
         }
@@ -147,8 +150,13 @@ mod tests {
         assert_eq!(first, of("b")?, "the place and the line ends count");
         crate::files::write(&folder.join("a/law/tests/law.rs"), "// a test\n")?;
         assert_eq!(first, of("a")?, "a test counts");
+        crate::files::write(&folder.join("a/bench/src/lib.rs"), "// what tests use\n")?;
+        assert_eq!(first, of("a")?, "what only tests depend on counts");
+        crate::files::write(&folder.join("a/plant/src/lib.rs"), "// the plant\n")?;
+        let second = of("a")?;
+        assert_ne!(first, second, "the source of the package itself does not count");
         make(&folder.join("a"), "// other\n")?;
-        assert_ne!(first, of("a")?, "the source of a dependency does not count");
+        assert_ne!(second, of("a")?, "the source of a dependency does not count");
         assert!(super::of(&folder).is_err());
         std::fs::remove_dir_all(&folder)?;
         Ok(())

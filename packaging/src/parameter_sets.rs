@@ -208,6 +208,32 @@ mod tests {
         assert!(cylinder(json!({ "cylinder.bore": -0.016 })).contains("cylinder.bore = -0.016 is refused"));
     }
 
+    /// The models have no switch, but those of others may.
+    #[test]
+    fn switches_are_on_or_off() -> Result<()> {
+        let switch = Variable { role: Role::Fixed, ..Variable::flag(1, "brake") };
+        assert_eq!((number(&switch, &json!(true))?, number(&switch, &json!(false))?), (1.0, 0.0));
+        let problem = number(&switch, &json!(1)).err().map(|error| error.to_string());
+        assert_eq!(problem.as_deref(), Some("brake cannot be 1"));
+        Ok(())
+    }
+
+    /// What a system drives has a name there that need not be that of the variable.
+    #[test]
+    fn start_value_is_added_under_its_own_name() -> Result<()> {
+        let mut set = read(json!({ "mass.moving": 0.88 }))?;
+        set.add_start("line", &Variable { start: Some(6.5e5), ..settable(CYLINDER, "supplyPressure")?.clone() });
+        assert!(set.has("line") && !set.has("supplyPressure"));
+        let written: Value = serde_json::from_str(&set.json()?)?;
+        assert_eq!(written["values"], json!({ "mass.moving": 0.88, "line": 6.5e5 }));
+        let ssv = set.ssv(Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?)?;
+        assert!(
+            ssv.contains("<ssv:Parameter name=\"line\">\n      <ssv:Real value=\"650000.0\" unit=\"Pa\"/>"),
+            "{ssv}"
+        );
+        Ok(())
+    }
+
     #[test]
     fn values_keep_their_bits_and_units() -> Result<()> {
         let values = json!({ "friction.law": "LuGre", "friction.lugre.sigma0": 1234.1, "valve.polarity": -1 });

@@ -96,9 +96,14 @@ fn of_variable(variable: &Variable, problems: &mut Vec<String>) {
     {
         problems.push(format!("the start value of {name} is not legal: {refusal}"));
     }
-    if nominal.is_some_and(|nominal| !(nominal.is_finite() && nominal > 0.0)) {
+    if nominal.is_some_and(|nominal| !is_magnitude(nominal)) {
         problems.push(format!("the nominal of {name} is no positive number"));
     }
+}
+
+/// Whether a number can say how large something is.
+fn is_magnitude(number: f64) -> bool {
+    number.is_finite() && number > 0.0
 }
 
 /// It starts with its defaults, and knows how large each of its states is.
@@ -118,7 +123,7 @@ fn of_start(model: &Model, table: &Table, problems: &mut Vec<String>) {
     }
     for (reference, scale) in table.states().zip(scales) {
         let name = table.by_reference(reference).map_or("", |entry| &entry.variable.name);
-        if !(scale.is_finite() && scale > 0.0) {
+        if !is_magnitude(scale) {
             problems.push(format!("the state {name} has the scale {scale}, which is no positive number"));
         }
     }
@@ -151,7 +156,7 @@ fn of_events(model: &Model, table: &Table, problems: &mut Vec<String>) {
         if event.text.is_empty() {
             problems.push(format!("the event {} does not say what happens", event.name));
         }
-        if !(event.nominal.is_finite() && event.nominal > 0.0) {
+        if !is_magnitude(event.nominal) {
             problems.push(format!("the nominal of the event {} is no positive number", event.name));
         }
     }
@@ -245,14 +250,31 @@ mod tests {
         let lost = with_table!(|it| it.push(Variable::output(5, "sum", units::METRE).depends_on(&[77])));
         let scale = with_table!(|it| it[2].nominal = Some(0.0));
         let start = with_table!(|it| it[4].start = Some(100.0));
+        let range = with_table!(|it| it[4] = it[4].clone().range(2.0, 0.5));
         for (model, expected) in [
             (twice, "Sound: the value reference 4 of gap is used twice"),
             (name, "Sound: two variables have the name lag"),
             (lost, "no variable has the value reference 77"),
             (scale, "the nominal of state is no positive number"),
             (start, "the start value of lag is not legal: lag = 100 is refused"),
+            (range, "the range of lag, 2 to 0.5, is empty"),
         ] {
             assert!(refusals(&model).contains(expected), "{expected}: {}", refusals(&model));
+        }
+    }
+
+    #[test]
+    fn a_range_may_be_a_single_value() {
+        let single = with_table!(|it| it[4] = it[4].clone().range(1.0, 1.0));
+        assert!(refusals(&single).contains("does not start"), "{}", refusals(&single));
+    }
+
+    #[test]
+    fn magnitudes_are_positive_numbers() {
+        for (number, expected) in
+            [(1e-300, true), (1.0, true), (0.0, false), (-1.0, false), (f64::INFINITY, false), (f64::NAN, false)]
+        {
+            assert_eq!(is_magnitude(number), expected, "{number}");
         }
     }
 

@@ -388,6 +388,75 @@ mod tests {
     }
 
     #[test]
+    fn descriptions_are_called_after_their_sets() -> Result<()> {
+        let sets = sets(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription"))?;
+        let of = |variant: Variant| [variant.file(), variant.name()];
+        assert_eq!(of(Variant::System), ["SystemStructure", "PneumaticServoDrive"]);
+        assert_eq!(of(Variant::Components(&sets[0])), ["Components", "PneumaticServoDriveComponents"]);
+        let lubricated = ["ComponentsLubricated", "PneumaticServoDriveComponentsLubricated"];
+        assert_eq!(of(Variant::Components(&sets[1])), lubricated);
+        Ok(())
+    }
+
+    /// The system has all connections; hosts that know components alone are given those from one to the other, and the values
+    /// of the plant at the plant.
+    #[test]
+    fn descriptions_have_the_connections_and_values_that_their_hosts_know() -> Result<()> {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+        let (moment, sets) = (Moment::of_source(&sources)?, sets(&sources)?);
+        let inner = [
+            r#"<ssd:Connection startElement="controller" startConnector="valveVoltage" endElement="plant" endConnector="valveVoltage"/>"#,
+            r#"<ssd:Connection startElement="plant" startConnector="position" endElement="controller" endConnector="position"/>"#,
+            r#"<ssd:Connection startElement="plant" startConnector="velocity" endElement="controller" endConnector="velocity"/>"#,
+        ];
+        let outer = [
+            r#"<ssd:Connection startConnector="referencePosition" endElement="controller" endConnector="referencePosition"/>"#,
+            r#"<ssd:Connection startElement="plant" startConnector="chamberA.pressure" endConnector="pressureA"/>"#,
+        ];
+        let system = description(Variant::System, moment)?;
+        assert_eq!(system.matches("<ssd:Connection ").count(), 12, "{system}");
+        assert!(inner.iter().chain(&outer).all(|connection| system.contains(connection)), "{system}");
+        assert!(!system.contains("ssv:"), "its values are in a file of their own");
+        let components = description(Variant::Components(&sets[0]), moment)?;
+        assert_eq!(components.matches("<ssd:Connection ").count(), 3, "{components}");
+        assert!(inner.iter().all(|connection| components.contains(connection)), "{components}");
+        let (_, parts) = components.split_once("<ssd:Component name=\"controller\"").context("a controller")?;
+        let (controller, plant) = parts.split_once("<ssd:Component name=\"plant\"").context("a plant")?;
+        assert!(!controller.contains("ssv:"), "{controller}");
+        assert!(plant.contains("<ssv:Parameter name=\"friction.stribeck.Fs\">"), "{plant}");
+        Ok(())
+    }
+
+    #[test]
+    fn system_holds_its_descriptions_fmus_values_and_reference() -> Result<()> {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+        let folder = files::scratch("ssp");
+        for (_, model) in COMPONENTS {
+            files::write(&folder.join(format!("{model}.fmu")), model)?;
+        }
+        let file = write(&folder, &sources, Moment::of_source(&sources)?)?;
+        assert_eq!(file, folder.join("PneumaticServoDrive.ssp"));
+        let mut archive = zip::ZipArchive::new(std::fs::File::open(&file)?)?;
+        let mut names = archive.file_names().collect::<Result<Vec<_>, _>>()?;
+        names.sort();
+        let expected = [
+            "Components.ssd",
+            "ComponentsLubricated.ssd",
+            "SystemStructure.ssd",
+            "resources/Dry.ssv",
+            "resources/Lubricated.ssv",
+            "resources/PneumaticServoCylinder.fmu",
+            "resources/PositionController.fmu",
+            "resources/reference.csv",
+        ];
+        assert_eq!(names, expected);
+        let text = io::read_to_string(archive.by_name("resources/PositionController.fmu")?)?;
+        assert_eq!(text, "PositionController");
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+
+    #[test]
     fn inputs_of_the_system_start_at_the_start_values_of_what_they_drive() -> Result<()> {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
         for set in sets(&sources)? {

@@ -178,6 +178,7 @@ mod tests {
 
     #[test]
     fn tables_of_all_pages_are_up_to_date() -> Result<()> {
+        assert_eq!(pages(), ["README.md", "docs/friction-laws.md", "docs/parameters.md"]);
         for page in pages() {
             let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page))?;
             assert!(text == renewed(page, &text)?, "{page} is out of date: run `cargo xtask describe`");
@@ -196,5 +197,8 @@ mod tests {
         let text = wrapped(&["twenty characters ab"; 7].join(", "));
         let lengths: Vec<_> = text.lines().map(str::len).collect();
         assert_eq!(lengths, [109, 42], "{text}");
+        // 60 and 56 letters with a comma and a space make 118, the most that there are in a line.
+        let longest = |second: usize| wrapped(&format!("{}, {}", "a".repeat(60), "b".repeat(second))).lines().count();
+        assert_eq!([longest(56), longest(57)], [1, 2]);
     }
 }

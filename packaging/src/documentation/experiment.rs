@@ -202,6 +202,8 @@ mod tests {
 
     #[test]
     fn values_are_shown_in_the_unit_that_is_suggested() {
+        let celsius = Variable::parameter(0, "temperature", units::KELVIN, 0.0).shown_in("degC");
+        assert!((shown(&celsius, 293.15) - 20.0).abs() < 1e-12, "{}", shown(&celsius, 293.15));
         let plain = Variable::parameter(0, "pressure", units::PASCAL, 0.0);
         let bar = plain.clone().shown_in("bar");
         // The factor of 1e-5 is rounded.
@@ -249,6 +251,19 @@ mod tests {
         Ok(())
     }
 
+    /// What stays the same has no height, and is drawn in the middle of its axes, which are from 16 to 230.
+    #[test]
+    fn curve_that_stays_the_same_is_in_the_middle() -> Result<()> {
+        let variable = models::ALL[0].experiment.panels[0].curves[0];
+        let variable = (models::ALL[0].variables)().find(variable).context("a variable")?.variable;
+        for value in [0.0, 0.25, -1e6] {
+            let curve = Curve { variable, values: vec![value; 3] };
+            let [_, top, _, bottom] = drawn(&[("x", vec![&curve])])?;
+            assert!((top - 123.0).abs() <= 1.0 && top == bottom, "{value}: {top} to {bottom}");
+        }
+        Ok(())
+    }
+
     /// Names of curves stand in columns of one width, each after a line in its colour.
     #[test]
     fn names_of_curves_stand_side_by_side() -> Result<()> {
@@ -258,11 +273,15 @@ mod tests {
             let names = ["one", "two", "three"].into_iter().zip(&COLOURS);
             draw_names(names, &area).map_err(|error| anyhow::anyhow!("{error}"))?;
         }
-        let begin = |line: &str| line.split("points=\"").nth(1)?.split(',').next()?.parse::<u32>().ok();
-        let begins: Vec<u32> = svg.split("<polyline").filter_map(begin).collect();
-        // There are four colours, whose columns share what the margins leave.
-        let width = (WIDTH - LEFT - RIGHT) / 4;
-        assert_eq!(begins, [LEFT, LEFT + width, LEFT + 2 * width]);
+        // There are four colours, whose columns share what the margins of 150 and 30 leave of 1720. A line has 40 pixels, and its
+        // name begins 10 behind it.
+        let part = |text: &str, begin: &str| {
+            text.split(begin).nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_default().trim().to_owned()
+        };
+        let lines: Vec<String> = svg.split("<polyline").skip(1).map(|line| part(line, "points=\"")).collect();
+        assert_eq!(lines, ["150,16 190,16", "535,16 575,16", "920,16 960,16"]);
+        let texts: Vec<_> = svg.split("<text").skip(1).map(|text| (part(text, " x=\""), part(text, " y=\""))).collect();
+        assert_eq!(texts, [("200", "16"), ("585", "16"), ("970", "16")].map(|(x, y)| (x.to_owned(), y.to_owned())));
         Ok(())
     }
 }

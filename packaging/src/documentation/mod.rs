@@ -193,4 +193,37 @@ mod tests {
         assert!(told(Some("0"), "A & B").contains("<p>A &amp; B; the texts"));
         assert!(told(Some("0"), "").contains("<p>Its author states none; the texts"));
     }
+
+    /// A model of somebody else, whose page nobody has written.
+    #[test]
+    fn page_without_a_written_part_says_what_the_model_is_and_what_happens_in_it() -> Result<()> {
+        let quiet =
+            Model { name: "Own", description: "Gas & oil", indicators: Vec::new, ..models::friction_bench::MODEL };
+        let purpose = "<section id=\"purpose\">\n<h2>Purpose</h2>\n<p>Gas &amp; oil</p>\n</section>\n";
+        assert_eq!(generated(&quiet), purpose);
+        let indicators = || vec![Indicator { name: "a<b".to_owned(), nominal: 1.0, text: "Below" }];
+        let events = generated(&Model { indicators, ..quiet });
+        assert_eq!(
+            events.strip_prefix(purpose).context("a purpose")?,
+            "<section id=\"events\">\n<h2>Events</h2>\n<div class=\"scroll\" tabindex=\"0\">\n<table>\n\
+             <thead><tr><th>Name</th><th>What happens</th></tr></thead>\n<tbody>\n\
+             <tr><td><code>a&lt;b</code></td><td>Below</td></tr>\n</tbody>\n</table>\n</div>\n</section>\n"
+        );
+        let page = page(&Model { indicators, ..quiet }, Version::Fmi3, &product(), "")?;
+        assert!(page.contains(&events) && page.contains("<title>Own</title>"), "{page}");
+        Ok(())
+    }
+
+    /// Where there are no states there is nothing to exchange; events are for hosts of FMI 3.0.
+    #[test]
+    fn page_says_which_kind_and_version_to_choose() {
+        const COSIMULATION: &str = "Import it for co-simulation: there are no continuous states to exchange.";
+        for version in [Version::Fmi2, Version::Fmi3] {
+            assert_eq!(kinds(&models::position_controller::MODEL, version), COSIMULATION);
+            let kinds = kinds(&models::pneumatic_servo_cylinder::MODEL, version);
+            assert!(kinds.contains("choose model exchange where a tool offers nothing else"), "{kinds}");
+            assert_eq!(kinds.contains("needs the FMU of FMI 3.0."), version == Version::Fmi2, "{kinds}");
+            assert_eq!(kinds.contains("With event mode a step ends at an event"), version == Version::Fmi3, "{kinds}");
+        }
+    }
 }

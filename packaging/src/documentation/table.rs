@@ -175,4 +175,74 @@ mod tests {
         }
         assert_eq!(enumerations(&[Variable::parameter(1, "gap", units::METRE, 1.0)]), "");
     }
+
+    /// The parameters without a group come first, without a heading; each group has its own, and no others.
+    #[test]
+    fn parameters_are_below_the_headings_of_their_groups() {
+        let parameter = |reference, name| Variable::parameter(reference, name, units::METRE, 1.0);
+        let table = Table::new(vec![parameter(1, "rubber.wear"), parameter(2, "gap"), parameter(3, "cord.width")]);
+        let section = parameters(&table);
+        let row = |name: &str| {
+            format!(
+                "<tr><td><code>{name}</code></td><td>m</td><td class=\"value\">1 m</td><td class=\"value\"></td><td></td></tr>\n"
+            )
+        };
+        let of = |name: &str| {
+            let head =
+                "<thead><tr><th>Name</th><th>Unit</th><th>Default</th><th>Range</th><th>Meaning</th></tr></thead>";
+            format!("{TABLE}\n{head}\n<tbody>\n{}</tbody>\n{END}\n", row(name))
+        };
+        let expected = [
+            &*of("gap"),
+            "<h3><code>rubber</code></h3>\n",
+            &*of("rubber.wear"),
+            "<h3><code>cord</code></h3>\n",
+            &*of("cord.width"),
+            "</section>\n",
+        ];
+        assert!(section.ends_with(&expected.concat()), "{section}");
+    }
+
+    /// The rows, each with what stands for the unit, the default, the range and the meaning.
+    #[test]
+    fn variables_of_each_kind_have_a_row() {
+        let length = Variable::parameter(1, "a", units::METRE, 0.25).shown_in("mm").text("A & B").tunable();
+        for (variable, cells) in [
+            (length.clone(), ["m", "0.25 m <small>(250 mm)</small>", "", "A &amp; B <em>Tunable.</em>"]),
+            (
+                length.clone().range(0.0, 2.0),
+                ["m", "0.25 m <small>(250 mm)</small>", "0 … 2", "A &amp; B <em>Tunable.</em>"],
+            ),
+            (Variable::parameter(1, "a", units::ONE, 0.5).at_least(0.1), ["", "0.5", "≥ 0.1", ""]),
+            (Variable { max: Some(-3.0), ..Variable::count(1, "a", -4) }, ["integer", "−4", "≤ −3", ""]),
+            (Variable { start: Some(1.0), ..Variable::flag(1, "a") }, ["Boolean", "1", "", ""]),
+            (Variable::choice(1, "a", Law::Dahl), ["FrictionLaw", "Dahl", "", ""]),
+            (Variable { start: Some(0.5), ..Variable::choice(1, "a", Law::Dahl) }, ["FrictionLaw", "0.5", "", ""]),
+        ] {
+            let [unit, default, range, text] = cells;
+            let row = format!(
+                "<tr><td><code>a</code></td><td>{unit}</td><td class=\"value\">{default}</td><td class=\"value\">{range}</td>\
+                 <td>{text}</td></tr>"
+            );
+            let found = rows(&[&variable]);
+            assert!(found.contains(&row), "{row}\n{found}");
+        }
+        // What has no default in a table with defaults, and a table without any.
+        let output = Variable::output(2, "b", units::METRE);
+        let empty =
+            "<tr><td><code>b</code></td><td>m</td><td class=\"value\"></td><td class=\"value\"></td><td></td></tr>";
+        assert!(rows(&[&length, &output]).contains(empty));
+        let plain = rows(&[&output]);
+        assert!(plain.contains("<tr><td><code>b</code></td><td>m</td><td></td></tr>"), "{plain}");
+        assert!(plain.contains("<th>Name</th><th>Unit</th><th>Meaning</th>"), "{plain}");
+    }
+
+    #[test]
+    fn a_section_without_variables_is_left_out() {
+        assert_eq!(interface("inputs", "Inputs", &[]), "");
+        let output = Variable::output(2, "b", units::METRE);
+        let section = interface("outputs", "Outputs", &[&output]);
+        assert!(section.starts_with("<section id=\"outputs\">\n<h2>Outputs</h2>\n<div"), "{section}");
+        assert!(section.ends_with("</div>\n</section>\n"), "{section}");
+    }
 }

@@ -77,6 +77,8 @@ mod tests {
         assert_eq!(unit("1/s2"), "1/s<sup>2</sup>");
         assert_eq!(unit("l/min(ANR)"), "l/min(ANR)");
         assert_eq!(unit("1"), "");
+        assert_eq!(unit("m/(2.s2)"), "m/(2·s<sup>2</sup>)", "a number that is no power");
+        assert_eq!(unit("degC"), "°C");
     }
 
     #[test]
@@ -85,5 +87,8 @@ mod tests {
         assert_eq!(quantity(5e5, units::PASCAL, &pressure), "500000 Pa");
         let shown = pressure.shown_in("bar");
         assert_eq!(quantity(5e5, units::PASCAL, &shown), "500000 Pa <small>(5 bar)</small>");
+        assert_eq!(quantity(0.0, units::PASCAL, &shown), "0 Pa", "nothing is so in any unit");
+        let celsius = Variable::input(0, "T", units::KELVIN, 293.15).shown_in("degC");
+        assert_eq!(quantity(293.15, units::KELVIN, &celsius), "293.15 K <small>(20 °C)</small>");
     }
 }
