@@ -6,11 +6,10 @@ use object::read::elf::{ElfFile64, SectionHeader};
 
 use super::Version;
 use super::facts::{Facts, text};
-use crate::platform::Platform;
 
 /// Completes what is common to all formats.
 pub fn facts(file: &ElfFile64<'_>, common: Facts) -> Result<Facts> {
-    let mut facts = Facts { platform: Platform::Linux64, needs: glibc(file)?, ..common };
+    let mut facts = Facts { needs: glibc(file)?, ..common };
     let dynamic = file.elf_dynamic_table()?;
     for entry in dynamic.iter().filter(|entry| entry.tag == DT_NEEDED) {
         facts.libraries.insert(text(dynamic.string(entry)?));

@@ -8,12 +8,11 @@ use sha2::{Digest, Sha256};
 
 use super::Version;
 use super::facts::{Facts, text};
-use crate::platform::Platform;
 
 /// Completes what is common to all formats.
 pub fn facts(file: &MachOFile64<'_, Endianness>, bytes: &[u8], common: Facts) -> Result<Facts> {
     let signature = signature(file, bytes).err().map(|problem| problem.to_string());
-    let mut facts = Facts { platform: Platform::Darwin64, needs: macos(file)?, signature, ..common };
+    let mut facts = Facts { needs: macos(file)?, signature, ..common };
     // The names begin with an underscore that the source has not.
     facts.exports = facts.exports.iter().map(|name| name.strip_prefix('_').unwrap_or(name).to_owned()).collect();
     let mut commands = file.macho_load_commands()?;

@@ -15,18 +15,34 @@ const SIGNED: u32 = 6144;
 /// A library of the Mac for version 11.3 of a platform: it exports the entry of the compiled part of the Python package, and
 /// has a signature or none.
 pub fn mac(processor: u32, platform: u32, is_signed: bool) -> Vec<u8> {
+    mac_with(processor, platform, is_signed, &[])
+}
+
+/// Such a library without a signature, with symbols of some types, all without a name.
+pub fn mac_with_symbols(types: &[u8]) -> Vec<u8> {
+    mac_with(INTEL, MACOS, false, types)
+}
+
+fn mac_with(processor: u32, platform: u32, is_signed: bool, symbols: &[u8]) -> Vec<u8> {
     // The names as a tree: one branch with the name, and a leaf at byte 19.
     let exports = b"\0\x01_PyInit__native\0\x13\x02\0\0\0";
     let build = [0x32, 24, platform, 0x000b_0300, 0x000b_0300, 0];
-    let end = 32 + 24 + 16 + if is_signed { 16 } else { 0 };
+    // Sixteen bytes for each symbol, from byte 1024 on, and one for their names.
+    let table = [2, 24, 1024, symbols.len() as u32, 2048, 1];
+    let table = if symbols.is_empty() { &[] } else { &table[..] };
+    let end = 32 + 24 + 16 + if is_signed { 16 } else { 0 } + 4 * table.len() as u32;
     let names = [0x8000_0033, 16, end, exports.len() as u32];
     let signed = [0x1d, 16, SIGNED, signature(&[]).len() as u32];
     let signature_command = if is_signed { &signed[..] } else { &[] };
-    let commands = 2 + u32::from(is_signed);
+    let commands = 2 + u32::from(is_signed) + u32::from(!symbols.is_empty());
     let header = [0xfeed_facf, processor, 0, 6, commands, end - 32, 0, 0];
-    let mut bytes = little(&[&header[..], &build, &names, signature_command].concat());
+    let mut bytes = little(&[&header[..], &build, &names, signature_command, table].concat());
     bytes.extend(exports);
     bytes.resize(SIGNED as usize, 0);
+    for (place, of) in symbols.iter().enumerate() {
+        // Behind the place of its name the type, and the section.
+        bytes[1024 + 16 * place + 4..][..2].copy_from_slice(&[*of, 1]);
+    }
     if is_signed {
         bytes.extend(signature(&bytes));
     }
@@ -55,13 +71,14 @@ pub fn universal([one, other]: [(u32, Vec<u8>); 2]) -> Vec<u8> {
     [big(&header), one.1, other.1].concat()
 }
 
-/// A library of Windows that exports and needs nothing, with so many bytes in its directory of debugging information.
-pub fn windows(debugging: u32) -> Vec<u8> {
+/// A library of Windows that exports and needs nothing, with so many symbols, and bytes in its directory of debugging information.
+pub fn windows(symbols: u8, debugging: u32) -> Vec<u8> {
     let mut bytes = vec![0; 64 + 4 + 20 + 240];
     let mut put = |at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
     put(0, b"MZ");
     put(0x3c, &[64]);
     put(64, b"PE\0\0\x64\x86");
+    put(64 + 4 + 12, &[symbols]);
     put(64 + 4 + 16, &[240, 0, 0x22, 0x20]);
     let optional = 64 + 4 + 20;
     put(optional, &[0x0b, 0x02]);

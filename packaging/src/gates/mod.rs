@@ -330,10 +330,28 @@ mod tests {
     }
 
     #[test]
-    fn debugging_information_of_windows_is_seen() -> Result<()> {
-        let debris = |size| Ok::<_, anyhow::Error>(facts(&made::windows(size))?.debris);
-        assert_eq!(debris(0)?, BTreeSet::new());
-        assert_eq!(debris(28)?, BTreeSet::from(["debug directory".to_owned()]));
+    fn symbols_and_debugging_information_of_windows_are_seen() -> Result<()> {
+        let debris = |symbols, size| Ok::<_, anyhow::Error>(facts(&made::windows(symbols, size))?.debris);
+        assert_eq!(debris(0, 0)?, BTreeSet::new());
+        assert_eq!(debris(0, 28)?, BTreeSet::from(["debug directory".to_owned()]));
+        assert_eq!(debris(1, 0)?, BTreeSet::from(["symbol table".to_owned()]));
+        Ok(())
+    }
+
+    /// Symbols that the library defines and does not show are remains; those that it shows or needs are not.
+    #[test]
+    fn local_symbols_of_the_mac_are_seen() -> Result<()> {
+        let (shown, local, needed) = (0x0f, 0x0e, 0x01);
+        let debris = |types: &[u8]| Ok::<_, anyhow::Error>(facts(&made::mac_with_symbols(types))?.debris);
+        assert_eq!(debris(&[shown, needed])?, BTreeSet::new());
+        assert_eq!(debris(&[shown, local, needed])?, BTreeSet::from(["local symbols".to_owned()]));
+        Ok(())
+    }
+
+    #[test]
+    fn format_says_the_platform() -> Result<()> {
+        assert_eq!(facts(&made::windows(0, 0))?.platform, Platform::Win64);
+        assert_eq!(facts(&made::mac(made::ARM, made::MACOS, true))?.platform, Platform::Darwin64);
         Ok(())
     }
 }

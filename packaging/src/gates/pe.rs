@@ -6,11 +6,10 @@ use object::pe::IMAGE_DIRECTORY_ENTRY_DEBUG;
 use object::read::pe::{ImageNtHeaders, PeFile64};
 
 use super::facts::{Facts, text};
-use crate::platform::Platform;
 
 /// Completes what is common to all formats.
 pub fn facts(file: &PeFile64<'_>, common: Facts) -> Result<Facts> {
-    let mut facts = Facts { platform: Platform::Win64, ..common };
+    let mut facts = common;
     if let Some(table) = file.import_table()? {
         let mut libraries = table.descriptors()?;
         while let Some(library) = libraries.next()? {

@@ -27,19 +27,15 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Facts>> {
 
 fn slice(bytes: &[u8]) -> Result<Facts> {
     let file = File::parse(bytes).context("not a shared library")?;
-    let common = Facts {
-        platform: Platform::Linux64,
-        architecture: file.architecture(),
-        exports: exports(&file)?,
-        libraries: BTreeSet::new(),
-        debris: debugging(&file),
-        needs: None,
-        signature: None,
-    };
+    let (architecture, exports, debris) = (file.architecture(), exports(&file)?, debugging(&file));
+    let libraries = BTreeSet::new();
+    let common = |platform| Facts { platform, architecture, exports, libraries, debris, needs: None, signature: None };
     match &file {
-        File::Elf64(elf) => elf::facts(elf, common).context("damaged ELF file"),
-        File::Pe64(pe) => pe::facts(pe, common).context("damaged PE file"),
-        File::MachO64(mach_o) => mach_o::facts(mach_o, bytes, common).context("damaged Mach-O file"),
+        File::Elf64(elf) => elf::facts(elf, common(Platform::Linux64)).context("damaged ELF file"),
+        File::Pe64(pe) => pe::facts(pe, common(Platform::Win64)).context("damaged PE file"),
+        File::MachO64(mach_o) => {
+            mach_o::facts(mach_o, bytes, common(Platform::Darwin64)).context("damaged Mach-O file")
+        }
         _ => bail!("not a 64-bit shared library of Linux, Windows or macOS"),
     }
 }

@@ -227,6 +227,27 @@ mod tests {
         }
     }
 
+    /// The law is the one asked for, and what the solver is told stays as it is, and so do numbers that stand for names; all else
+    /// is drawn.
+    #[test]
+    fn law_and_solver_are_kept() {
+        let model = &models::friction_bench::MODEL;
+        let mut moved = 0;
+        for seed in 0..5 {
+            let setup = setup(model, Some(14), Spread::Legal, 0.0, &mut Random(seed)).expect("a set");
+            for variable in setup.table().parameters() {
+                let value = setup.get(&variable.name).expect("a value");
+                match variable.meaning {
+                    _ if variable.chooses.is_some() => assert_eq!(value, 0.0, "{}", variable.name),
+                    Some(Meaning::FrictionLaw) => assert_eq!(value, 14.0),
+                    Some(Meaning::Solving) => assert_eq!(Some(value), variable.start, "{}", variable.name),
+                    _ => moved += usize::from(Some(value) != variable.start),
+                }
+            }
+        }
+        assert!(moved > 5, "{moved} values are not the default");
+    }
+
     /// Each point has its own eleventh of the line, so that the table rises.
     #[test]
     fn points_of_a_table_rise() {
