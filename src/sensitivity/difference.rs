@@ -379,6 +379,25 @@ mod tests {
     }
 
     #[test]
+    fn a_corner_bends_and_a_curve_does_not() {
+        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let equations = plant.simulation().equations().expect("equations");
+        let (memory, mut spare) = (equations.memory(), equations.twin());
+        let mut bends = |x: f64, of: fn(f64) -> f64| {
+            let at = At { time: 0.0, x: &[x], u: &[] };
+            let evaluate = move |_: &mut dyn Equations, at: At| Outcome::of(of(at.x[0]));
+            let still = vec![0.0; memory.count()];
+            let movement = Move { time: 0.0, x: vec![1.0], inputs: Vec::new(), memory: still };
+            let mut around =
+                Around { at, memory: &memory, held: equations.held(), scales: &[1.0], spare: spare.as_mut() };
+            around.bends(&movement, &Outcome::of(of(x)), &evaluate)
+        };
+        assert!(bends(0.0, f64::abs));
+        // A corner 1e-6 away is met by the first look, to 1e-5 of the scale, and by the nearer one no more.
+        assert!(!bends(1e-6, f64::abs) && !bends(1.0, f64::abs) && !bends(1.0, f64::exp));
+    }
+
+    #[test]
     fn powers_of_two_are_at_or_below() {
         for (number, expected) in [(1.0, 1.0), (1.99, 1.0), (2.0, 2.0), (0.3, 0.25), (f64::INFINITY, 1.0), (0.0, 1.0)] {
             assert_eq!(power_of_two(number), expected, "{number}");

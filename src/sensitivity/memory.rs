@@ -86,3 +86,16 @@ impl Dependence {
         (own, unknown)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{moved, moves};
+    use crate::sensitivity::leaves::Leaves;
+
+    #[test]
+    fn numbers_without_a_slope_stay_where_they_are() {
+        let memory = Leaves::of(&[1.0, 2.0, 3.0]);
+        assert_eq!(moved(&memory, &[0.5, f64::NAN, 0.0], 0.5).values(), [1.25, 2.0, 3.0]);
+        assert_eq!([0.0, f64::NAN, -1e-300].map(moves), [false, false, true]);
+    }
+}

@@ -178,3 +178,24 @@ impl Karnopp {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::ParameterSet;
+
+    /// Under Coulomb friction of 10 N alone, after slides of 0.05, 0.5 and 2 ms.
+    #[test]
+    fn edge_holds_more_after_short_slides_and_forgets_it_in_long_ones() {
+        let law = Karnopp::read(&[10.0, 10.0, 0.01, 2.0, 0.0, 1e-4].map(Tunable::still)).unwrap();
+        let held = |margin: f64, slid: f64| {
+            let memory = Memory { mode: Mode::Sliding(1.0), left: 3.0, margin };
+            let velocity = 1e-4;
+            let contact =
+                Contact { time: 3.0 + slid, position: 0.0, velocity, applied: 0.0, level: 1.0, drive: Drive::Force };
+            law.margin_after(&contact, &memory)
+        };
+        assert_eq!([5e-5, 5e-4, 2e-3].map(|slid| held(1.0, slid)), [2.0, 0.9, 0.0]);
+        assert_eq!([5e-5, 5e-4, 2e-3].map(|slid| held(0.0, slid)), [1e-6 * 10.0, 0.0, 0.0]);
+    }
+}
