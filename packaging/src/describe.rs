@@ -66,6 +66,8 @@ fn committed() -> Result<BTreeMap<PathBuf, String>> {
 
 #[cfg(test)]
 mod tests {
+    use anyhow::Context;
+
     use super::*;
 
     fn assert_committed(name: &Path, expected: &str) -> Result<()> {
@@ -75,8 +77,38 @@ mod tests {
         Ok(())
     }
 
+    /// What is missing or was changed by hand is written anew, and is then as it is in the repository.
+    #[test]
+    fn descriptions_and_tables_are_written() -> Result<()> {
+        let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let root = files::scratch("describe");
+        for page in tables::pages() {
+            let text = files::text(repository.join(page))?;
+            files::write(
+                &root.join(page),
+                text.replace("`friction.law`", "`friction.other`").replace("LuGre", "Logre"),
+            )?;
+        }
+        let parts = crate::product::Product::of_the_project(&root);
+        let [home, target, environments] = [root.clone(), root.join("target"), root.join("environments")];
+        let workspace = Workspace { root: root.clone(), home, target, environments, product: parts };
+        Describe {}.run(&workspace)?;
+        for name in ["PneumaticServoCylinder.xml", "fmi3/FrictionBench.xml", "experiments.json"] {
+            let written = files::text(root.join("modelDescription").join(name))?;
+            assert!(written == files::text(repository.join("modelDescription").join(name))?, "{name}");
+        }
+        let table = |text: &str| {
+            text.split("<!-- laws: ").nth(1).and_then(|rest| rest.split("<!-- end -->").next()).map(str::to_owned)
+        };
+        let [written, expected] = [&root, &repository].map(|place| files::text(place.join("docs/friction-laws.md")));
+        assert_eq!(table(&written?).context("a table")?, table(&expected?).context("a table")?);
+        std::fs::remove_dir_all(&root)?;
+        Ok(())
+    }
+
     #[test]
     fn committed_descriptions_are_up_to_date() -> Result<()> {
+        assert_eq!(committed()?.len(), 2 * models::ALL.len(), "for two versions");
         committed()?.iter().try_for_each(|(file, text)| assert_committed(file, text))
     }
 

@@ -79,6 +79,26 @@ mod tests {
     }
 
     #[test]
+    fn date_is_that_of_the_last_commit() -> Result<()> {
+        let folder = crate::files::scratch("moment");
+        std::fs::create_dir_all(&folder)?;
+        assert_eq!(commit_date(&folder), None, "without a history");
+        let author = ["-c", "user.name=A", "-c", "user.email=a@b"];
+        for command in [&["init", "--quiet"][..], &["commit", "--quiet", "--allow-empty", "--message", "Begin"]] {
+            let git = Command::new("git")
+                .args(author)
+                .args(command)
+                .current_dir(&folder)
+                .env("GIT_COMMITTER_DATE", "1234567890 +0100")
+                .status()?;
+            assert!(git.success(), "{command:?}");
+        }
+        assert_eq!(commit_date(&folder), Some(1_234_567_890));
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+
+    #[test]
     fn dates_before_zip_archives_and_beyond_the_calendar_are_refused() -> Result<()> {
         assert!(Moment::from_seconds(0)?.in_archive().is_err());
         assert!(Moment::from_seconds(BEYOND).is_err() && Moment::from_seconds(BEYOND - 1).is_ok());

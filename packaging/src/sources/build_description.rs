@@ -30,3 +30,31 @@ pub fn xml(model: &Model, compiled: &[String]) -> Result<String> {
         })
     })?)
 }
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::models;
+
+    use super::*;
+
+    #[test]
+    fn every_file_is_compiled_in_order() -> Result<()> {
+        let text = xml(&models::friction_bench::MODEL, &["plant.c".to_owned(), "fmi3.c".to_owned()])?;
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        let expected = [
+            "<fmiBuildDescription fmiVersion=\"3.0\">",
+            "<BuildConfiguration modelIdentifier=\"FrictionBench\" description=\"Any compiler of C99 for any processor with \
+             double precision\">",
+            "<SourceFileSet language=\"C99\">",
+            "<SourceFile name=\"plant.c\"/>",
+            "<SourceFile name=\"fmi3.c\"/>",
+            "<PreprocessorDefinition name=\"FMI3_OVERRIDE_FUNCTION_PREFIX\" value=\"1\" description=\"Functions have the names \
+             of the standard, as in a shared library\"/>",
+            "</SourceFileSet>",
+            "</BuildConfiguration>",
+            "</fmiBuildDescription>",
+        ];
+        assert_eq!(lines[1..], expected);
+        Ok(())
+    }
+}

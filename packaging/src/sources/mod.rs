@@ -61,24 +61,20 @@ pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8
 pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
     let mut compiled = vec!["plant.c".to_owned(), "operators.c".to_owned()];
     let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.c", "operators.h"];
-    let mut roots = ROOTS.to_vec();
     for version in versions {
-        let (face, functions) = match version {
-            Version::Fmi2 => ("fmi2.c", pneumatic_servo_fmu::fmi2::exports::Functions::NAMES),
-            Version::Fmi3 => ("fmi3.c", pneumatic_servo_fmu::fmi3::exports::Functions::NAMES),
+        let face = match version {
+            Version::Fmi2 => "fmi2.c",
+            Version::Fmi3 => "fmi3.c",
         };
         compiled.push(face.to_owned());
         by_hand.push(face);
-        // What needs no instance, or ends one, is done by the C itself.
-        let asked = functions.iter().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
-        roots.extend(asked);
     }
     if versions.contains(&Version::Fmi2) {
         // The plant without FMI rests on the functions of FMI 2.0, and is compiled by who wants it.
         by_hand.extend(["loop.c", "loop.h"]);
     }
-    let code =
-        translate::translate(module, model.name, &roots).with_context(|| format!("the module of {}", model.name))?;
+    let code = translate::translate(module, model.name, &roots(versions))
+        .with_context(|| format!("the module of {}", model.name))?;
     compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
     let mut files = code;
     for name in by_hand {
@@ -93,11 +89,38 @@ pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], mo
     Ok(Sources { files, compiled })
 }
 
+/// What the C asks of a module for some versions.
+fn roots(versions: &[Version]) -> Vec<&'static str> {
+    let functions = versions.iter().flat_map(|version| match version {
+        Version::Fmi2 => pneumatic_servo_fmu::fmi2::exports::Functions::NAMES,
+        Version::Fmi3 => pneumatic_servo_fmu::fmi3::exports::Functions::NAMES,
+    });
+    // What needs no instance, or ends one, is done by the C itself.
+    let asked = functions.copied().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
+    ROOTS.into_iter().chain(asked).collect()
+}
+
 const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetVersion"];
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// All functions of the standards but those that tell a constant or end an instance, behind those of the C itself.
+    #[test]
+    fn module_is_asked_for_what_the_c_does_not_do_itself() {
+        let (two, three) = (roots(&[Version::Fmi2]), roots(&[Version::Fmi3]));
+        for roots in [&two, &three] {
+            assert_eq!(roots[..5], ROOTS);
+        }
+        assert!(["fmi2Instantiate", "fmi2DoStep", "fmi2GetReal"].iter().all(|name| two.contains(name)), "{two:?}");
+        assert!(["fmi3InstantiateCoSimulation", "fmi3DoStep"].iter().all(|name| three.contains(name)), "{three:?}");
+        let own = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2FreeInstance", "fmi3GetVersion", "fmi3FreeInstance"];
+        let both = roots(&[Version::Fmi2, Version::Fmi3]);
+        assert!(own.iter().all(|name| !both.contains(name)), "{both:?}");
+        // FMI 2.0 has 44 functions, FMI 3.0 has 75.
+        assert_eq!((two.len(), three.len(), both.len()), (5 + 44 - 3, 5 + 75 - 2, 5 + 44 + 75 - 5));
+    }
 
     #[test]
     fn a_size_is_named() {

@@ -1,7 +1,5 @@
 //! `model.h`: what the C around a module knows of its model.
 
-use std::fmt::Write;
-
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::guid;
@@ -33,12 +31,11 @@ pub fn text(model: &'static Model) -> Result<String> {
         model.description,
         guid(model)
     );
-    let table = (model.variables)();
-    for (place, variable) in table.iter().enumerate() {
-        let comma = if place + 1 < table.len() { "," } else { "" };
-        writeln!(text, "    REF_{} = {}{comma}", identifier(&variable.name), variable.reference)?;
-    }
-    text += "};\n\n#endif\n";
+    let references = (model.variables)()
+        .iter()
+        .map(|variable| format!("    REF_{} = {}", identifier(&variable.name), variable.reference));
+    text += &references.collect::<Vec<_>>().join(",\n");
+    text += "\n};\n\n#endif\n";
     Ok(text)
 }
 
@@ -63,9 +60,11 @@ mod tests {
             let names: Vec<_> = (model.variables)().iter().map(|variable| identifier(&variable.name)).collect();
             assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{}", model.name);
             let text = text(model)?;
-            for name in names {
-                assert!(text.contains(&format!("    REF_{name} = ")), "{name}");
-            }
+            let (_, listed) = text.split_once("enum {\n").context("no references")?;
+            let listed = listed.strip_suffix("\n};\n\n#endif\n").context("no end")?;
+            let lines =
+                names.iter().zip((model.variables)()).map(|(name, it)| format!("    REF_{name} = {}", it.reference));
+            assert_eq!(listed.split(",\n").collect::<Vec<_>>(), lines.collect::<Vec<_>>());
         }
         Ok(())
     }

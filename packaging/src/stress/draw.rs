@@ -86,7 +86,7 @@ fn value(variable: &Variable, spread: Spread, random: &mut Random) -> Option<f64
         (Kind::Integer, Spread::Factor(_)) => None,
         (Kind::Integer, Spread::Legal) => Some(random.between(least - 1.0, most).ceil().clamp(least, most)),
         (Kind::Real(_), Spread::Factor(factor)) => {
-            let on = |nominal: f64, random: &mut Random| (random.choice(2) == 1).then_some(nominal);
+            let on = |nominal: f64, random: &mut Random| [None, Some(nominal)][random.choice(2)];
             let usual = if start == 0.0 { on(variable.nominal?, random)? } else { start };
             Some((usual * factor.powf(random.between(-1.0, 1.0))).clamp(least, most))
         }
@@ -196,6 +196,11 @@ mod tests {
             // Rounding takes the ends one unit in the last place beyond.
             let inside: Vec<f64> = logarithms.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
             assert!(inside.iter().zip(&logarithms).all(|(a, b)| (a - b).abs() < 1e-14));
+            // The greater the number drawn, the farther from 0.
+            for seed in 0..20 {
+                let is_beyond = value(&parameter(start), third, &mut Random(seed)).expect("a value").abs() > 6.0;
+                assert_eq!(is_beyond, Random(seed).uniform() > 0.5, "{seed}");
+            }
             is_spread(&inside, [-1.0, 0.0, 1.0], "logarithm");
         }
         let off = drawn(&parameter(0.0).nominal(2.0), third);

@@ -16,7 +16,7 @@ mod search;
 use anyhow::{Result, bail};
 use clap::Args;
 
-use self::search::SEARCHES;
+use self::search::{SEARCHES, Search};
 use crate::process::heading;
 
 /// Search for legal parameters that a model cannot run with, or not in a bounded number of solver steps.
@@ -53,8 +53,12 @@ impl Stress {
     /// # Errors
     /// When a goal is missed.
     pub fn run(&self) -> Result<()> {
+        self.meet(SEARCHES.iter().take(self.searches))
+    }
+
+    fn meet<'a>(&self, searches: impl Iterator<Item = &'a Search>) -> Result<()> {
         let mut missed = Vec::new();
-        for search in SEARCHES.iter().take(self.searches) {
+        for search in searches {
             heading(&format!("Stress: {}", search.name));
             let findings = search.run(self)?;
             println!("{findings}");
@@ -64,5 +68,31 @@ impl Stress {
             bail!("{}", missed.join("\n"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One short run; no step takes less than one solver step, and none more than the goal of the project.
+    #[test]
+    fn missed_goals_of_all_searches_are_told() {
+        let stress = Stress { seconds: 0.01, only: Some("FrictionBench LuGre 0".into()), ..Stress::SHORT };
+        let [near, wider] = [&SEARCHES[0], &SEARCHES[3]];
+        stress.meet([near, wider].into_iter()).expect("all goals are met");
+        let strict = |search: &Search| Search { most: 0, ..*search };
+        let problem = stress.meet([&strict(near), wider, &strict(wider)].into_iter()).expect_err("a goal is missed");
+        let text = problem.to_string();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 2, "{text}");
+        assert!(
+            lines[0].starts_with("within a factor of 3: ") && lines[1].starts_with("within a factor of 30: "),
+            "{text}"
+        );
+        assert!(
+            lines.iter().all(|line| line.ends_with(" in one communication step of FrictionBench LuGre 0")),
+            "{text}"
+        );
     }
 }
