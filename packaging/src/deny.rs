@@ -14,7 +14,7 @@ use crate::workspace::{self, Workspace};
 /// When a package is refused.
 pub fn check(workspace: &Workspace) -> Result<()> {
     heading("Dependencies: licences, bans, sources, advisories");
-    if which::which("cargo-deny").is_err() {
+    if process::find("cargo-deny").is_none() {
         println!("left out: it needs cargo-deny (cargo install --locked cargo-deny)");
         return Ok(());
     }

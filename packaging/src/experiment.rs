@@ -90,6 +90,24 @@ impl Run {
         Ok(())
     }
 
+    /// The table that a host writes of a model's experiment.
+    #[cfg(test)]
+    pub fn table_of_a_host(model: &Model) -> Result<String> {
+        let step = model.experiment.step_size;
+        let times: Vec<f64> = (0..=model.experiment.steps()).map(|index| f64::from(index) * step).collect();
+        let input_at = |input: &Variable, index: usize| {
+            model.experiment.signal(&input.name).map(|signal| signal.course.at(times[index]))
+        };
+        let run = Self::under(model, &times, input_at, |time, next| time + (next - time))?;
+        let names = run.curves.iter().map(|curve| &*curve.variable.name);
+        let mut lines = vec![std::iter::once("time").chain(names).collect::<Vec<_>>().join(",")];
+        lines.extend(run.times.iter().enumerate().map(|(index, time)| {
+            let values = run.curves.iter().map(|curve| curve.values[index].to_string());
+            std::iter::once(time.to_string()).chain(values).collect::<Vec<_>>().join(",")
+        }));
+        Ok(lines.join("\n") + "\n")
+    }
+
     /// Reads the results of a host: a table whose columns are the time and variables of the model.
     ///
     /// # Errors

@@ -99,7 +99,7 @@ fn keep(mut program: Command, corpus: &Path, kept: &Path, merged: &Path) -> Resu
 
 /// The names of all targets.
 fn targets(folder: &Path) -> Result<Vec<String>> {
-    let metadata = MetadataCommand::new().manifest_path(folder.join("Cargo.toml")).no_deps().exec()?;
+    let metadata = process::metadata(MetadataCommand::new().manifest_path(folder.join("Cargo.toml")).no_deps())?;
     let packages = metadata.packages.iter().flat_map(|package| &package.targets);
     let programs = packages.filter(|target| target.is_bin()).map(|target| target.name.clone());
     Ok(programs.chain([READERS.to_owned()]).collect())

@@ -39,6 +39,8 @@ mod soundness;
 mod sources;
 mod sources_test;
 mod ssp;
+#[cfg(test)]
+mod stand_in;
 mod stress;
 mod tables;
 mod test;

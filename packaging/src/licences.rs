@@ -47,7 +47,7 @@ fn metadata(workspace: &Workspace) -> Result<Metadata> {
     // The library depends on the same packages on every platform.
     command.manifest_path(workspace.root.join("Cargo.toml"));
     command.other_options(["--locked", "--filter-platform", host].map(str::to_owned));
-    Ok(command.exec()?)
+    process::metadata(&command)
 }
 
 /// The packages of others that the library of a package of this workspace contains, with their licences.

@@ -7,6 +7,8 @@ use std::time::{Duration, SystemTime};
 use anyhow::{Context, Result, ensure};
 use humantime::format_rfc3339_seconds;
 
+use crate::process;
+
 /// What is used outside a git checkout: 2020-01-01.
 const FALLBACK: u64 = 1_577_836_800;
 /// What is beyond the calendar: the year 10000.
@@ -22,9 +24,12 @@ impl Moment {
     /// # Errors
     /// When `SOURCE_DATE_EPOCH` is not a number of seconds.
     pub fn of_source(root: &Path) -> Result<Self> {
-        let seconds = match std::env::var("SOURCE_DATE_EPOCH") {
-            Ok(text) => text.parse().with_context(|| format!("SOURCE_DATE_EPOCH={text} is not a number of seconds"))?,
-            Err(_) => commit_date(root).unwrap_or(FALLBACK),
+        let seconds = match process::variable("SOURCE_DATE_EPOCH") {
+            Some(text) => {
+                let text = text.to_string_lossy();
+                text.parse().with_context(|| format!("SOURCE_DATE_EPOCH={text} is not a number of seconds"))?
+            }
+            None => commit_date(root).unwrap_or(FALLBACK),
         };
         Self::from_seconds(seconds)
     }
@@ -57,13 +62,9 @@ impl Moment {
 
 /// The date of the commit in s since 1970; nothing where git or a history is missing.
 fn commit_date(root: &Path) -> Option<u64> {
-    let log = Command::new("git")
-        .args(["log", "-1", "--format=%ct"])
-        .current_dir(root)
-        .stderr(Stdio::null())
-        .output()
-        .ok()
-        .filter(|output| output.status.success())?;
+    let mut git = Command::new("git");
+    git.args(["log", "-1", "--format=%ct"]).current_dir(root).stderr(Stdio::null());
+    let log = process::caught(&mut git).ok().filter(|output| output.status.success())?;
     String::from_utf8(log.stdout).ok()?.trim().parse().ok()
 }
 

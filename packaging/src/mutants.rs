@@ -102,7 +102,7 @@ impl Mutants {
     /// When a tool is missing, the tests fail without any mutant, or too few mutants are caught.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
         for tool in ["cargo-mutants", "cargo-nextest"] {
-            ensure!(which::which(tool).is_ok(), "{tool} is missing (cargo install --locked {tool})");
+            ensure!(process::find(tool).is_some(), "{tool} is missing (cargo install --locked {tool})");
         }
         let shards = if self.all { (0..self.of).collect() } else { self.shard.clone() };
         let tested = if self.all { Some(self.tested(workspace)?) } else { None };
@@ -142,7 +142,7 @@ impl Mutants {
         cargo.arg("--output").arg(folder).args(&self.more).current_dir(&workspace.root);
         // Builds of mutants stay away from those of the source.
         cargo.env("CARGO_TARGET_DIR", workspace.target.join("mutation/build"));
-        let status = cargo.status().context("cannot start cargo mutants")?;
+        let status = process::status(&mut cargo)?;
         if !status.code().is_some_and(|code| ENDED.contains(&code)) {
             bail!("cargo mutants failed ({status})");
         }

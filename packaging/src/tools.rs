@@ -4,6 +4,8 @@ use std::fmt;
 
 use anyhow::{Result, bail};
 
+use crate::process;
+
 /// A tool that is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
@@ -21,7 +23,7 @@ impl Tool {
 
     /// The tool, if no program of that name can be found.
     pub fn unless_found(program: &str, package: &str) -> Option<Self> {
-        which::which(program).is_err().then(|| Self::new(program, format!("apt install {package}")))
+        process::find(program).is_none().then(|| Self::new(program, format!("apt install {package}")))
     }
 }
 

@@ -31,7 +31,7 @@ pub fn check(workspace: &Workspace) -> Result<()> {
 
 /// Whether valgrind is installed.
 fn is_available() -> bool {
-    which::which("valgrind").is_ok()
+    process::find("valgrind").is_some()
 }
 
 /// Runs tests of the C interface under valgrind, which fails on any invalid access.
@@ -173,7 +173,7 @@ pub fn instructions(program: &Command) -> Result<u64> {
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .arg(program.get_program())
         .args(program.get_args());
-    let output = valgrind.output().context("cannot start valgrind")?;
+    let output = process::caught(&mut valgrind)?;
     let report = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
         bail!("valgrind failed: {report}");

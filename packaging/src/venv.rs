@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use anyhow::{Context, Result, anyhow};
 
@@ -133,11 +133,7 @@ pub fn missing() -> Option<Tool> {
 /// A Python for which the pinned packages exist and that can make virtual environments.
 fn find_python() -> Result<&'static str, Tool> {
     const CHECK: &str = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
-    let works = |program: &&str| {
-        let mut command = Command::new(program);
-        command.args(["-c", CHECK]).stdout(Stdio::null()).stderr(Stdio::null());
-        command.status().is_ok_and(|status| status.success())
-    };
+    let works = |program: &&str| process::works(Command::new(program).args(["-c", CHECK]));
     let tool = || {
         let install = "on Debian or Ubuntu: apt install python3 python3-venv";
         Tool::new("Python 3.11 or newer with its modules venv and ensurepip", install)

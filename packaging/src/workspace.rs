@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use cargo_metadata::MetadataCommand;
 
+use crate::process;
 use crate::product::Product;
 
 /// The variable that names a folder with Python environments to share; otherwise they are made in the target directory.
@@ -39,10 +40,17 @@ impl Workspace {
     /// # Errors
     /// When Cargo does not answer.
     pub fn around(package: &Path, product: Product) -> Result<Self> {
-        let metadata = MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps().exec()?;
+        let metadata = process::metadata(MetadataCommand::new().manifest_path(package.join("Cargo.toml")).no_deps())?;
         let target = metadata.target_directory.into_std_path_buf();
-        let environments = std::env::var_os(ENVIRONMENTS).map_or_else(|| target.clone(), PathBuf::from);
+        let environments = process::variable(ENVIRONMENTS).map_or_else(|| target.clone(), PathBuf::from);
         Ok(Self { root: metadata.workspace_root.into(), home: home(), environments, target, product })
+    }
+
+    /// That of the project, with target directory and environments in a folder of a test.
+    #[cfg(test)]
+    pub fn of_a_test(target: &Path) -> Self {
+        let (target, environments) = (target.to_owned(), target.join("environments"));
+        Self { root: home(), home: home(), target, environments, product: Product::of_the_project(&home()) }
     }
 
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
@@ -87,7 +95,7 @@ pub fn home() -> PathBuf {
 /// Where Cargo keeps the sources of libraries.
 pub fn cargo_home() -> Option<PathBuf> {
     let home = || std::env::home_dir().map(|home| home.join(".cargo"));
-    std::env::var_os("CARGO_HOME").map(PathBuf::from).or_else(home)
+    process::variable("CARGO_HOME").map(PathBuf::from).or_else(home)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use object::macho::FAT_MAGIC;
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
 use crate::gates;
+use crate::process;
 use crate::tools::Tool;
 use crate::venv::{self, Requirements, Venv};
 use crate::workspace::Workspace;
@@ -79,7 +80,7 @@ fn thin(workspace: &Workspace, triple: &'static str) -> Result<Vec<u8>> {
 }
 
 fn linker() -> Result<Option<PathBuf>> {
-    Ok(Toolchain::in_use()?.rust_lld().or_else(|| which::which("ld64.lld").ok()))
+    Ok(Toolchain::in_use()?.rust_lld().or_else(|| process::find("ld64.lld")))
 }
 
 /// A folder in the form of Apple's SDK with the one thing that is needed of it.

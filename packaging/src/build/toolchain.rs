@@ -28,7 +28,7 @@ impl Toolchain {
     /// # Errors
     /// When its compiler does not answer.
     pub fn in_use() -> Result<Self> {
-        let variable = |name: &str, otherwise: &str| std::env::var_os(name).unwrap_or_else(|| otherwise.into()).into();
+        let variable = |name: &str, otherwise: &str| process::variable(name).unwrap_or_else(|| otherwise.into()).into();
         Self::ask(variable("CARGO", "cargo"), variable("RUSTC", "rustc"))
     }
 

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 
 use super::recipe::Recipe;
 use super::toolchain::{Target, Toolchain};
+use crate::process;
 use crate::tools::Tool;
 use crate::workspace::Workspace;
 
@@ -58,5 +59,5 @@ pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Ve
 }
 
 fn linker() -> Result<Option<PathBuf>> {
-    Ok(Toolchain::in_use()?.rust_lld().or_else(|| which::which("wasm-ld").ok()))
+    Ok(Toolchain::in_use()?.rust_lld().or_else(|| process::find("wasm-ld")))
 }

@@ -120,6 +120,5 @@ const QEMU: &str = "qemu-aarch64";
 
 /// Debian keeps the program off the search path.
 pub fn wine() -> Option<PathBuf> {
-    let debian = PathBuf::from("/usr/lib/wine/wine64");
-    which::which("wine64").ok().or_else(|| debian.is_file().then_some(debian))
+    ["wine64", "/usr/lib/wine/wine64"].into_iter().find_map(process::find)
 }

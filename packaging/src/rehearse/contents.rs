@@ -22,13 +22,14 @@ const NAME: &str = "sbom-of-the-rehearsal";
 /// # Errors
 /// When a list cannot be made or is not valid.
 pub fn list(workspace: &Workspace) -> Result<Vec<String>> {
-    if which::which("cargo-cyclonedx").is_err() {
+    if process::find("cargo-cyclonedx").is_none() {
         return Ok(vec!["the SBOM: cargo-cyclonedx is missing (cargo install --locked cargo-cyclonedx)".to_owned()]);
     }
     let folder = workspace.target.join("sbom");
     files::renew(&folder)?;
     write_beside_manifests(workspace)?;
-    let metadata = MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps().exec()?;
+    let metadata =
+        process::metadata(MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps())?;
     let mut lists = Vec::new();
     for package in &metadata.packages {
         let written = package.manifest_path.with_file_name(format!("{NAME}.json")).into_std_path_buf();

@@ -72,7 +72,7 @@ pub fn try_out(workspace: &Workspace) -> Result<Vec<String>> {
         ensure!(name.ends_with(elsewhere.tag), "{name} does not end with {}", elsewhere.tag);
         let module = module(&wheel)?;
         println!("{name}: {}", gates::check_module(elsewhere.platform, elsewhere.processors, &module)?);
-        match elsewhere.interpreter.map(|program| (program, which::which(program).ok())) {
+        match elsewhere.interpreter.map(|program| (program, process::find(program))) {
             Some((_, Some(python))) => run(workspace, &python, &wheel, &folder.join("packages"))?,
             Some((program, None)) => {
                 left.push(format!("the wheel for {} was not run: {program} is missing (.ci/pythons)", elsewhere.name));

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
@@ -77,7 +77,8 @@ pub fn run(workspace: &Workspace) -> Result<()> {
 fn versions(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let wanted = env!("CARGO_PKG_VERSION");
     let mut stated = Vec::new();
-    let metadata = MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps().exec()?;
+    let metadata =
+        process::metadata(MetadataCommand::new().manifest_path(workspace.root.join("Cargo.toml")).no_deps())?;
     for package in &metadata.packages {
         stated.push((format!("the crate {}", package.name), package.version.to_string()));
     }
@@ -134,13 +135,9 @@ fn entry(archive: &Path, name: &str) -> Result<String> {
 fn python(version: &str) -> Option<PathBuf> {
     let check =
         format!("import sys, ensurepip, venv; sys.exit(sys.version_info[:2] != ({}))", version.replace('.', ", "));
-    let works = |python: &PathBuf| {
-        let mut command = Command::new(python);
-        command.args(["-c", &check]).stdout(Stdio::null()).stderr(Stdio::null());
-        command.status().is_ok_and(|status| status.success())
-    };
+    let works = |python: &PathBuf| process::works(Command::new(python).args(["-c", &check]));
     // The first may be a stand-in of a version manager, for a version that is not switched on.
-    which::which_all(format!("python{version}")).ok()?.find(works)
+    process::find_all(&format!("python{version}")).into_iter().find(works)
 }
 
 /// Installs a package with what it asks for into an environment that holds nothing else, and runs the plant.
