@@ -158,7 +158,10 @@ fn text(uses: &BTreeMap<Place, Use>, shown: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::stand_in::{self, StandIn};
 
     const RECORD: &str = "\
 tests/a.rs;7;tight;1e-9;1e-6;
@@ -179,6 +182,41 @@ tests/b.rs;1;unused;0e0;1e-3;
    5.000 times: tests/a.rs:7, tight: observed 2.0e-7, bound 1.0e-6";
         assert_eq!(text(&uses, 10), expected);
         assert_eq!(text(&uses, 1).lines().count(), 2);
+    }
+
+    /// Of equal uses the first is named.
+    #[test]
+    fn first_of_equal_uses_is_named() {
+        let mut uses = BTreeMap::new();
+        read("tests/a.rs;7;one;1e-7;1e-6;\ntests/a.rs;7;other;1e-7;1e-6;\n", &mut uses).unwrap();
+        assert!(uses.values().all(|used| used.test == "one"), "{uses:?}");
+    }
+
+    /// What was recorded before is forgotten, all tests are run, and slack bounds are an error; `--recorded` runs and judges
+    /// nothing.
+    #[test]
+    fn tests_are_run_and_what_they_record_is_judged() -> Result<()> {
+        let target = files::scratch("bounds");
+        let workspace = Workspace::of_a_test(&target);
+        let folder = folder(&workspace);
+        let run = |recorded: bool, lines: &'static str| {
+            let folder = folder.clone();
+            let machine = StandIn::new(move |_| Some(stand_in::writes(folder.join("new"), lines)));
+            machine.does(|| Bounds { shown: 1, recorded }.run(&workspace))
+        };
+        files::write(&folder.join("old"), RECORD)?;
+        let (outcome, started) = run(true, "");
+        assert!(outcome.is_ok() && started.is_empty(), "{started:?}");
+        let (outcome, started) = run(false, "tests/b.rs;1;tight;1e-4;1e-3;\n");
+        outcome?;
+        let [cargo] = &started[..] else { panic!("{started:?}") };
+        assert_eq!((&*cargo.line(), cargo.folder.as_ref()), ("cargo test", Some(&workspace.root)));
+        assert_eq!(Path::new(cargo.variable("CARGO_TARGET_DIR")), target);
+        assert!(!folder.join("old").exists() && folder.join("new").exists());
+        assert!(run(false, "tests/b.rs;1;loose;1e-6;1e-3;\n").0.is_err());
+        let fails = StandIn::new(|_| Some(stand_in::Answer::Fails));
+        assert!(fails.does(|| Bounds { shown: 1, recorded: false }.run(&workspace)).0.is_err());
+        Ok(std::fs::remove_dir_all(&target)?)
     }
 
     /// A bound of ten times what is observed is not slack, one of twelve times is, and one with a reason never.

@@ -124,6 +124,65 @@ fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    /// A workspace whose crate `fuzz` has two programs, and what is started there for some options.
+    fn fuzzed(folder: &Path, options: &Fuzz) -> (Result<()>, Vec<Started>) {
+        let root = folder.to_owned();
+        let workspace = Workspace { root: root.clone(), ..Workspace::of_a_test(&root.join("target")) };
+        let machine = StandIn::new(move |command| match command {
+            _ if command.says("metadata") => {
+                Some(stand_in::metadata(&root, &root, &[("calls", "0.1.0", "fuzz"), ("states", "0.1.0", "fuzz")]))
+            }
+            // The wheel that the readers are in.
+            _ if command.says("maturin build") => {
+                Some(stand_in::writes(Path::new(command.after("--out")).join("a.whl"), ""))
+            }
+            _ => command.says("fuzz run fails").then_some(Answer::Fails),
+        });
+        machine.lacking("npm").does(|| options.run(&workspace))
+    }
+
+    fn options(targets: &[&str]) -> Fuzz {
+        Fuzz { targets: targets.iter().map(|it| (*it).to_owned()).collect(), minutes: 3, keep: false }
+    }
+
+    /// Each target in its turn, for so long, from what was found and what is kept; what fails is left where it is looked for.
+    #[test]
+    fn targets_are_fuzzed_for_their_time() -> Result<()> {
+        let folder = files::scratch("fuzz");
+        files::write(&folder.join("target/fmu/Model.fmu"), "")?;
+        let (outcome, started) = fuzzed(&folder, &options(&[]));
+        outcome?;
+        let fuzzing: Vec<_> = started.iter().filter(|it| it.says("-max_total_time=180")).collect();
+        let [calls, states, readers] = &fuzzing[..] else { panic!("{started:?}") };
+        assert!(calls.says("fuzz run --sanitizer none calls") && states.says("fuzz run --sanitizer none states"));
+        assert!(readers.line().starts_with("python ") && readers.line().contains("fuzz/readers.py"), "{readers:?}");
+        let wheel = started.iter().position(|it| it.says("pip install --quiet") && it.line().ends_with("a.whl"));
+        assert!(wheel.is_some_and(|place| started[place + 1].says("-max_total_time=180")), "{started:?}");
+        for (command, name) in [(calls, "calls"), (states, "states"), (readers, "readers")] {
+            let [corpus, kept] = ["corpus", "kept"].map(|it| folder.join("fuzz").join(it).join(name));
+            assert!(command.line().ends_with(&format!("{} {}", corpus.display(), kept.display())), "{command:?}");
+            assert!(corpus.is_dir() && kept.is_dir());
+            let artifacts = folder.join("fuzz/artifacts").join(name);
+            assert!(artifacts.is_dir() && command.says(&format!("-artifact_prefix={}/", artifacts.display())));
+        }
+        let (outcome, started) = fuzzed(&folder, &options(&["states"]));
+        assert!(outcome.is_ok() && started.len() == 1, "{started:?}");
+        let (outcome, started) = fuzzed(&folder, &Fuzz { keep: true, ..options(&["states"]) });
+        assert!(outcome.is_ok() && started.len() == 1 && started[0].says("-set_cover_merge=1"), "{started:?}");
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn what_is_not_fuzzed_is_refused_with_what_is() -> Result<()> {
+        let folder = files::scratch("fuzz-unknown");
+        let (outcome, started) = fuzzed(&folder, &options(&["calls", "cells"]));
+        let problem = outcome.map_err(|error| error.to_string());
+        assert_eq!(problem, Err("`cells` is not fuzzed; there are calls, states, readers".to_owned()));
+        assert!(started.is_empty() && !folder.join("fuzz").exists());
+        Ok(())
+    }
 
     /// A program in the place of libFuzzer, which leaves inputs in the first folder that it is given.
     #[test]

@@ -52,6 +52,7 @@ mod workspace;
 
 pub use own::{Crate, package};
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -93,9 +94,18 @@ enum Command {
     Test(test::Test),
 }
 
-/// `cargo xtask`: parses the command line and does what it says.
-pub fn xtask() -> ExitCode {
-    ended(run(&Arguments::parse().command))
+/// `cargo xtask`: parses the command line, which begins with the name of the program, and does what it says.
+pub fn xtask(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => ended(run(&arguments.command)),
+        Err(told) => not_begun(&told),
+    }
+}
+
+/// Tells what is wrong with a command line, or the help that it asks for.
+fn not_begun(told: &clap::Error) -> ExitCode {
+    told.print().ok();
+    u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
 }
 
 /// Tells what went wrong.
@@ -138,6 +148,25 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
+    use crate::stand_in::{self, StandIn};
+
+    /// A command does what it says in the target directory that Cargo names, and its error is that of the program.
+    #[test]
+    fn a_command_line_is_parsed_and_done() -> Result<()> {
+        let folder = files::scratch("xtask");
+        let ends = |words: &str| {
+            let target = folder.clone();
+            let machine = StandIn::new(move |_| Some(stand_in::metadata(&workspace::home(), &target, &[])));
+            let code = machine.does(|| xtask(words.split(' ').map(OsString::from))).0;
+            format!("{code:?}")
+        };
+        let code = |code: u8| format!("{:?}", ExitCode::from(code));
+        assert_eq!(ends("xtask bounds --recorded"), code(1), "nothing is recorded");
+        files::write(&folder.join("tmp/bounds/record"), "tests/a.rs;7;tight;1e-7;1e-6;\n")?;
+        assert_eq!(ends("xtask bounds --recorded"), code(0));
+        assert_eq!([ends("xtask bonds"), ends("xtask bounds --help")], [code(2), code(0)]);
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
 
     #[test]
     fn every_command_names_itself_as_it_is_typed_and_tells_what_it_does() {

@@ -188,6 +188,24 @@ mod tests {
     }
 
     #[test]
+    fn packages_of_a_library_are_listed_by_its_name() -> Result<()> {
+        let workspace = Workspace::of_the_project()?;
+        let text = of_package(&workspace, "pneumatic-servo-playground")?;
+        assert!(text.starts_with("Packages that the library of pneumatic-servo-playground contains.\n"), "{text}");
+        assert!(text.contains("\nlibm ") && text.contains("\nLicence: MIT"));
+        assert!(of_package(&workspace, "no-such").is_err_and(|error| error.to_string().contains("no-such")));
+        Ok(())
+    }
+
+    #[test]
+    fn a_licence_is_copied_with_plain_line_ends() -> Result<()> {
+        let folder = files::scratch("licence-text");
+        files::write(&folder.join("LICENSE"), "one\r\ntwo\r\n")?;
+        assert_eq!(read(&folder.join("LICENSE"))?, "one\ntwo\n");
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
     fn a_package_is_in_the_nearest_workspace_above() -> Result<()> {
         let root = files::scratch("licences");
         let package = root.join("crates/part");

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    pneumatic_servo_packaging::xtask()
+    pneumatic_servo_packaging::xtask(std::env::args_os())
 }

@@ -117,6 +117,41 @@ pub fn check(workspace: &Workspace, plant: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{Answer, StandIn};
+
+    #[test]
+    fn a_crate_is_begun_that_depends_on_the_project() -> Result<()> {
+        let (folder, workspace) = (files::scratch("new"), Workspace::of_a_test(Path::new("/target")));
+        let what = What::Law { name: "Drag".to_owned(), folder: folder.clone() };
+        let (outcome, started) = StandIn::new(|_| None).does(|| New { what }.run(&workspace));
+        outcome?;
+        assert!(started.is_empty() && folder.join("src/drag.rs").is_file());
+        assert!(files::text(folder.join("Cargo.toml"))?.contains(&format!("path = {:?}", workspace.home)));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// Its tests are run where it is, with the versions of the other crates, in place of what was begun before.
+    #[test]
+    fn a_crate_is_tried_in_an_empty_folder() -> Result<()> {
+        let target = files::scratch("new-check");
+        let workspace = Workspace::of_a_test(&target);
+        let folder = target.join("new-law");
+        files::write(&folder.join("src/old.rs"), "")?;
+        let (outcome, started) = StandIn::new(|_| None).does(|| check(&workspace, Path::new("/plant")));
+        outcome?;
+        let [cargo] = &started[..] else { panic!("{started:?}") };
+        assert!(cargo.line().starts_with("cargo test ") && cargo.folder.as_ref() == Some(&folder), "{cargo:?}");
+        assert_eq!(Path::new(cargo.after("--target-dir")), target);
+        assert!(files::text(folder.join("Cargo.toml"))?.contains("path = \"/plant\""));
+        assert_eq!(
+            files::text(folder.join("Cargo.lock"))?,
+            files::text(workspace.home.join("examples/own/Cargo.lock"))?
+        );
+        assert!(folder.join("src/rooted_coulomb.rs").is_file() && !folder.join("src/old.rs").exists());
+        let fails = StandIn::new(|_| Some(Answer::Fails));
+        assert!(fails.does(|| check(&workspace, Path::new("/plant"))).0.is_err());
+        Ok(std::fs::remove_dir_all(&target)?)
+    }
 
     #[test]
     fn names_are_taken_apart_where_capitals_begin() {

@@ -1,5 +1,6 @@
 //! FMUs of any other crate, packed by a program of two lines in it.
 
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -10,7 +11,7 @@ use pneumatic_servo::model::Model;
 use crate::package::Package;
 use crate::product::{Parts, Product};
 use crate::workspace::{self, ENVIRONMENTS, Workspace};
-use crate::{ended, fingerprint, lock, process, soundness};
+use crate::{ended, fingerprint, lock, not_begun, process, soundness};
 
 /// The crate whose models are packed, as [`package_fmus!`](crate::package_fmus) fills it in.
 #[derive(Clone, Copy, Debug)]
@@ -64,13 +65,14 @@ pub struct Crate {
 macro_rules! package_fmus {
     ($library:path) => {
         fn main() -> std::process::ExitCode {
-            $crate::package(&$crate::Crate {
+            let own = $crate::Crate {
                 models: $library.models(),
                 folder: env!("CARGO_MANIFEST_DIR"),
                 name: env!("CARGO_PKG_NAME"),
                 version: env!("CARGO_PKG_VERSION"),
                 licence: env!("CARGO_PKG_LICENSE"),
-            })
+            };
+            $crate::package(&own, std::env::args_os())
         }
     };
 }
@@ -84,9 +86,12 @@ struct Arguments {
     package: Package,
 }
 
-/// Packs the models of a crate; what the command line of the program says is what `cargo xtask package` takes.
-pub fn package(of: &Crate) -> ExitCode {
-    ended(run(of, &Arguments::parse().package))
+/// Packs the models of a crate; what the command line of the program says, after its name, is what `cargo xtask package` takes.
+pub fn package(of: &Crate, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => ended(run(of, &arguments.package)),
+        Err(told) => not_begun(&told),
+    }
 }
 
 /// Nothing is built or written before the models are known to be sound.
@@ -136,9 +141,92 @@ mod tests {
     use anyhow::Context;
     use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
 
-    use crate::files;
+    use pneumatic_servo::models::position_controller;
 
     use super::*;
+    use crate::files;
+    use crate::stand_in::{self, StandIn, Started};
+
+    static SOUND: [Model; 1] = [position_controller::MODEL];
+    static UNSOUND: [Model; 1] = [Model { description: "", ..position_controller::MODEL }];
+    const OWN: Crate = Crate {
+        models: &SOUND,
+        folder: concat!(env!("CARGO_MANIFEST_DIR"), "/../ssp"),
+        name: "quarter-car",
+        version: "1.2.3",
+        licence: "MIT",
+    };
+
+    /// A machine on which no library can be built, and whose target directory is another one.
+    fn machine(target: &Path) -> StandIn {
+        let target = target.to_owned();
+        StandIn::new(move |command| match command {
+            _ if command.says("metadata") => Some(stand_in::metadata(&workspace::home(), &target, &[])),
+            _ => command.says("rustc --release").then_some(stand_in::Answer::Fails),
+        })
+    }
+
+    #[test]
+    fn a_crate_is_packed_if_its_models_are_sound() -> Result<()> {
+        let folder = files::scratch("own");
+        let failure = format!("{:?}", ExitCode::FAILURE);
+        let pack = |models, words: &str| {
+            let arguments = words.split(' ').map(OsString::from);
+            let (code, started) = machine(&folder).does(|| package(&Crate { models, ..OWN }, arguments));
+            (format!("{code:?}"), started)
+        };
+        let (code, started) = pack(&SOUND, "package");
+        assert_eq!(code, failure);
+        let [built] = &started[..] else { panic!("{started:?}") };
+        assert!(
+            built.says("--package quarter-car") && built.variable("FMU_SOURCE_FINGERPRINT").len() == 32,
+            "{built:?}"
+        );
+        for (models, words, expected) in [
+            (&UNSOUND, "package", failure),
+            (&SOUND, "package --platforms amiga", format!("{:?}", ExitCode::from(2))),
+            (&SOUND, "package --help", format!("{:?}", ExitCode::SUCCESS)),
+        ] {
+            let (code, started) = pack(models, words);
+            assert_eq!((code, started.len()), (expected, 0), "{words}");
+        }
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn what_is_packed_is_what_the_crate_says_of_itself() -> Result<()> {
+        let target = files::scratch("own-product");
+        let (workspace, _) = machine(&target).with(ENVIRONMENTS, "/shared").does(|| around(&OWN));
+        let Workspace { product, environments, .. } = workspace?;
+        assert_eq!((&*product.package, &*product.version, &*product.licence), ("quarter-car", "1.2.3", "MIT"));
+        assert!(!product.is_of_the_project() && product.models[0].name == "PositionController");
+        assert_eq!(environments, Path::new("/shared"));
+        let folders: Vec<_> = product.parts.folders().collect();
+        assert_eq!(
+            folders,
+            [&*Path::new(OWN.folder).join("modelDescription"), &*workspace::home().join("modelDescription")]
+        );
+        Ok(())
+    }
+
+    /// The example is packed as its author does it, in a folder of its own, with the environments that are there already.
+    #[test]
+    fn the_example_is_packed_by_its_own_program() {
+        let workspace = Workspace::of_a_test(Path::new("/target"));
+        let (outcome, started) = StandIn::new(|_| None).does(|| check(&workspace));
+        assert!(outcome.is_ok());
+        let [cargo] = &started[..] else { panic!("{started:?}") };
+        assert!(
+            cargo.line().starts_with("cargo run ") && cargo.says("--features package --example package"),
+            "{cargo:?}"
+        );
+        assert_eq!(cargo.after("--manifest-path"), "examples/own/model/Cargo.toml");
+        assert_eq!(cargo.folder.as_deref(), Some(&*workspace::home()));
+        assert_eq!((cargo.after("--target-dir"), cargo.variable("CARGO_TARGET_DIR")), ("/target", "/target/own"));
+        assert_eq!(cargo.variable(ENVIRONMENTS), "/target/environments");
+        let fails = StandIn::new(|_: &Started| Some(stand_in::Answer::Fails));
+        assert!(fails.does(|| check(&workspace)).0.is_err());
+    }
 
     /// What is downloaded, of a lock file: names with versions.
     fn downloaded(file: &Path) -> Result<BTreeSet<String>> {

@@ -89,6 +89,32 @@ fn parts(page: &str) -> BTreeSet<String> {
 mod tests {
     use super::*;
 
+    /// What is new and what is gone is named, and the present one is left to be copied.
+    #[test]
+    fn a_change_of_the_interface_is_named() -> Result<()> {
+        let folder = files::scratch("public");
+        let workspace = Workspace { home: folder.clone(), ..Workspace::of_a_test(&folder) };
+        let documentation = |all: &str| files::write(&folder.join("doc/pneumatic_servo/all.html"), all);
+        let record = |lines: &str| files::write(&folder.join(RECORD), lines);
+        let problem = || check(&workspace).map_or_else(|problem| problem.to_string(), |()| String::new());
+        record("model::Model (struct)\nmodel::Model::of\n")?;
+        documentation("<ul></ul>")?;
+        assert!(problem().contains("shows nothing"));
+        documentation("<li><a href=\"model/struct.Model.html\">model::Model</a></li>")?;
+        let page = folder.join("doc/pneumatic_servo/model/struct.Model.html");
+        files::write(&page, "<section id=\"method.of\" class=\"method\">")?;
+        assert_eq!(problem(), "");
+        assert!(!folder.join("public.txt").exists());
+        record("model::Model (struct)\nmodel::Model::before\n")?;
+        assert!(
+            problem().contains("changed:\n  + model::Model::of\n  - model::Model::before\nif that is meant"),
+            "{}",
+            problem()
+        );
+        assert_eq!(files::text(folder.join("public.txt"))?, "model::Model (struct)\nmodel::Model::of\n");
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
     #[test]
     fn items_and_their_parts_are_read_from_the_pages() {
         let all = "<ul><li><a href=\"#macros\" title=\"Macros\">Macros</a></li></ul><ul class=\"all-items\"><li><a href=\"model/struct.Model.html\">model::Model</a></li>\

@@ -101,6 +101,32 @@ pub fn cargo_home() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{self, StandIn};
+
+    /// Where Cargo says; the environments where the user says.
+    #[test]
+    fn folders_are_where_cargo_and_the_user_put_them() -> Result<()> {
+        let ask = |machine: StandIn| machine.does(Workspace::of_the_project).0;
+        let cargo = || StandIn::new(|_| Some(stand_in::metadata("/root".as_ref(), "/elsewhere".as_ref(), &[])));
+        let workspace = ask(cargo())?;
+        assert_eq!((&*workspace.root, &*workspace.target), ("/root".as_ref(), "/elsewhere".as_ref()));
+        assert_eq!(workspace.environments, workspace.target);
+        assert_eq!(ask(cargo().with(ENVIRONMENTS, "/shared"))?.environments, Path::new("/shared"));
+        assert!(ask(StandIn::new(|_| Some(stand_in::Answer::Fails))).is_err());
+        Ok(())
+    }
+
+    /// What others read and write there is named in their documentation.
+    #[test]
+    fn folders_of_the_project_hold_what_they_are_named_for() {
+        let workspace = Workspace::of_a_test(Path::new("/target"));
+        assert!(workspace.descriptions().join("experiments.json").is_file());
+        assert!(workspace.python().join("check.py").is_file());
+        let [fmus, gallery] = [workspace.fmus(), workspace.gallery()];
+        assert_eq!([&*fmus, &*gallery], [Path::new("/target/fmu"), Path::new("/target/gallery")]);
+        assert_eq!(workspace.inside("a").target, Path::new("/target/a"));
+        assert_eq!(workspace.inside("a").environments, workspace.environments);
+    }
 
     /// With a slash behind them: a folder whose name only begins alike is another.
     #[test]

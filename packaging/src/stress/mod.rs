@@ -95,4 +95,15 @@ mod tests {
             "{text}"
         );
     }
+
+    /// As many searches as are asked for, each under its heading.
+    #[test]
+    fn searches_are_run_from_the_narrowest_on() {
+        let only = Some("FrictionBench LuGre".to_owned());
+        let effort = Stress { sets: 1, seconds: 0.002, searches: 2, only, ..Stress::SHORT };
+        assert!(effort.run().is_ok());
+        let headings: Vec<_> = crate::process::sections().into_iter().map(|section| section.text).collect();
+        let is_run = |search: &Search| headings.contains(&format!("Stress: {}", search.name));
+        assert!(SEARCHES[..2].iter().all(is_run) && !is_run(&SEARCHES[2]), "{headings:?}");
+    }
 }
