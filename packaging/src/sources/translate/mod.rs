@@ -184,11 +184,14 @@ fn translated(module: &Module, from: impl Iterator<Item = u32>) -> Result<BTreeM
     let mut functions = BTreeMap::new();
     let mut open: BTreeSet<u32> = from.collect();
     while let Some(number) = open.pop_first() {
+        if functions.contains_key(&number) {
+            continue;
+        }
         let body = (number as usize).checked_sub(module.imports.len()).and_then(|place| module.bodies.get(place));
         let body = body.with_context(|| format!("there is no function {number}"))?;
         let function = function::translate(body, number, &surroundings)
             .with_context(|| format!("function {number} cannot be translated"))?;
-        open.extend(function.calls.iter().filter(|callee| **callee != number && !functions.contains_key(*callee)));
+        open.extend(&function.calls);
         functions.insert(number, function);
     }
     Ok(functions)

@@ -126,6 +126,14 @@ fn long_code_is_in_several_files() -> Result<()> {
     Ok(())
 }
 
+#[test]
+fn functions_may_call_each_other_in_a_circle() -> Result<()> {
+    let files = translate(&module(&[body(b"\x10\x01"), body(b"\x10\0")]), "Servo", &["a"])?;
+    let code = files["code_1.c"].split_once("void").map(|(_, code)| code);
+    assert_eq!(code, Some(" w0(Module*s){\nw1(s);\n}\nvoid w1(Module*s){\nw0(s);\n}\n"));
+    Ok(())
+}
+
 /// Two pages have 131,072 bytes: eight from 131,064 on are the last.
 #[test]
 fn the_memory_has_as_many_bytes_as_its_pages() -> Result<()> {

@@ -112,6 +112,9 @@ fn an_address_is_compared_again_where_a_path_comes_in_that_did_not_or_changed_it
     assert_eq!(of(&[ADDRESS, LOAD, IF, CHANGE, END])?, twice);
     assert_eq!(of(&[IF, ADDRESS, LOAD, ELSE, END])?, twice);
     assert_eq!(of(&[IF, ELSE, ADDRESS, LOAD, END])?, twice);
+    // What the first part has compared says nothing in the second.
+    assert_eq!(comparisons(&[IF, ADDRESS, LOAD, ELSE, ADDRESS, LOAD_AT_16, END])?, twice);
+    assert_eq!(comparisons(&[ADDRESS, LOAD, IF, ELSE, ADDRESS, LOAD_AT_16, END])?, twice[..1]);
     // A loop comes back to its begin, and ends behind its last statement.
     assert_eq!(comparisons(&[ADDRESS, LOAD, LOOP, ADDRESS, LOAD_AT_16, CHANGE, LEAVE_IF, END])?, twice);
     assert_eq!(of(&[ADDRESS, LOAD, LOOP, CHANGE, END])?, twice);
@@ -121,6 +124,7 @@ fn an_address_is_compared_again_where_a_path_comes_in_that_did_not_or_changed_it
     assert_eq!(of(&[ADDRESS, LOAD, IF, ELSE, END])?, once);
     assert_eq!(of(&[ADDRESS, LOAD, LOOP, LEAVE_IF, END])?, once);
     assert_eq!(of(&[LOOP, ADDRESS, LOAD, LEAVE_IF, END])?, once);
+    assert_eq!(of(&[BLOCK, ADDRESS, LOAD, END])?, once);
     Ok(())
 }
 
