@@ -91,14 +91,18 @@ pub fn windows(symbols: u8, debugging: u32) -> Vec<u8> {
 /// A library of Linux for this processor, which exports all functions of FMI and needs nothing.
 pub fn linux() -> Vec<u8> {
     let names = super::exports::standard();
-    linux_with(names.iter().map(String::as_str))
+    let processor = if cfg!(target_arch = "aarch64") { LINUX_ARM } else { LINUX_INTEL };
+    linux_with(processor, names.iter().map(String::as_str))
 }
 
-/// The same with other exports.
-pub fn linux_with<'a>(exports: impl IntoIterator<Item = &'a str>) -> Vec<u8> {
+/// Processors, as Linux counts them.
+pub const LINUX_INTEL: u16 = 62;
+pub const LINUX_ARM: u16 = 183;
+
+/// A library of Linux for a processor, which exports some functions and needs nothing.
+pub fn linux_with<'a>(processor: u16, exports: impl IntoIterator<Item = &'a str>) -> Vec<u8> {
     const HEADER: usize = 64;
     const SYMBOL: usize = 24;
-    let machine: u16 = if cfg!(target_arch = "aarch64") { 183 } else { 62 };
     // The first symbol and the first name are none.
     let (mut symbols, mut names) = (vec![0; SYMBOL], vec![0]);
     for name in exports {
@@ -111,7 +115,7 @@ pub fn linux_with<'a>(exports: impl IntoIterator<Item = &'a str>) -> Vec<u8> {
     names.resize(names.len().next_multiple_of(8), 0);
     let end = HEADER + symbols.len() + names.len();
     let mut bytes = b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0".to_vec();
-    bytes.extend(machine.to_le_bytes());
+    bytes.extend(processor.to_le_bytes());
     bytes.extend(little(&[1, 0, 0, 0, 0, end as u32, 0, 0]));
     bytes.extend([64_u16, 0, 0, 64, 3, 2].iter().flat_map(|half| half.to_le_bytes()));
     let section = |kind: u32, start: usize, size: usize, [link, info, entry]: [u32; 3]| {

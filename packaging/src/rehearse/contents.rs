@@ -73,6 +73,76 @@ pub fn citation(workspace: &Workspace) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{self, StandIn, Started};
+
+    /// The result, and what is started, where the tool writes a list for each of some packages.
+    fn listed(
+        folder: &Path,
+        packages: &'static [&'static str],
+        lacking: &'static str,
+    ) -> (Result<Vec<String>>, Vec<Started>) {
+        let root = folder.to_owned();
+        let workspace = Workspace { root: root.clone(), ..Workspace::of_a_test(&root.join("target")) };
+        let machine = StandIn::new(move |command| {
+            if command.says("metadata") {
+                let all: Vec<_> = packages.iter().map(|name| (*name, "0.1.0", *name)).collect();
+                return Some(stand_in::metadata(&root, &root, &all));
+            }
+            if command.says("cyclonedx") {
+                let name = format!("{}.json", command.after("--override-filename"));
+                for package in packages {
+                    stand_in::writes(
+                        root.join(package).join(&name),
+                        format!("{package} of path+file://{}", root.display()),
+                    );
+                }
+            }
+            None
+        });
+        machine.lacking(lacking).does(|| list(&workspace))
+    }
+
+    /// The lists of what is handed out are kept, without the places of this machine, and checked; nothing stays in the sources.
+    #[test]
+    fn lists_of_what_is_handed_out_are_kept_and_checked() -> Result<()> {
+        const ALL: &[&str] = &["pneumatic-servo", "benchmark", "pneumatic-servo-python", "pneumatic-servo-builtin"];
+        let folder = files::scratch("sbom");
+        files::write(&folder.join("target/sbom/old.cdx.json"), "")?;
+        let (left, started) = listed(&folder, ALL, "");
+        assert_eq!(left?, Vec::<String>::new());
+        let lists = PARTS.map(|name| folder.join("target/sbom").join(format!("{name}.cdx.json")));
+        for (list, name) in lists.iter().zip(PARTS) {
+            assert_eq!(files::text(list)?, format!("{name} of workspace"));
+        }
+        assert_eq!(std::fs::read_dir(folder.join("target/sbom"))?.count(), PARTS.len());
+        assert!(ALL.iter().all(|name| !folder.join(name).join(format!("{NAME}.json")).exists()));
+        let made = started.iter().find(|it| it.says("cyclonedx")).context("no list")?;
+        assert!(made.says("--target all --no-build-deps") && made.folder.as_ref() == Some(&folder), "{made:?}");
+        let checked = started.last().context("no check")?;
+        assert!(checked.line().contains("sbom.py") && lists.iter().all(|it| checked.says(&it.display().to_string())));
+
+        let (left, _) = listed(&folder, &ALL[..3], "");
+        assert!(left.is_err_and(|error| error.to_string().contains("made 2 lists, not 3")));
+        let (left, started) = listed(&folder, ALL, "cargo-cyclonedx");
+        assert!(left?[0].starts_with("the SBOM: cargo-cyclonedx is missing") && started.is_empty());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn citation_is_validated() -> Result<()> {
+        let folder = files::scratch("citation");
+        let workspace = Workspace::of_a_test(&folder);
+        let (outcome, started) = StandIn::new(|_| None).does(|| citation(&workspace));
+        outcome?;
+        let last = started.last().context("nothing is started")?;
+        assert!(
+            last.line().starts_with("cffconvert --validate -i ") && last.line().ends_with("CITATION.cff"),
+            "{last:?}"
+        );
+        let fails = StandIn::new(|command| command.says("--validate").then_some(stand_in::Answer::Fails));
+        assert!(fails.does(|| citation(&workspace)).0.is_err());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
 
     #[test]
     fn a_list_does_not_tell_where_it_was_made() {

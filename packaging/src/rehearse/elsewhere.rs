@@ -130,3 +130,139 @@ fn run(workspace: &Workspace, python: &Path, wheel: &Path, packages: &Path) -> R
     program.args(["-c", PROGRAM, "wheel"]).current_dir(packages);
     process::run(program.env("PYTHONPATH", packages).env("PYTHONNOUSERSITE", "1").env("MPLBACKEND", "Agg"))
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::archive::Archive;
+    use crate::files;
+    use crate::gates::made;
+    use crate::moment::Moment;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    const ENTRY: [&str; 1] = ["PyInit__native"];
+
+    /// A wheel with files of some names, each with these bytes.
+    fn write_wheel(file: &Path, names: &[&str], bytes: &[u8]) -> Result<()> {
+        let mut archive = Archive::default();
+        for name in names {
+            archive.add(name, bytes)?;
+        }
+        archive.write(file, Moment::of_source(&crate::workspace::home())?)
+    }
+
+    /// What comes of it, and what is started, where Rust has standard libraries for some targets, maturin makes a wheel of a
+    /// name with a module, and some programs are missing.
+    fn tried(
+        folder: &Path,
+        targets: &[&str],
+        name: &'static str,
+        module: Vec<u8>,
+        lacking: &[&'static str],
+    ) -> (Result<Vec<String>>, Vec<Started>) {
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let machine = StandIn::new(move |command| {
+            if command.says("maturin build") {
+                let wheel = Path::new(command.after("--out")).join(name);
+                write_wheel(&wheel, &["pneumatic_servo/_native.abi3.so"], &module).expect("a wheel");
+            }
+            command.line().contains("platform.machine())").then(|| Answer::Prints("3.11 aarch64\n".to_owned()))
+        });
+        let machine = lacking
+            .iter()
+            .fold(machine.compiling_for(&folder.join("sysroot"), targets), |it, program| it.lacking(program));
+        machine.does(|| try_out(&workspace))
+    }
+
+    const ARM: &str = "aarch64-unknown-linux-gnu";
+    const WINDOWS: &str = "x86_64-pc-windows-gnu";
+    const WHEEL: &str = "pneumatic_servo-0.1.0-cp310-abi3-manylinux2014_aarch64.manylinux_2_17_aarch64.whl";
+
+    /// Without its tools nothing is built, and each wheel is named with what it lacks.
+    #[test]
+    fn wheels_whose_tools_are_missing_are_left_out() -> Result<()> {
+        let folder = files::scratch("elsewhere-missing");
+        let (left, started) = tried(&folder, &[], "", Vec::new(), &["x86_64-w64-mingw32-gcc"]);
+        let left = left?;
+        assert_eq!(left.len(), 3, "{left:?}");
+        assert!(
+            left[0].contains("macOS")
+                && left[1].contains(&format!("Linux on aarch64: Rust's standard library for {ARM}"))
+        );
+        assert!(left[2].contains(WINDOWS) && left[2].contains("x86_64-w64-mingw32-gcc (apt install"), "{left:?}");
+        assert!(started.is_empty(), "{started:?}");
+        // The linker of Windows is asked for there only.
+        let (left, started) = tried(&folder, &[WINDOWS], "", Vec::new(), &["x86_64-w64-mingw32-gcc"]);
+        let left = left?;
+        assert!(
+            left[1].contains(ARM) && !left[1].contains("mingw") && !left[2].contains("standard library"),
+            "{left:?}"
+        );
+        assert!(started.is_empty(), "{started:?}");
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// It is built by Zig for old systems, looked at, installed for its processor and run there.
+    #[test]
+    fn wheel_for_another_processor_is_built_and_run() -> Result<()> {
+        let folder = files::scratch("elsewhere-arm");
+        let module = made::linux_with(made::LINUX_ARM, ENTRY);
+        let (left, started) = tried(&folder, &[ARM], WHEEL, module.clone(), &[]);
+        assert_eq!(left?.len(), 2, "macOS and Windows");
+        let of = |words: &str| started.iter().position(|it| it.says(words)).with_context(|| words.to_owned());
+        let (built, installed) = (of("maturin build")?, of("pip install --quiet")?);
+        let run =
+            started.iter().position(|it| it.line().ends_with("wheel") && it.line().contains("pneumatic_servo as ps"));
+        let run = run.context("the plant is not run")?;
+        assert!(built < installed && installed < run);
+        assert!(
+            started[built].says(&format!("--target {ARM}")) && started[built].says("--compatibility manylinux_2_17")
+        );
+        let pip = &started[installed];
+        assert!(pip.says("--python-version 3.11") && pip.says("--platform manylinux2014_aarch64"), "{pip:?}");
+        let packages = PathBuf::from(pip.after("--target"));
+        assert!(packages.starts_with(folder.join("target")) && pip.line().ends_with(WHEEL), "{pip:?}");
+        let program = &started[run];
+        assert_eq!(program.path, Path::new("/machine/first/aarch64-linux-gnu-python3"));
+        assert_eq!((program.folder.as_ref(), Path::new(program.variable("PYTHONPATH"))), (Some(&packages), &*packages));
+
+        let (left, started) = tried(&folder, &[ARM], WHEEL, module, &["aarch64-linux-gnu-python3"]);
+        assert!(left?[1].ends_with("was not run: aarch64-linux-gnu-python3 is missing (.ci/pythons)"));
+        assert!(
+            started.iter().any(|it| it.says("maturin build")) && !started.iter().any(|it| it.says("--target packages"))
+        );
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn wheel_that_is_not_what_it_should_be_is_refused() -> Result<()> {
+        let folder = files::scratch("elsewhere-refused");
+        let arm = made::linux_with(made::LINUX_ARM, ENTRY);
+        let problem = |name, module: &[u8]| {
+            let (outcome, started) = tried(&folder, &[ARM], name, module.to_vec(), &[]);
+            assert!(!started.iter().any(|it| it.says("pip install --quiet")), "{started:?}");
+            outcome.map_or_else(|problem| format!("{problem:#}"), |left| left.join(""))
+        };
+        let here = "pneumatic_servo-0.1.0-cp310-abi3-linux_x86_64.whl";
+        assert!(problem(here, &arm).starts_with(&format!("{here} does not end with manylinux2014_aarch64")));
+        let other = made::linux_with(made::LINUX_INTEL, ENTRY);
+        assert!(problem(WHEEL, &other).contains("it is for x86_64, not for aarch64"));
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// Its types lie beside it.
+    #[test]
+    fn compiled_part_of_a_wheel_is_found() -> Result<()> {
+        let folder = files::scratch("elsewhere-module");
+        let file = folder.join("a.whl");
+        let names = ["pneumatic_servo/__init__.py", "pneumatic_servo/_native.abi3.so"];
+        write_wheel(&file, &names, b"module")?;
+        assert_eq!(module(&file)?, b"module");
+        write_wheel(&file, &["pneumatic_servo/__init__.py", "pneumatic_servo/_native.pyi"], b"types")?;
+        assert!(module(&file).is_err_and(|error| error.to_string().ends_with("has no compiled part")));
+        assert!(module(&folder.join("none")).is_err());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+}

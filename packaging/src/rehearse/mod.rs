@@ -173,7 +173,166 @@ fn source_distribution(workspace: &Workspace) -> Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
+    use pneumatic_servo::models;
+
     use super::*;
+    use crate::archive::Archive;
+    use crate::moment::Moment;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+    /// A workspace with everything that states a version, of which one place states another, unless that is none.
+    fn stating(folder: &Path, other: &str) -> Result<Workspace> {
+        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        workspace.product.models = &models::ALL[..1];
+        let version = |place: &str| if place == other { "9.9.9" } else { VERSION };
+        let write = |name: &str, text: String| files::write(&workspace.root.join(name), text);
+        write("CITATION.cff", format!("cff-version: 1.2.0\nversion: {}\n", version("CITATION.cff")))?;
+        write("CHANGELOG.md", format!("# Changes\n\n## [{}]\n", version("CHANGELOG.md")))?;
+        if other != "no site" {
+            files::write(
+                &workspace.target.join("site/index.html"),
+                format!("<title>Plant {}</title>", version("the site")),
+            )?;
+        }
+        let mut fmu = Archive::default();
+        let description = format!("<?xml version=\"1.0\"?><fmiModelDescription version=\"{}\">", version(".fmu"));
+        fmu.add("modelDescription.xml", description)?;
+        fmu.write(&package::fmus(&workspace).next().context("no model")?, Moment::of_source(&workspace.root)?)?;
+        Ok(workspace)
+    }
+
+    /// A machine with the programs of a rehearsal, whose crates have a version; of Python there are some, each behind a
+    /// stand-in of a version manager.
+    fn machine(workspace: &Workspace, version: &'static str) -> StandIn {
+        let root = workspace.root.clone();
+        StandIn::new(move |command| {
+            let into = |name: String| Some(stand_in::writes(Path::new(command.after("--out")).join(name), ""));
+            match command {
+                _ if command.says("metadata") => {
+                    let parts = [CRATE, "pneumatic-servo-builtin", "pneumatic-servo-python"];
+                    Some(stand_in::metadata(&root, &root, &parts.map(|name| (name, version, name))))
+                }
+                _ if command.says("maturin build") => into(format!("pneumatic_servo-{VERSION}-cp310-abi3-any.whl")),
+                _ if command.says("maturin sdist") => into(format!("pneumatic_servo-{VERSION}.tar.gz")),
+                _ => command.path.starts_with("/machine/first").then_some(Answer::Fails),
+            }
+        })
+    }
+
+    /// Versions, the crate from its package, the wheel with every Python there is, and the source distribution with the newest.
+    #[test]
+    fn a_rehearsal_tries_the_crate_the_wheel_and_the_source_distribution() -> Result<()> {
+        let folder = files::scratch("rehearsal");
+        let workspace = stating(&folder, "")?;
+        let machine =
+            machine(&workspace, VERSION).compiling_for(&folder, &[]).lacking("npm").lacking("cargo-cyclonedx");
+        let (outcome, started) = machine.lacking("python3.10").lacking("python3.14").does(|| run(&workspace));
+        outcome?;
+        let place = |words: &str| {
+            let found = started.iter().position(|it| it.line().contains(words));
+            found.with_context(|| format!("{words} is not among {started:#?}"))
+        };
+        let crates = format!("package/{CRATE}-{VERSION}");
+        let order = [
+            "maturin build",
+            "cffconvert --validate",
+            "cargo package --locked",
+            "cargo test",
+            "-m venv --clear",
+            "maturin sdist",
+        ];
+        // The first environments are those that maturin and cffconvert are in.
+        let places = order.map(|words| match words {
+            "-m venv --clear" => place("wheel-3.11").unwrap(),
+            _ => place(words).unwrap(),
+        });
+        assert!(places.is_sorted(), "{places:?} of {started:#?}");
+        assert_eq!(started[place("cargo package")?].after("--package"), CRATE);
+        let law = files::text(workspace.target.join("new-law/Cargo.toml"))?;
+        assert!(law.contains(&format!("{:?}", workspace.target.join(crates))), "{law}");
+        let tried = |kind: &str| {
+            let runs = started
+                .iter()
+                .filter(|it| it.says("import platform, sys") || it.line().contains("pneumatic_servo as ps"));
+            runs.filter(|it| it.line().ends_with(kind)).count()
+        };
+        assert_eq!((tried(" wheel"), tried(" source distribution")), (3, 1));
+        let newest = &started[place("source-distribution-3.13")?];
+        assert_eq!(newest.path, Path::new("/machine/second/python3.13"));
+        let installed: Vec<_> = started.iter().filter(|it| it.says("pip install --quiet")).map(Started::line).collect();
+        assert_eq!(installed.iter().filter(|line| line.ends_with(".whl")).count(), 3);
+        assert_eq!(installed.iter().filter(|line| line.ends_with(".tar.gz")).count(), 1);
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// Where nothing is wrong, the same without a site; otherwise the place is named.
+    #[test]
+    fn every_place_that_states_a_version_is_looked_at() -> Result<()> {
+        let folder = files::scratch("versions");
+        let wheel = |version: &str| PathBuf::from(format!("pneumatic_servo-{version}-cp310-abi3-any.whl"));
+        for other in [
+            "",
+            "no site",
+            "CITATION.cff",
+            "CHANGELOG.md",
+            "the site",
+            ".fmu",
+            "the wheel",
+            "the crate pneumatic-servo",
+        ] {
+            let workspace = stating(&folder, other)?;
+            let crates = if other.starts_with("the crate") { "9.9.9" } else { VERSION };
+            let wheel = wheel(if other == "the wheel" { "9.9.9" } else { VERSION });
+            let (outcome, _) = machine(&workspace, crates).does(|| versions(&workspace, &wheel));
+            match other {
+                "" | "no site" => outcome?,
+                _ => {
+                    let problem = outcome.map_or_else(|problem| problem.to_string(), |()| String::new());
+                    assert!(problem.contains(&format!("{other}: \"9.9.9\"")), "{other}: {problem}");
+                }
+            }
+            fs::remove_dir_all(&folder)?;
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_python_is_one_that_starts() {
+        let find = |fails: fn(&Started) -> bool| {
+            let machine = StandIn::new(move |it| fails(it).then_some(Answer::Fails)).lacking("python3.10");
+            machine.does(|| ["3.10", "3.12"].map(python)).0
+        };
+        let path = |folder: &str| Some(Path::new(folder).join("python3.12"));
+        assert_eq!(find(|_| false), [None, path("/machine/first")]);
+        assert_eq!(find(|it| it.path.starts_with("/machine/first")), [None, path("/machine/second")]);
+        assert_eq!(find(|it| it.line().contains("(3, 12)")), [None, None]);
+    }
+
+    #[test]
+    fn source_distribution_is_the_only_one() -> Result<()> {
+        let folder = files::scratch("sdist");
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        files::write(&workspace.target.join("sdist/old.tar.gz"), "")?;
+        let (file, started) = machine(&workspace, VERSION).does(|| source_distribution(&workspace));
+        let name = format!("pneumatic_servo-{VERSION}.tar.gz");
+        assert_eq!(file?, workspace.target.join("sdist").join(name));
+        assert_eq!(started.last().and_then(|it| it.folder.clone()), Some(workspace.root.join("python")));
+        let nothing = StandIn::new(|_| None).does(|| source_distribution(&workspace)).0;
+        assert!(nothing.is_err());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn entry_of_an_archive_is_read() -> Result<()> {
+        let folder = files::scratch("entry");
+        stating(&folder, "")?;
+        let fmu = folder.join("target/fmu").join(format!("{}.fmu", models::ALL[0].name));
+        assert_eq!(of_description(&entry(&fmu, "modelDescription.xml")?), VERSION);
+        assert!(entry(&fmu, "none").is_err() && entry(&folder.join("none"), "none").is_err());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
 
     #[test]
     fn another_version_is_named_with_its_place() {
