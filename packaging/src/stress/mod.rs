@@ -13,7 +13,7 @@ mod draw;
 mod findings;
 mod search;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 
 use self::search::{SEARCHES, Search};
@@ -51,7 +51,7 @@ impl Stress {
     /// Searches, and prints a table by law and cause.
     ///
     /// # Errors
-    /// When a goal is missed.
+    /// When a goal is missed, or nothing is run.
     pub fn run(&self) -> Result<()> {
         self.meet(SEARCHES.iter().take(self.searches))
     }
@@ -62,6 +62,8 @@ impl Stress {
             heading(&format!("Stress: {}", search.name));
             let findings = search.run(self)?;
             println!("{findings}");
+            let only = self.only.as_deref().unwrap_or_default();
+            ensure!(findings.runs > 0, "{}: no run of {} sets has a name with \"{only}\"", search.name, self.sets);
             missed.extend(search.missed(&findings));
         }
         if !missed.is_empty() {
@@ -105,5 +107,15 @@ mod tests {
         let headings: Vec<_> = crate::process::sections().into_iter().map(|section| section.text).collect();
         let is_run = |search: &Search| headings.contains(&format!("Stress: {}", search.name));
         assert!(SEARCHES[..2].iter().all(is_run) && !is_run(&SEARCHES[2]), "{headings:?}");
+    }
+
+    /// Goals that nothing has tried are not met.
+    #[test]
+    fn search_without_a_run_is_refused() {
+        let problem = |stress: Stress| stress.run().expect_err("a refusal").to_string();
+        let misspelt = Stress { only: Some("Frictionbench".into()), ..Stress::SHORT };
+        assert_eq!(problem(misspelt), "within a factor of 3: no run of 1 sets has a name with \"Frictionbench\"");
+        let none = Stress { sets: 0, ..Stress::SHORT };
+        assert_eq!(problem(none), "within a factor of 3: no run of 0 sets has a name with \"\"");
     }
 }

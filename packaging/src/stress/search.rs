@@ -279,6 +279,7 @@ mod tests {
         assert_eq!(seed_of(1, 0, None), 1);
         assert_eq!(seed_of(5, 2, Some(14)), 0x0000_0002_000e_0005);
         assert_eq!(seed_of(0x1_0000, 0, Some(1)), 0, "bits that both have are none");
+        assert_eq!(seed_of(1 << 32, 1, None), 0);
     }
 
     #[test]
