@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use bounds::close;
 use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Scalar;
-use pneumatic_servo::solver::{Rejection, Run, Scheme, Settings, StepError};
+use pneumatic_servo::solver::{Run, Scheme, Settings, StepError};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
@@ -158,27 +158,6 @@ impl HybridSystem<2, 1> for Ball {
         [1.0; 2]
     }
     fn fits(&self, _memory: &Vec<f64>) -> bool {
-        true
-    }
-}
-
-/// `x' = u`, whose only mode is invalid as soon as `x > 1`.
-struct Trap;
-
-impl HybridSystem<1, 1> for Trap {
-    type Memory = ();
-    type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], _memory: &()) -> [S; 1] {
-        [u[0]]
-    }
-    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 1] {
-        [1.0 - x[0]]
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, _memory: &()) -> bool {
         true
     }
 }
@@ -394,7 +373,7 @@ fn communication_points_do_not_matter() {
 /// The integral of a ramp is a parabola, which the method reproduces to rounding.
 #[test]
 fn inputs_with_a_slope_are_integrated_exactly() {
-    let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [0.0]);
+    let mut run = Run::new(Vessel, ADAPTIVE, 0.0, [0.0], (), [0.0]);
     run.set_inputs([0.1], [0.2]);
     run.advance(2.0).unwrap();
     close(run.state().0[0], 0.6, 1e-14, "inputs with a slope are integrated exactly");
@@ -419,63 +398,10 @@ fn explicit_stages_know_their_time() {
 }
 
 #[test]
-fn events_without_end_are_an_error_and_the_time_is_named() {
-    let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [1.0]);
-    let error = run.advance(2.0).unwrap_err();
-    let StepError::Chattering { time, .. } = error else { panic!("{error}") };
-    close(time, 1.0, 5e-14, "events without end are an error and the time is named");
-    // The system has no names.
-    let expected = format!("at t = {time} s events follow each other without end, the last of them an event");
-    assert_eq!(error.to_string(), expected);
-}
-
-#[test]
 fn work_within_one_call_is_bounded() {
     let mut run = Run::new(Oscillator::new(false), Settings { max_steps: 10, ..ADAPTIVE }, 0.0, [1.0, 0.0], (), [0.0]);
     let StepError::TooManySteps { time, limit: 10 } = run.advance(100.0).unwrap_err() else { panic!("another error") };
     assert!(time > 0.0 && time < 100.0 && time == run.time());
-}
-
-/// `x' = 1`, with an event at each multiple of a spacing in s, whose indicator is flat in front of it; counts how often it
-/// is asked for its rate.
-struct Fence {
-    spacing: f64,
-    evaluations: Cell<u32>,
-}
-
-impl HybridSystem<1, 1> for Fence {
-    type Memory = f64;
-    type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &f64) -> [S; 1] {
-        self.evaluations.update(|count| count + 1);
-        [S::constant(1.0)]
-    }
-    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], passed: &f64) -> [f64; 1] {
-        let ahead = (passed + self.spacing - x[0]) / self.spacing;
-        [if ahead > 0.0 { ahead.powi(9) } else { ahead }]
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], passed: &mut f64) {
-        *passed += self.spacing;
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, _passed: &f64) -> bool {
-        true
-    }
-}
-
-/// A step of the adaptive scheme asks seven times for the rates, for the Jacobian once more, and at an event once more.
-#[test]
-fn steps_that_locate_events_are_within_the_bound() {
-    let system = Fence { spacing: 1e-3, evaluations: Cell::new(0) };
-    let mut run = Run::new(system, Settings { max_steps: 500, ..ADAPTIVE }, 0.0, [0.0], 0.0, [0.0]);
-    let error = run.advance(1.0).unwrap_err();
-    assert!(matches!(error, StepError::TooManySteps { limit: 500, .. }), "{error}");
-    assert!(run.counters().events > 5, "{} events", run.counters().events);
-    let evaluations = run.system().evaluations.get();
-    // The last event may be located beyond it.
-    assert!(evaluations < 9 * (500 + 60), "{evaluations} evaluations");
 }
 
 #[test]
@@ -488,48 +414,11 @@ fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     assert!(error.to_string().contains("diverges: the magnitude of a state goes beyond"), "{error}");
 }
 
-/// `x' = -1`, which has no meaning from `x = 0` on.
-struct Tank;
-
-impl HybridSystem<1, 1> for Tank {
-    type Memory = ();
-    type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
-        [S::constant(-1.0)]
-    }
-    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], (): &mut ()) {}
-    fn admit(&self, x: &[f64; 1]) -> Result<(), &'static str> {
-        if x[0] > 0.0 { Ok(()) } else { Err("the tank is empty") }
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
-    }
-}
-
-#[test]
-fn error_says_what_stands_in_the_way() {
-    let mut run = Run::new(Tank, ADAPTIVE, 0.0, [0.5], (), [0.0]);
-    let error = run.advance(1.0).unwrap_err();
-    let StepError::StepSizeTooSmall { time, reason: Rejection::Meaningless("the tank is empty"), .. } = error else {
-        panic!("{error}")
-    };
-    close(time, 0.5, 1e-14, "error says what stands in the way");
-    let settings = Settings { scheme: Scheme::RK4, ..ADAPTIVE };
-    let error = Run::new(Tank, settings, 0.0, [0.5], (), [0.0]).advance(1.0).unwrap_err();
-    assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
-}
-
 /// What conserves nothing has nothing to account for.
 #[test]
 fn account_without_conserved_quantities_is_empty() {
-    let mut run = Run::new(Tank, ADAPTIVE.keeping_balance(true), 0.0, [0.5], (), [0.0]);
-    let start = run.system().content(&[0.5], &());
+    let mut run = Run::new(Oscillator::new(false), ADAPTIVE.keeping_balance(true), 0.0, [1.0, 0.0], (), [0.0]);
+    let start = run.system().content(&[1.0, 0.0], &());
     run.advance(0.3).unwrap();
     assert!(start.iter().chain(&run.residuals()).all(|amount| *amount == 0.0));
 }
@@ -570,40 +459,6 @@ fn account_follows_inputs_with_a_slope() {
     run.advance(2.0).unwrap();
     close(run.state().0[0], 0.6, 5e-15, "what the vessel holds");
     close(run.residuals()[0], 0.0, 5e-15, "what it holds beyond what it has received");
-}
-
-/// A tank and a jet, which are still until 0.5 s and then set out so fast that no step is short enough: in 1 s the tank by a
-/// millionfold of its scale, the jet by the hundredfold of that.
-struct Burst;
-
-impl HybridSystem<2, 1> for Burst {
-    type Memory = ();
-    type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, time: S, _x: &[S; 2], _u: &[S; 1], (): &()) -> [S; 2] {
-        let rates = if time.value() > 0.5 { [1e9, 1e5] } else { [0.0; 2] };
-        rates.map(S::constant)
-    }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], (): &mut ()) {}
-    fn scales(&self) -> [f64; 2] {
-        [1e3, 1e-3]
-    }
-    fn state_name(&self, state: usize) -> &'static str {
-        ["the tank", "the jet"][state]
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
-    }
-}
-
-/// The state that an error names is the one that is farthest off for its scale, not the one with the largest number.
-#[test]
-fn error_names_the_state_that_is_farthest_off_for_its_scale() {
-    let error = Run::new(Burst, ADAPTIVE, 0.0, [0.0; 2], (), [0.0]).advance(1.0).unwrap_err();
-    let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(course), .. } = error else { panic!("{error}") };
-    assert_eq!((course.state, course.value, course.rate), ("the jet", 0.0, 0.0));
 }
 
 /// `x'' = -x` that counts how often a step was accepted.
