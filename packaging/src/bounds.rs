@@ -225,6 +225,8 @@ tests/b.rs;1;unused;0e0;1e-3;
         let used = |bound: f64, reason: &str| Use { test: "t".into(), observed: 1e-9, bound, reason: reason.into() };
         assert!(!used(1e-8, "").is_slack());
         assert!(used(1.2e-8, "").is_slack());
+        let whole = |bound| Use { observed: 1.0, ..used(bound, "") };
+        assert!(!whole(11.0).is_slack() && whole(11.5).is_slack());
         assert!(!used(1.0, "rounding of another machine").is_slack());
         assert!(Use { observed: 0.0, ..used(1e-300, "") }.is_slack());
     }

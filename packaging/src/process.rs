@@ -5,7 +5,6 @@ use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::{Command, ExitStatus, Output, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -116,11 +115,11 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
 }
 
 thread_local! {
-    /// Whether something has failed that this thread works together with.
-    static FAILED: OnceCell<Arc<AtomicBool>> = const { OnceCell::new() };
+    /// Set once something has failed that this thread works together with.
+    static FAILED: OnceCell<Arc<OnceLock<()>>> = const { OnceCell::new() };
 }
 
-fn failed() -> Arc<AtomicBool> {
+fn failed() -> Arc<OnceLock<()>> {
     FAILED.with(|failed| Arc::clone(failed.get_or_init(Arc::default)))
 }
 
@@ -159,18 +158,15 @@ pub fn both<A: Send, B>(
     })
 }
 
-/// Notes and shows a failure, whose error ends the program when all is quiet.
+/// Notes a failure, whose error ends the program when all is quiet, and shows the first.
 fn noted<T>(result: Result<T>) -> Result<T> {
-    if let Err(problem) = &result
-        && !failed().swap(true, Ordering::Relaxed)
-    {
-        eprintln!("error: {problem:#}; the rest is given up");
-    }
-    result
+    result.inspect_err(|problem| {
+        failed().get_or_init(|| eprintln!("error: {problem:#}; the rest is given up"));
+    })
 }
 
 fn go_on() -> Result<()> {
-    ensure!(!failed().load(Ordering::Relaxed), GIVEN_UP);
+    ensure!(failed().get().is_none(), GIVEN_UP);
     Ok(())
 }
 

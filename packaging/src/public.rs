@@ -122,7 +122,8 @@ mod tests {
         let pair = |page: &str, name: &str| (page.to_owned(), name.to_owned());
         assert_eq!(items(all), [pair("model/struct.Model.html", "model::Model"), pair("macro.laws.html", "laws")]);
         let page = "<span id=\"structfield.name\" class=\"structfield\"></span><section id=\"method.of\" class=\"method\">\
-                    <section id=\"method.of-1\" class=\"method\"><h2 id=\"trait-implementations\"></h2>\
+                    <section id=\"method.of-1\" class=\"method\">\
+                    <section id=\"impl.Model\"><span id=\"variant.Of.field.0\"></span><h2 id=\"trait-implementations\"></h2>\
                     <section id=\"method.clone\" class=\"method\">";
         assert_eq!(parts(page).into_iter().collect::<Vec<_>>(), ["name", "of"]);
     }

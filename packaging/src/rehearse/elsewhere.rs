@@ -140,7 +140,7 @@ mod tests {
     use crate::files;
     use crate::gates::made;
     use crate::moment::Moment;
-    use crate::stand_in::{self, Answer, StandIn, Started};
+    use crate::stand_in::{Answer, StandIn, Started};
 
     const ENTRY: [&str; 1] = ["PyInit__native"];
 

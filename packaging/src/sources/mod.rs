@@ -102,9 +102,47 @@ fn roots(versions: &[Version]) -> Vec<&'static str> {
 
 const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetVersion"];
 
+/// A module in which all that is asked of one does nothing.
+#[cfg(test)]
+pub fn made_module() -> Vec<u8> {
+    /// A number of two bytes, as the format writes it.
+    fn number(value: usize) -> [u8; 2] {
+        [(value % 128) as u8 | 128, (value / 128) as u8]
+    }
+    fn section(id: u8, contents: &[u8]) -> Vec<u8> {
+        [&[id], &number(contents.len())[..], contents].concat()
+    }
+    let roots = roots(&Version::ALL);
+    let export = |name: &&str| [&number(name.len())[..], name.as_bytes(), &[0, 0]].concat();
+    let exports: Vec<u8> = number(roots.len()).into_iter().chain(roots.iter().flat_map(export)).collect();
+    // One function that takes and returns nothing, one page of memory, the names, and the text of the function: its end.
+    let parts = [section(1, &[1, 0x60, 0, 0]), section(3, &[1, 0]), section(5, &[1, 0, 1]), section(7, &exports)];
+    [&b"\0asm\x01\0\0\0"[..], &parts.concat(), &section(10, &[1, 2, 0, 0x0b])].concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Each version has its face; the loop rests on FMI 2.0, and FMI 3.0 says how sources are built.
+    #[test]
+    fn sources_are_those_of_the_versions() -> Result<()> {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        let model = &pneumatic_servo::models::position_controller::MODEL;
+        for (versions, own, others) in [
+            (&[Version::Fmi2][..], ["fmi2.c", "loop.c"], ["fmi3.c", "buildDescription.xml"]),
+            (&[Version::Fmi3], ["fmi3.c", "buildDescription.xml"], ["fmi2.c", "loop.c"]),
+        ] {
+            let sources = of(&workspace, model, versions, &made_module())?;
+            let has = |name: &&str| sources.files.contains_key(*name);
+            assert!(own.iter().all(has) && !others.iter().any(has), "{:?}", sources.files.keys());
+            assert!(["plant.c", "wasm.h", "model.h", "code.h", "code_1.c"].iter().all(has));
+            assert_eq!(sources.compiled, ["plant.c", "operators.c", own[0], "code_1.c", "code_data.c"]);
+        }
+        let broken = of(&workspace, model, &[Version::Fmi2], b"\0asm\x01\0\0\0").map(|_| ());
+        assert!(broken.is_err_and(|error| error.to_string() == "the module of PositionController"));
+        Ok(())
+    }
 
     /// All functions of the standards but those that tell a constant or end an instance, behind those of the C itself.
     #[test]

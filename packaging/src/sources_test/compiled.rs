@@ -149,24 +149,89 @@ impl Compiler {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
+    use std::sync::{Arc, Mutex};
+
     use super::*;
+    use crate::stand_in::{Answer, DONE, StandIn};
 
-    const COMPILER: Compiler = Compiler { program: "true", folder: "made", always: &[], compiling: &[], linking: &[] };
+    const COMPILER: Compiler = Compiler {
+        program: "cc",
+        folder: "made",
+        always: &["-always"],
+        compiling: &["-compiling"],
+        linking: &["-linking"],
+    };
 
+    fn written(folder: &Path) -> Written {
+        let compiled =
+            ["plant.c", "fmi2.c", "operators.c", "fmi3.c", "code_1.c"].map(|name| folder.join(name)).to_vec();
+        Written { folder: folder.to_owned(), module: Vec::new(), compiled, headers: "/headers".into() }
+    }
+
+    /// Two files at a time, since there are many.
     #[test]
     fn plant_and_faces_are_compiled_apart() -> Result<()> {
         let folder = crate::files::scratch("compiled");
-        let compiled =
-            ["plant.c", "fmi2.c", "operators.c", "fmi3.c", "code_1.c"].map(|name| folder.join(name)).to_vec();
-        let written = Written { folder: folder.clone(), module: Vec::new(), compiled, headers: PathBuf::new() };
+        let written = written(&folder);
         let objects = |names: &[&str]| names.iter().map(|name| folder.join("made").join(name)).collect::<Vec<_>>();
-        assert_eq!(written.plant(&COMPILER)?, objects(&["plant.o", "operators.o", "code_1.o", "loop.o"]));
-        assert_eq!(written.faces(&COMPILER)?, objects(&["fmi2.o", "fmi3.o"]));
-        let failing = Compiler { program: "false", ..COMPILER };
-        assert!(written.plant(&failing).is_err() && written.faces(&failing).is_err());
+        let threads = Arc::new(Mutex::new(Vec::new()));
+        let machine = StandIn::new({
+            let threads = Arc::clone(&threads);
+            move |_| {
+                threads.lock().unwrap().push(std::thread::current().id());
+                None
+            }
+        });
+        let (plant, started) = machine.does(|| written.plant(&COMPILER));
+        assert_eq!(plant?, objects(&["plant.o", "operators.o", "code_1.o", "loop.o"]));
+        let threads = threads.lock().unwrap();
+        assert_eq!(threads.iter().filter(|it| **it == threads[0]).count(), 2, "{threads:?}");
+        for command in &started {
+            assert!(command.says("-Werror -always") && command.says("-compiling -I /headers"), "{command:?}");
+            assert!(!command.says("-linking") && command.says("-c"), "{command:?}");
+        }
+        let (faces, _) = StandIn::new(|_| None).does(|| written.faces(&COMPILER));
+        assert_eq!(faces?, objects(&["fmi2.o", "fmi3.o"]));
+        let failing = || StandIn::new(|_| Some(Answer::Fails));
+        assert!(failing().does(|| written.plant(&COMPILER)).0.is_err());
+        assert!(failing().does(|| written.faces(&COMPILER)).0.is_err());
         std::fs::remove_dir_all(&folder)?;
+        Ok(())
+    }
+
+    /// Programs are compiled with the headers, a library is of objects alone; both are where they are said to be.
+    #[test]
+    fn programs_and_libraries_are_linked() -> Result<()> {
+        let written = written(Path::new("/folder"));
+        let objects = ["/folder/made/plant.o".into()];
+        let ((program, library), started) = StandIn::new(|_| Some(DONE)).does(|| {
+            let program = written.program(&COMPILER, "loop", &["/main.c".into()], &objects);
+            (program, Written::library(&written, &COMPILER, &objects))
+        });
+        let [of_program, of_library] = &started[..] else { panic!("{started:?}") };
+        for (file, command, name) in [(program?, of_program, "loop.exe"), (library?, of_library, "library.so")] {
+            assert_eq!(
+                (file, command.after("-o")),
+                (Path::new("/folder/made").join(name), &*format!("/folder/made/{name}"))
+            );
+            assert!(command.says("/folder/made/plant.o -linking -lm") && !command.says("-compiling"), "{command:?}");
+            assert_eq!(command.says("-shared"), name == "library.so");
+        }
+        assert!(of_program.says("-std=c99 -I /folder -I /headers /main.c"), "{of_program:?}");
+        let failing = || StandIn::new(|_| Some(Answer::Fails));
+        assert!(failing().does(|| Written::library(&written, &COMPILER, &objects)).0.is_err());
+        assert!(failing().does(|| written.program(&COMPILER, "loop", &[], &objects)).0.is_err());
+        Ok(())
+    }
+
+    #[test]
+    fn a_compiler_tells_its_version() -> Result<()> {
+        let answer = |command: &crate::stand_in::Started| {
+            (command.line() == "cc -dumpversion").then(|| Answer::Prints("1.2.3\n".to_owned()))
+        };
+        assert_eq!(StandIn::new(answer).does(|| COMPILER.version()).0?, "1.2.3\n");
         Ok(())
     }
 }

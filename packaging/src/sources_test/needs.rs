@@ -117,6 +117,7 @@ fn thousands(instructions: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{Answer, StandIn};
 
     #[test]
     fn sizes_are_read_also_where_the_hexadecimal_sum_has_no_letter() {
@@ -138,6 +139,34 @@ mod tests {
         assert_eq!([31_499, 1_830_440].map(thousands), ["31,000", "1,830,000"]);
         assert!(needs.add("stack many").is_err() && needs.add("heap 3").is_err());
         Ok(())
+    }
+
+    /// The row must stand on the page, for the compiler that the page is about; another is not compared.
+    #[test]
+    fn needs_are_compared_with_the_page() -> Result<()> {
+        let folder = crate::files::scratch("needs");
+        let workspace = Workspace { root: folder.clone(), ..Workspace::of_a_test(&folder.join("target")) };
+        let compiler = Compiler { program: "arm-none-eabi-gcc", folder: "", always: &[], compiling: &[], linking: &[] };
+        let compare = |version: &str| {
+            let version = format!("{version}.3.1\n");
+            let machine = StandIn::new(move |command| {
+                let printed = if command.line().starts_with("arm-none-eabi-size --totals /a.o") {
+                    "10 20 30 60 x\n"
+                } else {
+                    &version
+                };
+                Some(Answer::Prints(printed.to_owned()))
+            });
+            let ask = || Needs::of_objects(&compiler, &["/a.o".into()])?.compare(&workspace, "Cortex", &compiler);
+            machine.does(ask).0.map_or_else(|problem| problem.to_string(), |()| String::new())
+        };
+        let row = Needs { text: 10, data: 50, ..Needs::default() }.row("Cortex");
+        crate::files::write(&folder.join(PAGE), format!("# Needs\n{row}\n"))?;
+        assert_eq!(compare(VERSION), "");
+        crate::files::write(&folder.join(PAGE), "# Needs\n")?;
+        assert_eq!(compare(VERSION), format!("{PAGE} should say\n{row}"));
+        assert_eq!(compare("1"), "");
+        Ok(std::fs::remove_dir_all(&folder)?)
     }
 
     /// The version of this one is `-dumpversion`. Under CI it is an error that nothing is compared, and the message says why.

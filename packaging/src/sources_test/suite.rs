@@ -63,3 +63,64 @@ fn of(workspace: &Workspace, test: &str, model: &Model, library: &Path) -> Comma
     cargo.env("FMU_LIBRARY", library).env("FMU_MODEL", model.name);
     cargo
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use pneumatic_servo::models::position_controller;
+
+    use super::*;
+    use crate::files;
+    use crate::gates::made;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    /// What is started for the tests of a model.
+    fn started(name: &str, model: &Model) -> Result<Vec<Started>> {
+        let folder = files::scratch(name);
+        let (workspace, built) = (Workspace::of_a_test(&folder), folder.join("built.so"));
+        files::write(&built, made::linux())?;
+        let machine =
+            StandIn::new(move |command| command.says("rustc --release").then(|| stand_in::built(command, &built)));
+        let (outcome, started) = machine.does(|| run(&workspace, model, &folder.join("library.so")));
+        outcome?;
+        std::fs::remove_dir_all(&folder)?;
+        let tests = |it: &Started| it.line().starts_with("cargo test --package pneumatic-servo-fmu ");
+        Ok(started.into_iter().filter(tests).collect())
+    }
+
+    /// All tests of the cylinder but those of two models, and random calls of every kind.
+    #[test]
+    fn cylinder_meets_the_tests_of_one_model() -> Result<()> {
+        let started = started("suite-cylinder", &MODEL)?;
+        let [first, one, other, fuzz] = &started[..] else { panic!("{started:#?}") };
+        assert!(
+            OF_TWO_MODELS.iter().all(|name| first.says(&format!("--skip {name}"))) && first.says("--test c_interface")
+        );
+        assert!(one.says("in_another_process") && other.says("in_another_process"));
+        assert!(fuzz.line().ends_with("--test fuzz --"), "{fuzz:?}");
+        for command in &started {
+            assert_eq!(command.variable("FMU_MODEL"), MODEL.name);
+        }
+        assert!(first.variable("FMU_LIBRARY").ends_with("/library.so"));
+        Ok(())
+    }
+
+    /// Only those that ask every model; no state is forged where there is none.
+    #[test]
+    fn another_model_meets_the_tests_of_every_model() -> Result<()> {
+        let started = started("suite-controller", &position_controller::MODEL)?;
+        let [first, fuzz] = &started[..] else { panic!("{started:#?}") };
+        assert!(OF_ALL_MODELS.iter().all(|name| first.says(name)) && !first.says("--skip"), "{first:?}");
+        assert!(fuzz.says("--skip model_exchange") && fuzz.says("--skip forged_states"), "{fuzz:?}");
+        assert_eq!(fuzz.variable("SERVO_FUZZ_SEED"), "1");
+        Ok(())
+    }
+
+    #[test]
+    fn a_test_that_fails_is_an_error() {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        for model in [&MODEL, &position_controller::MODEL] {
+            let failing = StandIn::new(|_| Some(Answer::Fails));
+            assert!(failing.does(|| run(&workspace, model, Path::new("library.so"))).0.is_err());
+        }
+    }
+}

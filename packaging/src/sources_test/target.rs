@@ -242,6 +242,69 @@ const INSTRUCTIONS_PER_TICK: u32 = 40;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::StandIn;
+
+    /// What is said of missing tools, where these are missing.
+    fn missing(target: Target, lacking: &[&'static str]) -> Vec<String> {
+        let machine = lacking.iter().fold(StandIn::new(|_| None), |machine, program| machine.lacking(program));
+        machine.does(|| target.missing()).0.iter().map(Tool::to_string).collect()
+    }
+
+    /// Debian names the compiler `x-gcc` by its package `gcc-x`.
+    #[test]
+    fn what_a_target_lacks_is_named_with_its_package() {
+        for target in Target::ALL {
+            let program = target.compiler().program;
+            let package = match program.strip_suffix("-gcc") {
+                Some("x86_64-w64-mingw32") => "gcc-mingw-w64-x86-64-posix".to_owned(),
+                Some(of) => format!("gcc-{of}"),
+                None => program.to_owned(),
+            };
+            let [told] = &missing(target, &[program])[..] else { panic!("{target:?}") };
+            let rest = told.strip_prefix(&format!("{program} (apt install {package}"));
+            assert!(rest.is_some_and(|rest| rest.starts_with([' ', ')'])), "{told}");
+            assert!(missing(target, &[]).is_empty());
+            let emulators =
+                ["qemu-aarch64", "qemu-arm", "qemu-s390x", "qemu-system-arm", "wine64", "/usr/lib/wine/wine64"];
+            let emulator = missing(target, &emulators);
+            let expected: &[&str] = match target {
+                Target::Linux | Target::Clang => &[],
+                Target::CortexM7 | Target::CortexM4 | Target::CortexM4Single => {
+                    &["qemu-system-arm (apt install qemu-system-arm)"]
+                }
+                Target::Arm32 => &["qemu-arm (apt install qemu-user)"],
+                Target::BigEndian => &["qemu-s390x (apt install qemu-user)"],
+                Target::Arm64 => &["qemu-aarch64 (apt install qemu-user)"],
+                Target::Windows => &["wine64 (apt install wine64)"],
+            };
+            assert_eq!(emulator, expected, "{target:?}");
+        }
+    }
+
+    /// By itself, or as the last word of its emulator.
+    #[test]
+    fn a_program_is_started_where_it_runs() {
+        for target in Target::ALL {
+            let (command, _) = StandIn::new(|_| None).does(|| target.start("/folder".as_ref(), "/a.exe".as_ref()));
+            let emulator = target.emulator().map(|(program, _)| program);
+            let emulator = emulator.or((target == Target::Windows).then_some("/machine/first/wine64"));
+            assert_eq!(command.get_program(), emulator.unwrap_or("/a.exe"), "{target:?}");
+            let arguments: Vec<_> = command.get_args().map(|it| it.to_string_lossy()).collect();
+            assert_eq!(arguments.last().is_some_and(|last| last == "/a.exe"), emulator.is_some(), "{target:?}");
+            // The libraries of Arm are linked to when the program starts; those of the others are in it.
+            assert_eq!(arguments.iter().any(|it| it == "-L"), target == Target::Arm64, "{target:?}");
+            assert_eq!(arguments.iter().any(|it| it == "-kernel"), target.has_no_system(), "{target:?}");
+        }
+    }
+
+    /// They have one instance, and start without a system.
+    #[test]
+    fn microcontrollers_have_no_system() {
+        for target in Target::ALL {
+            assert_eq!(target.has_no_system(), target.name().starts_with("Cortex"), "{target:?}");
+            assert_eq!(target.has_no_system(), target.compiler().always.contains(&"-DPLANT_INSTANCES=1"), "{target:?}");
+        }
+    }
 
     /// A library for Linux is of code that may be anywhere; one for Windows always is, and Wine runs it.
     #[test]
