@@ -1,13 +1,15 @@
 """A plugin of pytest: notes which tests reach which function of a copy that mutmut made, and how long each lasts.
 
 `tests/python/mutants.py` runs it in the copy. What a fixture reaches counts for all tests that share it, and
-what is reached while a file is read for all tests of the file. Tests that fail without any mistake are left out.
+what is reached while a file is read for all tests of the file. Programs that tests start note it for themselves.
+Tests that fail without any mistake are left out.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Generator
@@ -23,12 +25,18 @@ lasts: dict[str, float] = defaultdict(float)
 failed: set[str] = set()
 read: dict[str, set[str]] = defaultdict(set)
 
-# Processes that tests start are not told: they have no place to note it.
 trampoline._mutant_under_test = "stats"
+by_programs = tempfile.TemporaryDirectory()
+place = Path(__file__).with_name("reached")
+os.environ |= {"REACHED": by_programs.name, "PYTHONPATH": os.pathsep.join([str(place), os.environ["PYTHONPATH"]])}
 
 
 def _noted(tests: list[str]) -> None:
-    for function in state()._stats:
+    functions = set(state()._stats)
+    for file in Path(by_programs.name).iterdir():
+        functions.update(file.read_text(encoding="utf-8").splitlines())
+        file.unlink()
+    for function in functions:
         reaching[function].update(tests)
     state()._stats.clear()
 
