@@ -121,7 +121,8 @@ fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command
     Ok(cargo)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
     use crate::stand_in::{self, Answer, StandIn, Started};

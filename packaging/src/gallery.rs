@@ -45,3 +45,48 @@ impl Gallery {
         process::run(script("catalogue.py").arg(of("FrictionBench")).arg(of("PneumaticServoCylinder")))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use pneumatic_servo::models;
+
+    use super::*;
+    use crate::files;
+    use crate::stand_in::{self, StandIn};
+
+    /// From the FMUs that are there, with the package that holds them, one program after the other.
+    #[test]
+    fn everything_is_drawn_from_the_fmus() -> Result<()> {
+        let folder = files::scratch("gallery");
+        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        workspace.product.models = &models::ALL[..1];
+        let run = || {
+            let machine = StandIn::new(|command| {
+                let out = command.says("maturin build").then(|| Path::new(command.after("--out")).join("a.whl"));
+                out.map(|wheel| stand_in::writes(wheel, ""))
+            });
+            machine.lacking("npm").does(|| Gallery {}.run(&workspace))
+        };
+        let (outcome, started) = run();
+        assert!(outcome.is_err_and(|error| error.to_string().contains("run `cargo xtask package` first")));
+        assert!(started.is_empty(), "{started:?}");
+        for fmu in package::fmus(&workspace) {
+            files::write(&fmu, "")?;
+        }
+        let (outcome, started) = run();
+        outcome?;
+        let scripts: Vec<_> = started.iter().filter(|it| it.says("--output")).collect();
+        let [gallery, drive, catalogue] = &scripts[..] else { panic!("{started:?}") };
+        for (command, name, last) in [
+            (gallery, "gallery.py", "PneumaticServoCylinder.fmu"),
+            (drive, "drive.py", "PneumaticServoDrive.ssp"),
+            (catalogue, "catalogue.py", "PneumaticServoCylinder.fmu"),
+        ] {
+            assert_eq!(Path::new(command.after("--output")), workspace.gallery());
+            assert!(command.line().contains(name) && command.line().ends_with(last), "{command:?}");
+        }
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+}

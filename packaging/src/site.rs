@@ -96,3 +96,112 @@ fn build(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<PathBuf> {
     process::run(venv.command().arg(own.join("links.py")).arg(&site))?;
     Ok(site)
 }
+
+#[cfg(test)]
+mod tests {
+    use pneumatic_servo::models;
+
+    use super::*;
+    use crate::build::wasm;
+    use crate::files;
+    use crate::stand_in::{self, StandIn, Started};
+
+    /// A workspace with the FMU of one model, and a machine that makes page and wheel.
+    fn workshop(folder: &Path) -> Result<(Workspace, StandIn)> {
+        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        workspace.product.models = &models::ALL[..1];
+        for fmu in package::fmus(&workspace) {
+            files::write(&fmu, "")?;
+        }
+        let (root, module) = (workspace.root.clone(), folder.join("module.wasm"));
+        files::write(&module, "")?;
+        let machine = StandIn::new(move |command| match command {
+            _ if command.says("metadata") => {
+                Some(stand_in::metadata(&root, &root, &[(wasm::PACKAGE, "0.1.0", "playground")]))
+            }
+            _ if command.says("rustc --release") => Some(stand_in::built(command, &module)),
+            _ if command.says("bundle") => command.arguments.last().map(|page| stand_in::writes(page, "page")),
+            _ if command.says("maturin build") => {
+                Some(stand_in::writes(Path::new(command.after("--out")).join("a.whl"), ""))
+            }
+            _ => None,
+        });
+        Ok((workspace, machine.compiling_for(&folder.join("sysroot"), &["wasm32-unknown-unknown"])))
+    }
+
+    /// Which of some steps were started, in their order.
+    fn steps(started: &[Started]) -> Vec<&'static str> {
+        const ALL: [&str; 9] = [
+            "npm run --silent bundle",
+            "maturin build",
+            "install --quiet",
+            "gallery.py",
+            "cargo doc",
+            "gather.py",
+            "sphinx",
+            "links.py",
+            "npm test",
+        ];
+        let step = |it: &Started| ALL.into_iter().find(|step| it.line().contains(step));
+        let mut steps: Vec<_> = started.iter().filter_map(step).collect();
+        // The wheel holds the page, too.
+        steps.dedup();
+        steps
+    }
+
+    /// The page, the gallery unless it is kept, and then the pages, whose links are checked; the wheel is installed for them.
+    #[test]
+    fn site_is_made_of_what_is_there() -> Result<()> {
+        const BUNDLE: &str = "npm run --silent bundle";
+        let pages = ["cargo doc", "gather.py", "sphinx", "links.py"];
+        let folder = files::scratch("site");
+        for (keep_gallery, drawn) in [(false, &["gallery.py"][..]), (true, &[])] {
+            let (workspace, machine) = workshop(&folder)?;
+            files::write(&workspace.target.join("site/old.html"), "")?;
+            let (outcome, started) = machine.does(|| Site { keep_gallery }.run(&workspace));
+            outcome?;
+            let expected = [&[BUNDLE, "maturin build", "install --quiet"], drawn, &pages].concat();
+            assert_eq!(steps(&started), expected);
+            let of = |words: &str| started.iter().find(|it| it.line().contains(words)).context(words.to_owned());
+            let (gather, links) = (of("gather.py")?, of("links.py")?);
+            let page = workspace.target.join("playground/index.html");
+            assert_eq!(
+                (Path::new(gather.after("--playground")), Path::new(gather.after("--fmus"))),
+                (&*page, &*workspace.fmus())
+            );
+            assert!(of("sphinx")?.line().ends_with(&format!(
+                "{} {}",
+                gather.after("--out"),
+                workspace.target.join("site").display()
+            )));
+            assert!(links.line().ends_with(&workspace.target.join("site").display().to_string()), "{links:?}");
+            assert!(!workspace.target.join("site/old.html").exists());
+            fs::remove_dir_all(&folder)?;
+        }
+        Ok(())
+    }
+
+    /// Without FMUs there is no site, and without Chromium none is looked at.
+    #[test]
+    fn site_is_looked_at_where_there_is_a_browser() -> Result<()> {
+        let folder = files::scratch("site-check");
+        let (workspace, machine) = workshop(&folder)?;
+        let (outcome, started) = machine.does(|| check(&workspace));
+        outcome?;
+        assert_eq!(steps(&started), ["cargo doc", "gather.py", "sphinx", "links.py", "npm test"]);
+        let test = started.last().context("no test")?;
+        assert_eq!(Path::new(test.variable("SITE")), workspace.target.join("site"));
+        assert_eq!(test.folder, Some(workspace.root.join("tests/site")));
+        for is_ci in [false, true] {
+            let machine = workshop(&folder)?.1.lacking("chromium").with("CI", is_ci.to_string());
+            let (outcome, started) = machine.does(|| check(&workspace));
+            assert!(outcome.is_err() == is_ci && started.is_empty(), "{started:?}");
+        }
+        let machine = workshop(&folder)?.1;
+        fs::remove_dir_all(workspace.fmus())?;
+        let (outcome, started) = machine.does(|| check(&workspace));
+        assert!(outcome.is_err_and(|error| error.to_string().contains("run `cargo xtask package` first")));
+        assert_eq!(steps(&started), Vec::<&str>::new());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+}

@@ -220,9 +220,12 @@ pub fn metadata(root: &Path, target: &Path, packages: &[(&str, &str, &str)]) -> 
             "targets": [{"name": name, "kind": ["bin"], "crate_types": ["bin"], "src_path": root.join(folder).join("main.rs")}],
         })
     };
+    let ids: Vec<_> = packages.iter().map(|(name, version, _)| format!("{name} {version}")).collect();
+    let node = |id: &String| json!({"id": id, "dependencies": [], "deps": [], "features": []});
+    let nodes: Vec<_> = ids.iter().map(node).collect();
     let packages: Vec<_> = packages.iter().map(package).collect();
     let told = json!({
-        "packages": packages, "workspace_members": [], "resolve": null, "target_directory": target, "version": 1,
+        "packages": packages, "workspace_members": ids, "resolve": {"nodes": nodes, "root": null}, "target_directory": target, "version": 1,
         "workspace_root": root,
     });
     Answer::Prints(told.to_string())

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
@@ -228,12 +228,74 @@ fn bindgen(venv: &Venv) -> Result<Vec<(&'static str, OsString)>> {
 
 fn compiler_headers() -> Result<OsString> {
     let mut gcc = Command::new("gcc");
-    let answer = gcc.arg("-print-file-name=include").stderr(Stdio::inherit()).output();
+    let answer = process::output(gcc.arg("-print-file-name=include"));
     let answer = answer.context("gcc was not found; install it (on Debian or Ubuntu: apt install gcc libc6-dev)")?;
-    let folder = String::from_utf8(answer.stdout).context("gcc named no folder")?;
-    let folder = Path::new(folder.trim());
+    let folder = Path::new(answer.trim());
     if !folder.is_absolute() {
         bail!("gcc has no folder of headers; install it (on Debian or Ubuntu: apt install gcc libc6-dev)");
     }
     Ok(folder.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files;
+    use crate::stand_in::{Answer, StandIn, Started};
+
+    const ALL: Test = Test { times: false, platforms: false, sources: false, only: Vec::new(), fuzz: None };
+
+    /// What comes of it, and what is started, on a machine on which what is told these words fails.
+    fn tested(test: &Test, failing: &'static str) -> Result<(String, Vec<Started>)> {
+        let folder = files::scratch("test");
+        let workspace = Workspace::of_a_test(&folder);
+        let machine = StandIn::new(move |command| match command {
+            _ if command.says(failing) => Some(Answer::Fails),
+            _ => command.says("-print-file-name=include").then(|| Answer::Prints("/headers\n".to_owned())),
+        });
+        let (outcome, started) = machine.does(|| test.run(&workspace));
+        std::fs::remove_dir_all(&folder).ok();
+        Ok((outcome.map_or_else(|problem| format!("{problem:#}"), |()| String::new()), started))
+    }
+
+    /// What is cheap comes first, and a failure ends it.
+    #[test]
+    fn checks_end_with_the_first_failure() -> Result<()> {
+        let orders = [
+            ("fmt --all --check", "-print-file-name=include"),
+            ("ruff format", "fmt --all --check"),
+            ("ruff check", "ruff format --check"),
+            ("deny --offline", "ruff check"),
+        ];
+        for (failing, before) in orders {
+            let (problem, started) = tested(&ALL, failing)?;
+            assert!(problem.contains(failing), "{problem}");
+            let [.., second, last] = &started[..] else { panic!("{started:?}") };
+            assert!(last.says(failing) && (second.says(before) || !cfg!(target_os = "linux")), "{started:?}");
+        }
+        let (_, started) = tested(&ALL, "ruff format")?;
+        let format = started.iter().find(|it| it.says("fmt")).context("no format")?;
+        assert_eq!(
+            format.variable("BINDGEN_EXTRA_CLANG_ARGS"),
+            if cfg!(target_os = "linux") { "-I/headers" } else { "" }
+        );
+        assert_eq!(format.folder, Some(crate::workspace::home()));
+        Ok(())
+    }
+
+    /// Only the platforms, only the sources, or only random calls of them.
+    #[test]
+    fn one_of_the_long_checks_is_run_alone() -> Result<()> {
+        let only = || vec!["Bed".to_owned()];
+        for (test, expected) in [
+            (Test { sources: true, only: only(), ..ALL }, "`Bed` is no model and no target"),
+            (Test { sources: true, only: only(), fuzz: Some(1), ..ALL }, "`Bed` is no model;"),
+            (Test { platforms: true, times: true, ..ALL }, "`rustc --print sysroot` failed"),
+        ] {
+            let (problem, started) = tested(&test, "--print sysroot")?;
+            let is_begun = started.iter().any(|it| it.line().starts_with("cargo "));
+            assert!(problem.starts_with(expected) && !is_begun, "{problem}: {started:?}");
+        }
+        Ok(())
+    }
 }

@@ -181,3 +181,73 @@ pub fn instructions(program: &Command) -> Result<u64> {
     let number = report.lines().find_map(|line| line.split_once("Collected : ")).context("valgrind counted nothing")?.1;
     number.trim().parse().with_context(|| format!("valgrind counted {number}"))
 }
+
+#[cfg(test)]
+#[cfg(target_os = "linux")]
+mod tests {
+    use super::*;
+    use crate::gates::made;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    /// A machine whose compiler has a name, on which a step takes so many instructions, and LuGre's more.
+    fn machine(folder: &Path, rustc: &'static str, step: u64) -> Result<StandIn> {
+        let library = folder.join("built.so");
+        files::write(&library, made::linux())?;
+        let machine = StandIn::new(move |command| {
+            let line = command.line();
+            if command.says("rustc --release") {
+                return Some(stand_in::built(command, &library));
+            }
+            if line == "rustc --version" {
+                return Some(Answer::Prints(format!("{rustc}\n")));
+            }
+            let [law, steps] = command.arguments.get(4..6)? else { return None };
+            let of_step = if law == "LuGre" { step } else { 1000 };
+            let count = 12_345 + of_step * steps.parse::<u64>().ok()?;
+            line.starts_with("valgrind --tool=callgrind")
+                .then(|| Answer::Prints(format!("==1== Collected : {count}\n")))
+        });
+        Ok(machine.compiling_for(&folder.join("sysroot"), &[]))
+    }
+
+    /// A twentieth more than recorded is slower, with the same compiler; with another one nothing is compared.
+    #[test]
+    fn steps_that_take_more_instructions_than_recorded_are_named() -> Result<()> {
+        let folder = files::scratch("valgrind");
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let (outcome, started) = machine(&folder, "rustc 1", 2000)?.does(|| Record {}.run(&workspace));
+        outcome?;
+        let recording: Vec<_> = started.iter().filter(|it| it.variable("SERVO_RECORD") == "1").collect();
+        assert!(recording.len() == 1 && recording[0].says("--test recorded_runs --test documented"), "{recording:?}");
+        let recorded: Counts = serde_json::from_str(&files::text(workspace.root.join(RECORD))?)?;
+        assert_eq!(
+            (recorded.rustc.as_str(), recorded.instructions["LuGre"], recorded.instructions["Dahl"]),
+            ("rustc 1", 2000, 1000)
+        );
+        let problem = |rustc, step| {
+            let compared = machine(&folder, rustc, step)?.does(|| check(&workspace)).0;
+            anyhow::Ok(compared.map_or_else(|problem| problem.to_string(), |()| String::new()))
+        };
+        assert_eq!(problem("rustc 1", 2100)?, "");
+        assert!(problem("rustc 1", 2101)?.starts_with("a step takes more instructions than recorded under LuGre; "));
+        assert_eq!(problem("rustc 2", 9000)?, "");
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// The tests of the C interface run under valgrind, one at a time; without it that is left out.
+    #[test]
+    fn memory_is_looked_at_where_there_is_valgrind() {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        let (outcome, started) = StandIn::new(|_| None).does(|| check_memory(&workspace));
+        assert!(outcome.is_ok());
+        let under = |it: &Started| it.line().contains("runner = ['valgrind'") && it.says("--test-threads 1");
+        assert!(started.len() == 2 && started.iter().all(under), "{started:?}");
+        let (outcome, started) = StandIn::new(|_| None).lacking("valgrind").does(|| check(&workspace));
+        assert!(outcome.is_ok() && started.is_empty());
+        let under_ci = StandIn::new(|_| None).lacking("valgrind").with("CI", "1");
+        assert!(under_ci.does(|| check(&workspace)).0.is_err());
+        assert!(StandIn::new(|_| Some(Answer::Fails)).does(|| check(&workspace)).0.is_err());
+        let silent = StandIn::new(|_| None).does(|| instructions(&Command::new("a"))).0;
+        assert!(silent.is_err_and(|error| error.to_string() == "valgrind counted nothing"));
+    }
+}

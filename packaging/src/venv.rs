@@ -140,3 +140,74 @@ fn find_python() -> Result<&'static str, Tool> {
     };
     ["python3", "python"].into_iter().find(works).ok_or_else(tool)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stand_in::{Answer, StandIn};
+
+    /// The environment is made once, and each list installed once; a list that failed is installed again.
+    #[test]
+    fn packages_are_installed_once() -> Result<()> {
+        let folder = files::scratch("venv");
+        let workspace = Workspace::of_a_test(&folder);
+        let pip = |environments: &Path| {
+            let pip = environments.join("venv/bin/pip");
+            StandIn::new(move |command| command.says("venv --clear").then(|| crate::stand_in::writes(&pip, "")))
+        };
+        let lists = |requirements, machine: StandIn| {
+            let (venv, started) = machine.does(|| Venv::prepare(&workspace, requirements).map(|_| ()));
+            let made = started.iter().filter(|it| it.says("-m venv --clear")).count();
+            let list = |it: &crate::stand_in::Started| {
+                it.says("pip install")
+                    .then(|| it.after("--requirement").rsplit('/').next().unwrap_or_default().to_owned())
+            };
+            (venv.is_ok(), made, started.iter().filter_map(list).collect::<Vec<_>>())
+        };
+        let failing = StandIn::new(|command| command.says("pip install").then_some(Answer::Fails));
+        let first = || vec!["requirements.txt".to_owned()];
+        assert_eq!(lists(Requirements::PACKAGE, failing), (false, 1, first()));
+        let machine = || pip(&workspace.environments);
+        assert_eq!(lists(Requirements::PACKAGE, machine()), (true, 1, first()));
+        assert_eq!(lists(Requirements::PACKAGE, machine()), (true, 0, Vec::new()));
+        let (is_made, made, more) = lists(Requirements::FIGURES, machine());
+        assert_eq!((is_made, made, &more[..]), (true, 0, &["requirements-figures.txt".to_owned()][..]));
+        files::write(&workspace.environments.join("venv/requirements.txt"), "other==1\n")?;
+        assert_eq!(lists(Requirements::PACKAGE, machine()), (true, 0, first()));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// A Python that is too old, or none, is named with what to install.
+    #[test]
+    fn a_python_is_looked_for() -> Result<()> {
+        let found = |machine: StandIn| machine.does(find_python).0.ok();
+        assert_eq!(found(StandIn::new(|_| None)), Some("python3"));
+        assert_eq!(found(StandIn::new(|_| None).lacking("python3")), Some("python"));
+        let folder = files::scratch("venv-none");
+        let workspace = Workspace::of_a_test(&folder);
+        let none = || StandIn::new(|_| None).lacking("python3").lacking("python");
+        let problem = none().does(|| Venv::prepare(&workspace, Requirements::ZIG).map(|_| ())).0;
+        assert!(problem.is_err_and(|error| error.to_string().contains("apt install python3 python3-venv")));
+        assert!(none().does(missing).0.is_some() && StandIn::new(|_| None).does(missing).0.is_none());
+        Ok(())
+    }
+
+    /// Nothing of the user's own gets in, and its programs come first.
+    #[test]
+    fn programs_of_an_environment_are_its_own() -> Result<()> {
+        let folder = files::scratch("venv-own");
+        let workspace = Workspace::of_a_test(&folder);
+        let machine = StandIn::new(|command| command.says("-c").then(|| Answer::Prints("/packages/fmpy\n".to_owned())));
+        let (answers, started) = machine.does(|| {
+            let venv = Venv::prepare(&workspace, Requirements::PACKAGE)?;
+            anyhow::Ok((venv.module("fmpy")?, venv.path()?, venv.program("a")))
+        });
+        let (module, path, program) = answers?;
+        assert_eq!(module, Path::new("/packages/fmpy"));
+        assert_eq!(std::env::split_paths(&path).next().as_deref(), program.parent());
+        assert!(program.starts_with(workspace.environments.join("venv")));
+        let asked = started.last().context("nothing is asked")?;
+        assert_eq!((asked.variable("PYTHONNOUSERSITE"), asked.variable("MPLBACKEND")), ("1", "Agg"));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+}

@@ -143,3 +143,64 @@ fn only_file(folder: &Path) -> Result<PathBuf> {
         found => bail!("{} files in {}, not one wheel", found.len(), folder.display()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stand_in::{self, Answer, StandIn};
+
+    /// FMUs and the drive are inside, and nothing else of their folder; a wheel of the last time is gone.
+    #[test]
+    fn a_wheel_holds_the_fmus() -> Result<()> {
+        let folder = crate::files::scratch("wheel");
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let machine = |wheels: usize| {
+            let machine = StandIn::new(move |command| {
+                let out = command.says("maturin build").then(|| Path::new(command.after("--out")).to_owned())?;
+                (0..wheels).for_each(|n| drop(stand_in::writes(out.join(format!("{n}.whl")), "")));
+                None
+            });
+            machine.lacking("npm")
+        };
+        let (outcome, started) = machine(1).does(|| build(&workspace));
+        assert!(outcome.is_err_and(|error| error.to_string().contains("run `cargo xtask package`")));
+        assert!(started.is_empty(), "{started:?}");
+        for name in ["a.csv", "b.svg"] {
+            crate::files::write(&workspace.fmus().join(name), "")?;
+        }
+        assert!(machine(1).does(|| build(&workspace)).0.is_err_and(|error| error.to_string().contains("no FMUs")));
+        for name in ["Model.fmu", "Drive.ssp"] {
+            crate::files::write(&workspace.fmus().join(name), name)?;
+        }
+        crate::files::write(&workspace.target.join("wheels/old.whl"), "")?;
+        let (wheel, started) = machine(1).does(|| build(&workspace));
+        assert_eq!(wheel?, workspace.target.join("wheels/0.whl"));
+        let mut inside = files(&workspace.root.join("python/pneumatic_servo/fmu_files"))?;
+        inside.sort();
+        let names: Vec<_> = inside.iter().filter_map(|file| file.file_name()).collect();
+        assert_eq!(names, ["Drive.ssp", "Model.fmu"]);
+        let maturin = started.last().context("no maturin")?;
+        assert_eq!(maturin.folder, Some(workspace.root.join("python")));
+        assert!(maturin.says("build --release --locked"), "{maturin:?}");
+        assert_eq!(maturin.says("--compatibility manylinux_2_17"), cfg!(target_os = "linux"));
+        let several = machine(2).does(|| build(&workspace)).0.map_err(|error| error.to_string());
+        assert!(several.is_err_and(|text| text.starts_with("2 files in ")));
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// In place of one installed before.
+    #[test]
+    fn a_wheel_is_installed_alone() -> Result<()> {
+        let folder = crate::files::scratch("wheel-install");
+        let workspace = Workspace::of_a_test(&folder);
+        let put = |machine: StandIn| {
+            machine.does(|| install(&Venv::prepare(&workspace, Requirements::ZIG)?, Path::new("a.whl")))
+        };
+        let (outcome, started) = put(StandIn::new(|_| None));
+        outcome?;
+        let pip = started.last().context("no pip")?;
+        assert!(pip.says("-m pip install") && pip.says("--no-deps --force-reinstall a.whl"), "{pip:?}");
+        assert!(put(StandIn::new(|it| it.says("--force-reinstall").then_some(Answer::Fails))).0.is_err());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+}

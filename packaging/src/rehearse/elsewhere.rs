@@ -131,7 +131,8 @@ fn run(workspace: &Workspace, python: &Path, wheel: &Path, packages: &Path) -> R
     process::run(program.env("PYTHONPATH", packages).env("PYTHONNOUSERSITE", "1").env("MPLBACKEND", "Agg"))
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
+#[cfg(target_os = "linux")]
 mod tests {
     use std::path::PathBuf;
 

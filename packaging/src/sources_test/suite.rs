@@ -64,7 +64,8 @@ fn of(workspace: &Workspace, test: &str, model: &Model, library: &Path) -> Comma
     cargo
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
+#[cfg(target_os = "linux")]
 mod tests {
     use pneumatic_servo::models::position_controller;
 
