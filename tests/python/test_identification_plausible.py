@@ -19,14 +19,18 @@ Array = NDArray[np.float64]
 QUICK = {"experiment": "motion", "law": "Coulomb", "play": 0.0, "starts": 0, "progress": False}
 
 
-@pytest.fixture(scope="module")
-def rig() -> ps.Run:
-    """A second of a rig."""
+def second_of_a_rig() -> ps.Run:
+    """Voltage, position and pressures of a swing by 2 V."""
     time = np.arange(0, 1, 1e-3)
     return ps.Model().simulate(
         {"supplyPressure": 6e5}, inputs={"valveVoltage": (time, 5 + 2 * np.sin(6 * time))}, stop=1.0, step=1e-3,
         outputs=["valveVoltage", "position", "chamberA.pressure", "chamberB.pressure"],
     )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rig() -> ps.Run:
+    return second_of_a_rig()
 
 
 def signals(rig: ps.Run) -> dict[str, Array]:

@@ -79,8 +79,8 @@ def _check_chambers(experiment: OfCylinder, windows: Sequence[Window], speed: Ar
     if _share(force, speed, step) < AGAINST:
         warn(
             "the pressures work against the motion: the position falls when chamberA.pressure is the higher one; are "
-            "the chambers swapped, or does the position count from the other end? Then write position=-column, with "
-            f"{said('settings', 'offset.position')} = -cylinder.stroke"
+            "the chambers swapped, or does the position count from the other end? Then write position=-column, and by "
+            f"{said('settings')} offset.position = -cylinder.stroke"
         )
 
 
@@ -92,7 +92,7 @@ def _check_voltage(experiment: Experiment, windows: Sequence[Window], speed: Arr
     if size > 0.0 and float(opening @ speed) / size < AGAINST:
         warn(
             "the position falls when valveVoltage is above 5 V: is the sign of one of them turned, or are the hoses "
-            f"crossed? {said('settings', 'gain.valveVoltage')} = -1 with offset.valveVoltage = 10 turns the voltage"
+            f"crossed? {said('settings', {'gain.valveVoltage': -1, 'offset.valveVoltage': 10})} turns the voltage"
         )
 
 

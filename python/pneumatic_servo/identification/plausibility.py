@@ -162,9 +162,9 @@ def _check_voltage(experiment: Experiment, source: Measured, low: float, high: f
     if high > 1000.0:
         warn(f"{told}; are these mV? then write valveVoltage=...[mV]")
     elif high > 20.0:
-        warn(f"{told}; is it in percent? then {said('settings', 'gain.valveVoltage')} = 0.1 makes volts of it")
+        warn(f"{told}; is it in percent? then {said('settings', {'gain.valveVoltage': 0.1})} makes volts of it")
     elif low < -0.5 and high < 5.5:
-        warn(f"{told}; does it count from the middle? then {said('settings', 'offset.valveVoltage')} = -5 moves it")
+        warn(f"{told}; does it count from the middle? then {said('settings', {'offset.valveVoltage': -5})} moves it")
     else:
         tell_saturation(experiment.table.variables["valveVoltage"], low, high)
 
@@ -174,7 +174,7 @@ def check_known_pressures(experiment: Experiment) -> None:
     supply = experiment.settings.get("supplyPressure")
     if isinstance(experiment, OfCylinder) and supply is not None and float(supply) < EMPTY:
         raise ValueError(
-            f"{said('settings', 'supplyPressure')} = {supply:g} Pa: pressures are absolute and in Pa; did you mean "
+            f"{said('settings', {'supplyPressure': supply})}: pressures are absolute and in Pa; did you mean "
             f"{supply:g} bar, which is {1e5 * float(supply):g} Pa?"
         )
 
