@@ -9,6 +9,7 @@ use cargo_metadata::{Metadata, MetadataCommand, Package, TargetKind};
 use sha2::{Digest, Sha256};
 
 use crate::files;
+use crate::process;
 
 /// The fingerprint of a package with all that it depends on: of packages on this machine the manifest, the build script and
 /// what lies beside and below the root of the library, and of all others what `Cargo.lock` says. It does not depend on where
@@ -18,7 +19,7 @@ use crate::files;
 /// When Cargo does not know the package or a file cannot be read.
 pub fn of(package: &Path) -> Result<String> {
     let mut command = MetadataCommand::new();
-    let metadata = command.manifest_path(package.join("Cargo.toml")).exec()?;
+    let metadata = process::metadata(command.manifest_path(package.join("Cargo.toml")))?;
     let mut files = BTreeMap::new();
     for package in local(&metadata, &package.join("Cargo.toml"))? {
         add(package, &mut files)?;

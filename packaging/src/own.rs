@@ -161,7 +161,8 @@ mod tests {
     fn machine(target: &Path) -> StandIn {
         let target = target.to_owned();
         StandIn::new(move |command| match command {
-            _ if command.says("metadata") => Some(stand_in::metadata(&workspace::home(), &target, &[])),
+            // What the fingerprint asks is of all packages.
+            _ if command.says("--no-deps") => Some(stand_in::metadata(&workspace::home(), &target, &[])),
             _ => command.says("rustc --release").then_some(stand_in::Answer::Fails),
         })
     }

@@ -36,7 +36,7 @@ pub fn check(workspace: &Workspace) -> Result<()> {
 
 /// The machine that a nightly compiler is for, if there is one and the sanitizer knows this system.
 fn nightly_host() -> Option<String> {
-    let answer = nightly("rustc").arg("-vV").output().ok().filter(|answer| answer.status.success())?;
+    let answer = process::caught(nightly("rustc").arg("-vV")).ok().filter(|answer| answer.status.success())?;
     let text = String::from_utf8(answer.stdout).ok()?;
     let host = text.lines().find_map(|line| line.strip_prefix("host: "))?;
     cfg!(target_os = "linux").then(|| host.to_owned())
@@ -46,4 +46,28 @@ fn nightly(program: &str) -> Command {
     let mut rustup = Command::new("rustup");
     rustup.args(["run", "nightly", program]);
     rustup
+}
+
+#[cfg(test)]
+#[cfg(target_os = "linux")]
+mod tests {
+    use super::*;
+    use crate::stand_in::{Answer, StandIn};
+
+    /// For the machine that the compiler names; without such a compiler nothing is run.
+    #[test]
+    fn tests_are_run_under_the_sanitizer_of_a_nightly_compiler() {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        let machine = |answer: fn() -> Answer| {
+            let machine = StandIn::new(move |command| command.says("rustc -vV").then(answer));
+            machine.does(|| check(&workspace))
+        };
+        let (outcome, started) = machine(|| Answer::Prints("rustc 1\nhost: a-machine\n".to_owned()));
+        let tests = started.last().filter(|_| outcome.is_ok()).expect("tests");
+        assert!(tests.says("rustup run nightly cargo test") && tests.says("--target a-machine --"), "{tests:?}");
+        assert!(tests.variable("RUSTFLAGS").contains("-Zsanitizer=address"), "{tests:?}");
+        assert_eq!(tests.variable("CARGO_TARGET_DIR"), "/target/sanitizer");
+        let (outcome, started) = machine(|| Answer::Fails);
+        assert!(outcome.is_ok() && started.len() == 1, "{started:?}");
+    }
 }

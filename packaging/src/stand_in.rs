@@ -225,8 +225,8 @@ pub fn metadata(root: &Path, target: &Path, packages: &[(&str, &str, &str)]) -> 
     let nodes: Vec<_> = ids.iter().map(node).collect();
     let packages: Vec<_> = packages.iter().map(package).collect();
     let told = json!({
-        "packages": packages, "workspace_members": ids, "resolve": {"nodes": nodes, "root": null}, "target_directory": target, "version": 1,
-        "workspace_root": root,
+        "packages": packages, "workspace_members": ids, "resolve": {"nodes": nodes, "root": null}, "version": 1,
+        "workspace_root": root, "target_directory": target,
     });
     Answer::Prints(told.to_string())
 }
