@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.figures import GREY
 from test_identification import COLUMNS, write
 from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
@@ -77,9 +79,13 @@ def test_wear_is_found_and_what_stays_stays() -> None:
         [intervals] = [lines for lines in axis.collections if len(lines.get_segments()) == 4]
         ends = [[low[1], high[1]] for low, high in intervals.get_segments()]
         assert_close(np.array(ends), np.array([[one.low, one.high] for one in course]), rel=1e-14, what="intervals")
-        assert axis.get_lines()[-1].get_ydata() == [course[0].value] * 2
+        first = axis.get_lines()[-1]
+        assert (first.get_ydata(), first.get_color(), first.get_linestyle()) == ([course[0].value] * 2, GREY, "--")
     colours = [axis.containers[0][0].get_color() for axis in figure.axes]
     assert colours[1] == colours[2] != colours[0], "what moves is red"
+    plain = {"friction.stribeck.delta": [replace(one, unit="1") for one in found.changing[STRIBECK["Fs"]]]}
+    [axis] = replace(found, changing=plain, moves={"friction.stribeck.delta": False}).plot().axes
+    assert axis.get_ylabel() == "delta"
 
 
 def test_nothing_is_said_to_move_where_nothing_does() -> None:

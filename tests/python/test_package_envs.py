@@ -422,12 +422,14 @@ def test_pictures_show_where_the_carriage_is() -> None:
 def test_drawing_is_to_scale_and_says_its_numbers() -> None:
     """Lengths in strokes of 0.5 m; chambers in the colour of air, the fuller the stronger, from 10 bar on in full."""
     drawing = Drawing()
+    assert [text.get_text() for text in drawing.figure.texts] == [""]
     drawing.show(0.5, np.array([0.2, 0.0, 4e5, 20e5]), 0.3, "LuGre")
     [axes] = drawing.figure.axes
     barrel, a, b, rod, piston, load = axes.patches
     ends = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in (barrel, a, b, rod, piston, load)]
     expected = [(-0.04, 1.04), (-0.04, 0.38), (0.42, 1.04), (0.4, 1.5), (0.38, 0.42), (1.5, 1.62)]
     assert_close(np.array(ends), np.array(expected), within=2e-14, what="ends")
+    assert all(patch.get_y() == -patch.get_height() / 2 for patch in axes.patches), "all are on the axis"
     assert (a.get_alpha(), b.get_alpha()) == (0.4, 1.0)
     [target] = axes.get_lines()
     assert_close(np.asarray(target.get_xdata()), np.full(2, 1.7), within=2e-14, what="target")
