@@ -40,3 +40,34 @@ impl Docs {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::files;
+    use crate::stand_in::{self, StandIn};
+
+    /// Of the package that is installed from the wheel.
+    #[test]
+    fn pages_are_made_of_the_installed_package() -> Result<()> {
+        let folder = files::scratch("docs");
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        files::write(&workspace.fmus().join("Model.fmu"), "")?;
+        let machine = StandIn::new(|command| {
+            let out = command.says("maturin build").then(|| Path::new(command.after("--out")).join("a.whl"));
+            out.map(|wheel| stand_in::writes(wheel, ""))
+        });
+        let (outcome, started) = machine.lacking("npm").does(|| Docs {}.run(&workspace));
+        outcome?;
+        let [.., installed, made] = &started[..] else { panic!("{started:?}") };
+        assert!(installed.says("--force-reinstall") && installed.line().ends_with("a.whl"), "{installed:?}");
+        assert!(
+            made.line().ends_with("pneumatic_servo pneumatic_servo.envs pneumatic_servo.identification"),
+            "{made:?}"
+        );
+        assert_eq!(Path::new(made.after("-o")), workspace.target.join("docs"));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+}

@@ -135,3 +135,103 @@ fn keep(file: &Path, bytes: &[u8]) -> Result<PathBuf> {
     fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
     Ok(file.to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+    use crate::venv::Requirements;
+
+    /// A workspace of a test, and a machine that builds the module and whose packages are installed by the lock file.
+    fn workshop(folder: &Path) -> Result<(Workspace, StandIn)> {
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let (root, module) = (workspace.root.clone(), folder.join("module.wasm"));
+        files::write(&module, "module")?;
+        let machine = StandIn::new(move |command| match command {
+            _ if command.says("metadata") => {
+                Some(stand_in::metadata(&root, &root, &[(wasm::PACKAGE, "0.1.0", "playground")]))
+            }
+            _ if command.says("rustc --release") => Some(stand_in::built(command, &module)),
+            _ => None,
+        });
+        Ok((workspace, machine.compiling_for(&folder.join("sysroot"), &["wasm32-unknown-unknown"])))
+    }
+
+    fn of_npm(started: &[Started]) -> Vec<&str> {
+        let npm = started.iter().filter(|it| it.path == Path::new(npm().get_program()));
+        npm.map(|it| it.arguments.iter().find(|it| *it != "run" && !it.starts_with('-')).map_or("", |it| it)).collect()
+    }
+
+    /// Of the module and its licences.
+    #[test]
+    fn page_is_bundled_of_the_module() -> Result<()> {
+        let folder = files::scratch("playground");
+        let (workspace, machine) = workshop(&folder)?;
+        let (made, started) = machine.does(|| page(&workspace));
+        let (place, page) = (workspace.target.join("playground"), made?);
+        assert_eq!(page, place.join("index.html"));
+        assert_eq!(files::text(place.join("plant.wasm"))?, "module");
+        assert!(files::text(place.join("licences.txt"))?.contains(wasm::PACKAGE));
+        assert_eq!(of_npm(&started), ["ci", "bundle"]);
+        let bundle = started.last().context("no bundle")?;
+        let files = ["plant.wasm", "licences.txt", "index.html"].map(|name| place.join(name).display().to_string());
+        assert!(bundle.line().ends_with(&files.join(" ")) && bundle.folder == Some(workspace.root.join("playground")));
+        let (outcome, started) = workshop(&folder)?.1.lacking("wasm-ld").does(|| super::page(&workspace));
+        assert!(outcome.is_err_and(|error| error.to_string().contains("for the playground: ")) && started.is_empty());
+        for is_ci in [false, true] {
+            let machine = workshop(&folder)?.1.lacking("npm").with("CI", is_ci.to_string());
+            let (outcome, started) = machine.does(|| page_if_possible(&workspace));
+            assert!(outcome.map_or(is_ci, |page| page.is_none() && !is_ci) && started.is_empty(), "{started:?}");
+        }
+        assert_eq!(workshop(&folder)?.1.does(|| page_if_possible(&workspace)).0?, Some(page));
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// The sources of the page are checked, the page is built, and a browser runs it beside the library.
+    #[test]
+    fn page_is_used_where_there_is_a_browser() -> Result<()> {
+        let folder = files::scratch("playground-check");
+        let (workspace, machine) = workshop(&folder)?;
+        let use_it = || check(&workspace, &Venv::prepare(&workspace, Requirements::TESTS)?);
+        let (outcome, started) = machine.does(use_it);
+        outcome?;
+        assert_eq!(of_npm(&started), ["ci", "check", "ci", "bundle", "ci", "test"]);
+        let test = started.last().context("no test")?;
+        assert_eq!(test.folder, Some(workspace.root.join("tests/playground")));
+        assert_eq!(Path::new(test.variable("PLAYGROUND")), workspace.target.join("playground/index.html"));
+        assert_eq!(Path::new(test.variable("REPLAY")), workspace.target.join("quick/examples/replay"));
+        let replay = started.iter().find(|it| it.says("--example replay")).context("no replay")?;
+        assert!(
+            replay.says("build --profile quick") && replay.says(&format!("--package {}", wasm::PACKAGE)),
+            "{replay:?}"
+        );
+        let (outcome, started) = workshop(&folder)?.1.lacking("chromium").does(use_it);
+        assert!(outcome.is_ok() && of_npm(&started).is_empty());
+        let failing = StandIn::new(|command| command.says("check").then_some(Answer::Fails));
+        let failing = failing.compiling_for(&folder.join("sysroot"), &["wasm32-unknown-unknown"]);
+        assert!(failing.does(use_it).0.is_err());
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+
+    /// Unless what is installed is as new as the lock file.
+    #[test]
+    fn packages_are_installed_when_the_lock_file_is_newer() -> Result<()> {
+        let folder = files::scratch("playground-npm");
+        let installs = || StandIn::new(|_| None).does(|| install(&folder)).1.len();
+        let (lock, installed) = (folder.join("package-lock.json"), folder.join("node_modules/.package-lock.json"));
+        files::write(&lock, "")?;
+        assert_eq!(installs(), 1);
+        files::write(&installed, "")?;
+        let times = [&lock, &installed].map(|file| fs::File::options().write(true).open(file));
+        let [lock, installed] = times;
+        let (lock, installed, moment) = (lock?, installed?, std::time::SystemTime::UNIX_EPOCH);
+        let minute = std::time::Duration::from_secs(60);
+        for (of_lock, of_installed, expected) in [(0, 0, 0), (0, 1, 0), (1, 0, 1)] {
+            lock.set_modified(moment + of_lock * minute)?;
+            installed.set_modified(moment + of_installed * minute)?;
+            assert_eq!(installs(), expected, "{of_lock} {of_installed}");
+        }
+        Ok(fs::remove_dir_all(&folder)?)
+    }
+}

@@ -118,6 +118,34 @@ fn readme(revision: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{Answer, StandIn};
+
+    /// A rehearsal builds the wheel first; a release asks for all tools before it builds anything.
+    #[test]
+    fn a_release_is_rehearsed_or_made() -> Result<()> {
+        let folder = files::scratch("release-run");
+        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let run = |rehearse| {
+            let machine = StandIn::new(|_| None).compiling_for(&folder, &[]).lacking("npm");
+            machine.does(|| Release { rehearse, binaries: Vec::new() }.run(&workspace))
+        };
+        let (outcome, started) = run(true);
+        assert!(outcome.is_err_and(|error| error.to_string().starts_with("no FMUs in ")) && started.is_empty());
+        let (outcome, started) = run(false);
+        let problem = outcome.map_or_else(|error| error.to_string(), |()| String::new());
+        assert!(problem.contains("for the playground: npm") || problem.contains("npm ("), "{problem}");
+        assert!(started.is_empty() && !workspace.target.join("release-files").exists());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn a_release_tells_its_commit() {
+        let told = |machine: StandIn| machine.does(|| revision(Path::new("/root"))).0;
+        assert_eq!(told(StandIn::new(|_| Some(Answer::Prints("0123abc\n".to_owned())))), "0123abc");
+        assert_eq!(told(StandIn::new(|_| Some(Answer::Fails))), "a folder without history");
+        assert_eq!(name(Path::new("/a/b.fmu")).ok().as_deref(), Some("b.fmu"));
+        assert!(name(Path::new("/")).is_err() && publish(Path::new("nowhere"), Vec::new()).is_err());
+    }
 
     #[test]
     fn published_files_come_with_their_checksums_and_without_those_of_the_last_time() -> Result<()> {

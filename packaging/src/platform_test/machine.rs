@@ -122,3 +122,62 @@ const QEMU: &str = "qemu-aarch64";
 pub fn wine() -> Option<PathBuf> {
     ["wine64", "/usr/lib/wine/wine64"].into_iter().find_map(process::find)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files;
+    use crate::stand_in::{Answer, StandIn};
+
+    /// The host is compiled without joined operations, and run beside the library, in an emulator where it must.
+    #[test]
+    fn a_library_is_run_by_a_host_on_its_machine() -> Result<()> {
+        let folder = files::scratch("machine");
+        let workspace = Workspace::of_a_test(&folder);
+        for (machine, library, program) in [
+            (Machine::Linux, "library.so", "host ./library.so"),
+            (Machine::Arm, "library.so", "qemu-aarch64 -L /usr/aarch64-linux-gnu "),
+            (Machine::Windows, "library.dll", "wine64 host.exe ./library.dll"),
+        ] {
+            let stand_in = StandIn::new(move |command| {
+                let is_run = command.says(&format!("./{library}"));
+                is_run.then(|| Answer::Prints("results\n".to_owned()))
+            });
+            let (results, started) = stand_in.does(|| machine.run(&workspace, b"library", "experiments"));
+            assert_eq!(results?, "results\n");
+            let [.., compiler, host] = &started[..] else { panic!("{started:?}") };
+            let place = folder.join(format!("platform-test/{machine:?}"));
+            assert_eq!(
+                (files::text(place.join(library))?, files::text(place.join("experiments"))?),
+                ("library".to_owned(), "experiments".to_owned())
+            );
+            assert!(
+                compiler.says("-ffp-contract=off") && compiler.path == Path::new(machine.compiler().0),
+                "{compiler:?}"
+            );
+            assert_eq!(compiler.says("-ldl"), machine != Machine::Windows);
+            assert!(host.line().starts_with(program) && host.folder == Some(place), "{host:?}");
+            assert_eq!(host.variable("WINEDEBUG"), if machine == Machine::Windows { "-all" } else { "" });
+            let failing = StandIn::new(|command| command.says("-O1").then_some(Answer::Fails));
+            assert!(failing.does(|| machine.run(&workspace, b"", "")).0.is_err());
+        }
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn what_a_machine_lacks_is_named() {
+        for (machine, emulator) in [(Machine::Windows, "wine64"), (Machine::Arm, "qemu-aarch64")] {
+            let compiler = machine.compiler().0;
+            let lacking = || StandIn::new(|_| None).lacking(compiler).lacking(emulator).lacking("/usr/lib/wine/wine64");
+            let names: Vec<_> = lacking().does(|| machine.missing()).0.into_iter().map(|tool| tool.name).collect();
+            assert_eq!(names, [compiler, emulator]);
+            assert!(StandIn::new(|_| None).does(|| machine.missing()).0.is_empty());
+        }
+        let on_linux = StandIn::new(|_| None).does(|| Machine::Linux.missing()).0;
+        assert_eq!(on_linux.is_empty(), cfg!(all(target_os = "linux", target_arch = "x86_64")));
+        // Debian has it off the search path.
+        let found = StandIn::new(|_| None).lacking("wine64").does(wine).0;
+        assert_eq!(found.as_deref(), Some(Path::new("/usr/lib/wine/wine64")));
+        assert_eq!(StandIn::new(|_| None).lacking("wine64").lacking("/usr/lib/wine/wine64").does(wine).0, None);
+    }
+}

@@ -125,3 +125,63 @@ fn refuse_damaged(library: &Library) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files;
+    use crate::gates::made;
+    use crate::stand_in::{Answer, StandIn};
+
+    /// Everything that is missing is named before anything is built; that is an error under CI and for who asks for it.
+    #[test]
+    fn what_is_missing_for_other_platforms_is_named() {
+        let folder = files::scratch("platforms");
+        let workspace = Workspace::of_a_test(&folder);
+        let machine = || StandIn::new(|_| None).compiling_for(&folder, &[]).lacking("qemu-aarch64").lacking("gcc");
+        assert!(machine().does(|| run_if_possible(&workspace)).0.is_ok());
+        for outcome in
+            [machine().does(|| run(&workspace)).0, machine().with("CI", "1").does(|| run_if_possible(&workspace)).0]
+        {
+            let problem = outcome.map_or_else(|problem| problem.to_string(), |()| String::new());
+            for wanted in [
+                "for linux64: ",
+                "for win64: ",
+                "for Linux on Arm: ",
+                "for running them: qemu-aarch64",
+                "for running them: gcc",
+            ] {
+                assert!(problem.contains(wanted), "{wanted} is not in {problem}");
+            }
+        }
+    }
+
+    /// Every bit on Arm is that on Linux.
+    #[test]
+    fn results_of_another_processor_are_compared() -> Result<()> {
+        let folder = files::scratch("processors");
+        let workspace = Workspace::of_a_test(&folder);
+        const RESULTS: &str = "run fmi2 A\n0 1\nrun fmi3 A\n0 1\ndone\n";
+        let compare = |of_arm: &'static str| {
+            let machine = StandIn::new(move |command| {
+                let results = if command.line().starts_with("qemu-aarch64") { of_arm } else { RESULTS };
+                command.says("./library.so").then(|| Answer::Prints(results.to_owned()))
+            });
+            let experiments = "run fmi2 A\nrun fmi3 A\n";
+            machine.does(|| compare_processors(&workspace, b"linux", b"arm", experiments)).0
+        };
+        assert_eq!(compare(RESULTS)?, RESULTS);
+        let problem = compare("run fmi2 A\n0 2\n").map_err(|problem| problem.to_string());
+        assert!(problem.is_err_and(|text| text.starts_with("Linux on Arm under QEMU departs from linux64 in fmi2 A")));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// The gates close for a path in a library.
+    #[test]
+    fn damaged_libraries_are_refused() {
+        let library = |platform, bytes| Library { platform, architectures: Default::default(), bytes };
+        assert!(refuse_damaged(&library(Platform::Linux64, made::linux())).is_ok());
+        // What is no library is refused for another reason.
+        assert!(refuse_damaged(&library(Platform::Linux64, vec![1, 2, 3])).is_err());
+    }
+}

@@ -88,3 +88,49 @@ fn files(root: &Path) -> Result<BTreeSet<PathBuf>> {
     let files = files.split('\0').filter(|file| !file.is_empty()).map(PathBuf::from);
     Ok(files.filter(|file| root.join(file).is_file()).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::{scratch, write};
+    use crate::stand_in::{Answer, StandIn};
+
+    /// What git knows of, in place of an older copy; a file that git knows of and that is gone is none.
+    #[test]
+    fn a_checkout_is_copied_with_its_history() -> Result<()> {
+        let folder = scratch("reproduction");
+        let (from, to) = (folder.join("from"), folder.join("to"));
+        for name in ["a.txt", "deep/b.txt", "unknown.txt"] {
+            write(&from.join(name), name)?;
+        }
+        write(&to.join("old.txt"), "")?;
+        let machine = StandIn::new(|command| {
+            command.says("ls-files").then(|| Answer::Prints("a.txt\0deep/b.txt\0gone.txt\0".to_owned()))
+        });
+        let (outcome, started) = machine.does(|| copy(&from, &to));
+        outcome?;
+        assert!(
+            started[0].line().starts_with("git clone ") && started[0].says(&to.display().to_string()),
+            "{started:?}"
+        );
+        assert_eq!(std::fs::read_to_string(to.join("deep/b.txt"))?, "deep/b.txt");
+        assert!(to.join("a.txt").is_file() && !to.join("unknown.txt").exists() && !to.join("old.txt").exists());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn a_file_with_another_byte_is_named() -> Result<()> {
+        let folder = scratch("reproduction-compare");
+        let (one, other) = (folder.join("one"), folder.join("other"));
+        for (of, name, text) in
+            [(&one, "a.fmu", "a"), (&other, "a.fmu", "a"), (&other, "more.csv", ""), (&one, "fmi3/b", "")]
+        {
+            write(&of.join(name), text)?;
+        }
+        compare_files(&one, &other)?;
+        write(&one.join("a.fmu"), "b")?;
+        assert!(compare_files(&one, &other).is_err_and(|error| error.to_string().contains("a.fmu depends on where")));
+        assert!(compare_files(&folder.join("none"), &other).is_err());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+}
