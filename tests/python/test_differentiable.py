@@ -127,6 +127,15 @@ def test_jax_transforms(plant: ps.Model, jax: Any) -> None:
     many = np.stack([u, u + 0.1])
     assert (jax.vmap(end)(many) == np.array([end(u), end(u + 0.1)])).all()
     assert np.allclose(jax.vmap(jax.grad(end))(many)[0], gradient, rtol=1e-12)
+    # Forwards, along the first two samples of the input, which stand along the last axis.
+    seeds = np.eye(u.size, 2).reshape(*u.shape, 2)
+
+    def along(seed: Any) -> Any:
+        return jax.jvp(end, (u,), (seed,))[1]
+
+    for transform in (lambda function: function, jax.jit):
+        slopes = transform(jax.vmap(along, in_axes=u.ndim))(seeds)
+        assert np.allclose(slopes, gradient.ravel()[:2], rtol=1e-9)
     with pytest.raises(ValueError, match=r"inputs have the shape \(30,\); it must be \(1, 30\)"):
         run(p, u[0])
 
