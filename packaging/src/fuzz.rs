@@ -122,7 +122,6 @@ fn program(workspace: &Workspace, folder: &Path, target: &str) -> Result<Command
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use super::*;
     use crate::stand_in::{self, Answer, StandIn, Started};
@@ -185,7 +184,7 @@ mod tests {
         Ok(())
     }
 
-    /// A program in the place of libFuzzer, which leaves inputs in the first folder that it is given.
+    /// The program leaves inputs in the first folder that it is given.
     #[test]
     fn longest_of_what_reaches_everything_is_kept_in_place_of_what_was() -> Result<()> {
         let folder = files::scratch("kept");
@@ -194,10 +193,13 @@ mod tests {
             files::renew(made)?;
         }
         files::write(&kept.join("old"), "old")?;
-        let made = format!("for n in $(seq 1 {}); do head -c $n /dev/zero > \"$3/input$n\"; done", KEPT + 2);
-        let mut program = Command::new("sh");
-        program.args(["-c", &made, "sh"]);
-        keep(program, &corpus, &kept, &merged)?;
+        let machine = StandIn::new(|command| {
+            for length in 1..=KEPT + 2 {
+                stand_in::writes(Path::new(&command.arguments[2]).join(format!("input{length}")), vec![0; length]);
+            }
+            None
+        });
+        machine.does(|| keep(Command::new("fuzzer"), &corpus, &kept, &merged)).0?;
         let lengths = |entry: std::io::Result<fs::DirEntry>| Ok(entry?.metadata()?.len());
         let mut found = fs::read_dir(&kept)?.map(lengths).collect::<Result<Vec<_>>>()?;
         found.sort_unstable();
