@@ -191,8 +191,88 @@ impl<'a> Recipe<'a> {
 }
 
 fn users_flags() -> Vec<String> {
-    match std::env::var("CARGO_ENCODED_RUSTFLAGS") {
-        Ok(encoded) => encoded.split('\x1f').filter(|flag| !flag.is_empty()).map(str::to_owned).collect(),
-        Err(_) => std::env::var("RUSTFLAGS").unwrap_or_default().split_whitespace().map(str::to_owned).collect(),
+    let variable = |name| process::variable(name).and_then(|value| value.into_string().ok());
+    match variable("CARGO_ENCODED_RUSTFLAGS") {
+        Some(encoded) => encoded.split('\x1f').filter(|flag| !flag.is_empty()).map(str::to_owned).collect(),
+        None => variable("RUSTFLAGS").unwrap_or_default().split_whitespace().map(str::to_owned).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::scratch;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    /// What Cargo is told where the recipe is for this machine, or for a target.
+    fn told(machine: StandIn, triple: Option<&str>) -> Started {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        let (_, started) = machine.compiling_for("/sysroot".as_ref(), &[]).does(|| {
+            let toolchain = Toolchain::in_use()?;
+            match triple {
+                Some(triple) => Recipe::for_target(&workspace, toolchain, triple).run(),
+                None => Recipe::of_the_user(&workspace, toolchain).run(),
+            }
+        });
+        started.into_iter().next().expect("Cargo")
+    }
+
+    fn flags(command: &Started) -> Vec<&str> {
+        let flags = command.variable("CARGO_ENCODED_RUSTFLAGS").split('\x1f');
+        flags.filter(|flag| !flag.starts_with("--remap-path-prefix=")).collect()
+    }
+
+    /// The user's own flags count for this machine alone, those of Cargo before those of the compiler; what is for a target is
+    /// the same for everybody, and builds of targets share a folder.
+    #[test]
+    fn flags_of_the_user_are_for_this_machine() {
+        let machine = || StandIn::new(|_| None).with("RUSTFLAGS", "-Ca=1  -Cb=2");
+        assert_eq!(flags(&told(machine(), None)), ["-Ca=1", "-Cb=2"]);
+        let encoded = machine().with("CARGO_ENCODED_RUSTFLAGS", "-Cc=3 4\x1f\x1f-Cd=5");
+        assert_eq!(flags(&told(encoded, None)), ["-Cc=3 4", "-Cd=5"]);
+        let (here, there) = (told(machine(), None), told(machine(), Some("a-triple")));
+        assert!(flags(&there).is_empty() && !here.says("--target") && there.says("--target a-triple"), "{there:?}");
+        let folders = [&here, &there].map(|it| it.variable("CARGO_TARGET_DIR"));
+        assert_eq!(folders, ["/target", "/target/cross"]);
+    }
+
+    /// Of the places of this machine none is in the library; the target folder is the last, since it is inside another.
+    #[test]
+    fn places_of_this_machine_are_named_otherwise() {
+        let command = told(StandIn::new(|_| None).with("CARGO_HOME", "/ann/cargo"), None);
+        let remapped: Vec<_> = command.variable("CARGO_ENCODED_RUSTFLAGS").split('\x1f').collect();
+        let root = crate::workspace::home();
+        let expected = [
+            ("/sysroot/lib/rustlib/src/rust", "/rustc/c0ffee"),
+            ("/ann/cargo", "cargo"),
+            (&*root.to_string_lossy(), "."),
+            ("/target", "target"),
+        ];
+        assert_eq!(remapped, expected.map(|(from, to)| format!("--remap-path-prefix={from}={to}")));
+    }
+
+    /// Of what Cargo reports the shared library of the package is read, and nothing else.
+    #[test]
+    fn library_of_the_package_is_read() -> Result<()> {
+        let folder = scratch("recipe");
+        let (workspace, library) = (Workspace::of_a_test(&folder), folder.join("built.so"));
+        files::write(&library, "library")?;
+        let run = |package: &'static str, file: PathBuf| {
+            let machine = StandIn::new(move |command| {
+                let Answer::Prints(report) = stand_in::built(command, &file) else { return None };
+                // What it depends on comes first.
+                let other =
+                    report.replace(&command.after("--package").replace('-', "_"), "libm").replace("built", "other");
+                command.says("rustc --release").then(|| Answer::Prints(format!("{other}\n{report}\n")))
+            });
+            machine
+                .compiling_for(&folder, &[])
+                .does(|| Recipe::of_the_user(&workspace, Toolchain::in_use()?).package(package).run())
+                .0
+        };
+        assert_eq!(run("own-plant", library.clone())?, b"library");
+        let none = run("own-plant", folder.join("built.rlib")).map_err(|error| error.to_string());
+        assert_eq!(none, Err("cargo rustc reported no shared library".to_owned()));
+        Ok(std::fs::remove_dir_all(&folder)?)
     }
 }
