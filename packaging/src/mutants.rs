@@ -233,6 +233,87 @@ fn confidence(count: usize, size: usize) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stand_in::{self, Answer, StandIn, Started};
+
+    const SAMPLE: Mutants = Mutants { of: 3, shard: Vec::new(), all: false, part: Part::Plant, more: Vec::new() };
+
+    /// What comes of it where each shard has so many mutants that are caught, late, missed, and do not compile, at a commit
+    /// and with some changes; and how `cargo mutants` is called.
+    fn sampled(
+        folder: &Path,
+        mutants: &Mutants,
+        counts: [usize; 4],
+        [commit, changes]: [&'static str; 2],
+    ) -> (String, Vec<Started>) {
+        let workspace = Workspace::of_a_test(folder);
+        let machine = StandIn::new(move |command| {
+            let line = command.line();
+            if line.starts_with("git ") {
+                return Some(Answer::Prints(if command.says("rev-parse") { commit } else { changes }.to_owned()));
+            }
+            for (name, count) in ["caught", "timeout", "missed", "unviable"].iter().zip(counts) {
+                let list = Path::new(command.after("--output")).join(format!("mutants.out/{name}.txt"));
+                stand_in::writes(list, "a mutant\n".repeat(count));
+            }
+            None
+        });
+        let (outcome, started) = machine.does(|| mutants.run(&workspace));
+        let runs = started.into_iter().filter(|it| it.says("cargo mutants")).collect();
+        (outcome.map_or_else(|problem| problem.to_string(), |()| String::new()), runs)
+    }
+
+    const CLEAN: [&str; 2] = ["0123\n", ""];
+
+    /// Those that are not ended in time count as noticed, and those that do not compile not at all.
+    #[test]
+    fn shards_are_counted_together() -> Result<()> {
+        let folder = files::scratch("mutants-sample");
+        let two = Mutants { shard: vec![1, 2], more: vec!["--file".to_owned(), "a.rs".to_owned()], ..SAMPLE };
+        let (problem, started) = sampled(&folder, &two, [15, 4, 1, 30], CLEAN);
+        let [one, other] = &started[..] else { panic!("{started:?}") };
+        assert!(problem.is_empty() && one.says("--shard 1/3") && other.says("--shard 2/3"), "{problem} {started:?}");
+        assert!(one.says("--file a.rs") && one.says("--package pneumatic-servo-fmu --config .cargo/mutants.toml"));
+        assert_eq!(Path::new(one.after("--output")), folder.join("mutation/plant/1-of-3"));
+        assert_eq!(Path::new(one.variable("CARGO_TARGET_DIR")), folder.join("mutation/build"));
+        let (problem, _) = sampled(&folder, &two, [15, 3, 1, 0], CLEAN);
+        assert_eq!(problem, "fewer than 95 % of the mutants are noticed");
+        assert_eq!(sampled(&folder, &two, [0, 0, 0, 9], CLEAN).0, "there is no viable mutant");
+        let tools = Mutants { shard: vec![0], part: Part::Tools, ..SAMPLE };
+        let (_, started) = sampled(&folder, &tools, [1, 0, 0, 0], CLEAN);
+        assert!(started[0].after("--output").contains("mutation/tools/0-of-3"), "{started:?}");
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// At the same commit with the same arguments, what has come to its end is not tested again.
+    #[test]
+    fn all_shards_are_gone_through_once_for_a_commit() -> Result<()> {
+        let folder = files::scratch("mutants-all");
+        let all = Mutants { all: true, ..SAMPLE };
+        let run = |mutants: &Mutants, place| sampled(&folder, mutants, [20, 0, 1, 0], place).1.len();
+        assert_eq!([run(&all, CLEAN), run(&all, CLEAN), run(&all, ["4567\n", ""])], [3, 0, 3]);
+        let other = Mutants { more: vec!["--file=a.rs".to_owned()], ..all };
+        assert_eq!([run(&other, CLEAN), run(&other, CLEAN)], [3, 0]);
+        let (problem, started) = sampled(&folder, &other, [20, 0, 1, 0], ["0123\n", " M a.rs\n"]);
+        assert!(problem.ends_with("commit these changes first:\n M a.rs\n") && started.is_empty(), "{problem}");
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn mutants_are_not_counted_where_tools_are_missing_or_fail() -> Result<()> {
+        let folder = files::scratch("mutants-failing");
+        let workspace = Workspace::of_a_test(&folder);
+        let one = Mutants { shard: vec![0], ..SAMPLE };
+        for tool in ["cargo-mutants", "cargo-nextest"] {
+            let (outcome, started) = StandIn::new(|_| None).lacking(tool).does(|| one.run(&workspace));
+            assert!(outcome.is_err_and(|error| error.to_string().starts_with(tool)) && started.is_empty());
+        }
+        let failing = StandIn::new(|_| Some(Answer::Fails)).does(|| one.run(&workspace)).0;
+        assert!(failing.is_err_and(|error| error.to_string().starts_with("cargo mutants failed (")));
+        // A file that cannot be removed.
+        std::fs::create_dir_all(folder.join("taken").join(TESTED))?;
+        assert!(forget_end(&folder.join("taken")).is_err());
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
 
     #[test]
     fn shard_has_ended_for_the_source_that_it_was_tested_with_until_it_is_begun_again() -> Result<()> {
