@@ -69,7 +69,11 @@ impl Host {
         // SAFETY: strings end with a zero byte; callbacks may be NULL.
         let component =
             unsafe { (functions.fmi2Instantiate)(name, CO_SIMULATION, GUID.as_ptr(), ptr::null(), callbacks, 0, 0) };
-        assert!(!component.is_null(), "fmi2Instantiate returns NULL");
+        assert!(
+            !component.is_null(),
+            "fmi2Instantiate returns NULL; the GUID of this source is {}",
+            GUID.to_string_lossy()
+        );
         let host = Self { functions, component, voltage: variable("valveVoltage").reference, time: 0.0 };
         for (parameter, value) in variables(Variable::is_parameter).into_iter().zip(&case.parameters) {
             if parameter.start != Some(*value) {
