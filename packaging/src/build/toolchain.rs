@@ -34,11 +34,7 @@ impl Toolchain {
 
     /// Debian's toolchain with the source of the standard library, if both are installed.
     fn of_debian() -> Option<Self> {
-        let (cargo, rustc) = (PathBuf::from("/usr/bin/cargo"), PathBuf::from("/usr/bin/rustc"));
-        if !cargo.is_file() || !rustc.is_file() {
-            return None;
-        }
-        let toolchain = Self::ask(cargo, rustc).ok()?;
+        let toolchain = Self::ask(process::find("/usr/bin/cargo")?, process::find("/usr/bin/rustc")?).ok()?;
         let has_source = toolchain.source().join("library/Cargo.lock").is_file();
         has_source.then_some(Self { compiles_std: true, ..toolchain })
     }
@@ -127,5 +123,51 @@ impl Target {
             Self::Found(toolchain, triple) => Ok((toolchain, triple)),
             Self::Missing(tool) => Err(anyhow::anyhow!("missing: {tool}")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::{scratch, write};
+    use crate::stand_in::StandIn;
+
+    /// With the standard library that is installed, or else with one that Debian has the source of, or else with none.
+    #[test]
+    fn a_target_needs_a_standard_library_or_its_source() -> Result<()> {
+        let folder = scratch("toolchain");
+        let find = |machine: StandIn| machine.does(|| Target::find("a", "b")).0;
+        let machine = |targets: &[&str]| StandIn::new(|_| None).compiling_for(&folder, targets);
+        let Target::Missing(tool) = find(machine(&[]))? else { panic!("a target without a library") };
+        assert!(tool.install.starts_with("rustup target add a; or on Debian: "), "{tool}");
+        write(&folder.join("lib/rustlib/src/rust/library/Cargo.lock"), "")?;
+        let (found, triple) = find(machine(&[]))?.found()?;
+        assert_eq!((triple, found.compiles_std, &*found.cargo), ("b", true, "/usr/bin/cargo".as_ref()));
+        let mut command = Command::new("a");
+        let led = found.lead(&mut command).get_envs().any(|(name, _)| name == "RUSTC_BOOTSTRAP");
+        assert!(led, "{command:?}");
+        for program in ["/usr/bin/cargo", "/usr/bin/rustc"] {
+            assert!(find(machine(&[]).lacking(program))?.missing().is_some(), "{program}");
+        }
+        let (found, triple) = find(machine(&["a"]))?.found()?;
+        assert_eq!((triple, found.compiles_std, &*found.cargo), ("a", false, "cargo".as_ref()));
+        let mut command = Command::new("a");
+        assert_eq!(found.lead(&mut command).get_envs().count(), 0);
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    #[test]
+    fn linker_of_a_toolchain_is_beside_its_libraries() -> Result<()> {
+        let folder = scratch("toolchain-lld");
+        let linker = || {
+            let machine = StandIn::new(|_| None).compiling_for(&folder, &[]);
+            machine.does(|| Toolchain::in_use().map(|it| it.rust_lld())).0
+        };
+        assert_eq!(linker()?, None);
+        let host = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
+        let file = folder.join("lib/rustlib").join(host).join("bin/rust-lld");
+        write(&file, "")?;
+        assert_eq!(linker()?, Some(file));
+        Ok(std::fs::remove_dir_all(&folder)?)
     }
 }
