@@ -179,6 +179,7 @@ mod tests {
         assert!(bundle.line().ends_with(&files.join(" ")) && bundle.folder == Some(workspace.root.join("playground")));
         let (outcome, started) = workshop(&folder)?.1.lacking("wasm-ld").does(|| super::page(&workspace));
         assert!(outcome.is_err_and(|error| error.to_string().contains("for the playground: ")) && started.is_empty());
+        assert!(workshop(&folder)?.1.lacking("npm").does(|| Playground {}.run(&workspace)).0.is_err());
         for is_ci in [false, true] {
             let machine = workshop(&folder)?.1.lacking("npm").with("CI", is_ci.to_string());
             let (outcome, started) = machine.does(|| page_if_possible(&workspace));
