@@ -47,6 +47,7 @@ pub fn benched<L: Laws>(law: &str, drive: &str) -> Setup {
 /// When a promise is not kept, or the catalogue has no such law.
 pub fn law<L: Laws>(law: &str, claims: Claims) {
     derivatives::<L>(law);
+    unchanged::<L>(law);
     if claims.odd {
         mirrored::<L>(law);
     }
@@ -132,6 +133,33 @@ pub fn derivatives<L: Laws>(name: &str) {
                     dual.slope[direction],
                 );
             }
+        }
+    }
+}
+
+/// A law that follows a motion, and says that its force has not changed by that, gives the same force and rates as before.
+fn unchanged<L: Laws>(name: &str) {
+    let law = default_law::<L>(name);
+    let mut random = Random(u64::from(name.len() as u32));
+    for round in 0..400 {
+        let drive = if round % 2 == 0 { Drive::Motion } else { Drive::Force };
+        let [first, next] = [0.1, 0.101].map(|time| {
+            let velocity = if random.next() < 0.5 { random.spread(1e-5, 0.5) } else { 0.0 };
+            let (position, applied, level) = (0.25 + 1e-6 * random.next(), 8.0 * random.next(), 1.2);
+            Contact { time, velocity, position, applied, level, drive }
+        });
+        let mut at = [0.0; DIRECTIONS];
+        at[..4].copy_from_slice(&[next.velocity, next.position, next.applied, next.level]);
+        for state in &mut at[4..4 + law.states()] {
+            *state = law.state_scale() * random.next();
+        }
+        let before = law.start(&first);
+        let mut after = before.clone();
+        if !law.follow(&next, &at[4..], &mut after) {
+            let [as_before, found] = [&before, &after].map(|memory| {
+                evaluate(&law, drive, memory, &Real::all(&at)).into_iter().map(Real::value).collect::<Vec<_>>()
+            });
+            assert_eq!(found, as_before, "{name} says that its force has not changed from {first:?} to {next:?}");
         }
     }
 }
