@@ -58,6 +58,36 @@ impl VelocityLaw for Driving {
     }
 }
 
+parameters! {
+    /// Its force changes with the direction of the motion that it follows, and it does not say so.
+    Silent {
+        force: Tunable = Variable::parameter(0, "F", units::NEWTON, 5.0).text("Force");
+    }
+}
+
+impl FrictionLaw for Silent {
+    type Memory = f64;
+
+    const FOLLOWS: &'static [Drive] = &[Drive::Motion];
+
+    fn start(&self, contact: &Contact<f64>) -> f64 {
+        sign(contact.velocity)
+    }
+
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], direction: &f64, _rates: &mut [S]) -> S {
+        contact.level * *direction * self.force
+    }
+
+    fn follow(&self, contact: &Contact<f64>, _z: &[f64], direction: &mut f64) -> bool {
+        *direction = sign(contact.velocity);
+        false
+    }
+
+    fn is_sticking(_direction: &f64) -> bool {
+        false
+    }
+}
+
 laws! {
     /// Laws that break a promise each, and one that keeps all.
     mod catalogue {
@@ -66,6 +96,7 @@ laws! {
         1001 Kept "kept" OfVelocity<Kept>, "Keeps it";
         1002 Blind "blind" OfVelocity<Blind>, "Loses the slope by the velocity";
         1003 Driving "driving" OfVelocity<Driving>, "Drives one way";
+        1004 Silent "silent" Silent, "Says of no change";
     }
 }
 
@@ -102,6 +133,13 @@ fn law_that_drives_is_neither_odd_nor_passive() {
     let said = refusal(|| passive(&moved("Driving"), 1e-12)).unwrap_or_default();
     assert!(said.contains("J given back"), "{said}");
     assert_eq!(refusal(|| repeats(&moved("Driving"), 0.1)), None);
+}
+
+#[test]
+fn change_of_a_force_that_is_not_told_is_found() {
+    let said = refusal(|| law::unchanged::<catalogue::Friction>("Silent")).unwrap_or_default();
+    assert!(said.contains("Silent says that its force has not changed from"), "{said}");
+    assert_eq!(refusal(|| law::unchanged::<catalogue::Friction>("Driving")), None);
 }
 
 #[test]

@@ -85,6 +85,12 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
     laws().for_each(conformance::law::derivatives::<Friction>);
 }
 
+/// So that what is evaluated need not be evaluated again.
+#[test]
+fn force_is_the_same_where_a_law_says_so() {
+    laws().for_each(conformance::law::unchanged::<Friction>);
+}
+
 /// A run that is saved, continued, restored and continued again repeats every bit.
 #[test]
 fn restored_runs_repeat_every_bit() {

@@ -138,7 +138,10 @@ pub fn derivatives<L: Laws>(name: &str) {
 }
 
 /// A law that follows a motion, and says that its force has not changed by that, gives the same force and rates as before.
-fn unchanged<L: Laws>(name: &str) {
+///
+/// # Panics
+/// When it gives others.
+pub fn unchanged<L: Laws>(name: &str) {
     let law = default_law::<L>(name);
     let mut random = Random(u64::from(name.len() as u32));
     for round in 0..400 {

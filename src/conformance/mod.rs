@@ -9,6 +9,7 @@
 //! | [`repeats`] | a restored run repeats every bit |
 //! | [`both_ways`] | with a solver outside a run is the one with the solver inside; indicators are positive while a mode is valid |
 //! | [`law::derivatives`] | the same of a friction law alone, in its modes |
+//! | [`law::unchanged`] | where a law says that its force has not changed, it has not |
 //! | [`law::mirrored`] | mirrored motion gives mirrored friction |
 //! | [`law::passive`] | friction gives back no more energy than it can have stored |
 //!
