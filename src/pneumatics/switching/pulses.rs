@@ -335,20 +335,21 @@ mod tests {
     #[test]
     fn pulse_or_pause_of_any_length_is_as_long_as_a_delay_but_for_rounding() {
         for (frequency, tenths) in
-            [30.0, 50.0, 80.0, 100.0, 125.0, 300.0].iter().flat_map(|f| (1..=30).map(move |t| (f, t)))
+            [0.1, 0.3, 30.0, 50.0, 80.0, 100.0, 125.0, 300.0].iter().flat_map(|f| (1..=30).map(move |t| (f, t)))
         {
             let delay = f64::from(tenths) * 1e-4;
             let driver = |[opening_delay, closing_delay]: [f64; 2]| Driver {
                 frequency: *frequency,
                 armature: Armature { opening_delay, closing_delay, travel: 0.0 },
             };
+            let end = 0.5 + 2.0 / frequency;
             let duty = |pulse: f64| ((5.0 + 5.0 * pulse) - 5.0) / 5.0;
-            let pause = course(driver([0.0, delay]), |_| duty(1.0 - delay * frequency), 0.5);
+            let pause = course(driver([0.0, delay]), |_| duty(1.0 - delay * frequency), end);
             assert!(
                 pause.iter().skip(1).all(|(_, openings)| *openings == [1.0, 0.0]),
                 "{frequency} Hz, pause of {delay} s"
             );
-            let pulse = course(driver([delay, 0.0]), |_| duty(delay * frequency), 0.5);
+            let pulse = course(driver([delay, 0.0]), |_| duty(delay * frequency), end);
             assert!(pulse.iter().all(|(_, openings)| *openings == [0.0; 2]), "{frequency} Hz, pulse of {delay} s");
         }
     }
