@@ -414,6 +414,45 @@ fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     assert!(error.to_string().contains("diverges: the magnitude of a state goes beyond"), "{error}");
 }
 
+/// A latch that an input of more than 1 sets, whose indicator stays as it is where no input is as much; remembers when it was set.
+struct Latch;
+
+impl HybridSystem<1, 1> for Latch {
+    type Memory = Option<f64>;
+    type Indicators = [f64; 1];
+    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _: &Option<f64>) -> [S; 1] {
+        [S::constant(1.0)]
+    }
+    fn indicators(&self, _: f64, _: &[f64; 1], u: &[f64; 1], set: &Option<f64>) -> [f64; 1] {
+        [if set.is_some() { 1.0 } else { 1.0 - u[0] }]
+    }
+    fn indicators_hold(&self, inputs: [&[f64; 1]; 2]) -> bool {
+        inputs.iter().all(|u| u[0] < 1.0)
+    }
+    fn switch(&self, _: usize, time: f64, _: &mut [f64; 1], _: &[f64; 1], set: &mut Option<f64>) {
+        *set = Some(time);
+    }
+    fn scales(&self) -> [f64; 1] {
+        [1.0]
+    }
+    fn fits(&self, _: &Option<f64>) -> bool {
+        true
+    }
+}
+
+/// The same inputs again, or other ones below the limit, do not hide that the next ones are above it.
+#[test]
+fn inputs_set_off_events_whichever_were_set_before() {
+    for before in [vec![], vec![0.5], vec![0.6], vec![0.5, 0.5], vec![2.0, 0.5]] {
+        let mut run = Run::new(Latch, ADAPTIVE, 0.0, [0.0], None, [0.5]);
+        run.advance(1.0).unwrap();
+        before.iter().for_each(|input| run.set_inputs([*input], [0.0]));
+        run.set_inputs([2.0], [0.0]);
+        run.advance(2.0).unwrap();
+        assert_eq!(run.state().1, &Some(1.0), "after {before:?}");
+    }
+}
+
 /// What conserves nothing has nothing to account for.
 #[test]
 fn account_without_conserved_quantities_is_empty() {
