@@ -587,4 +587,16 @@ mod tests {
         assert_eq!(told.iter().map(|leaf| leaf.name.as_str()).collect::<Vec<_>>(), expected);
         assert!(told.iter().all(|leaf| !leaf.is_side));
     }
+
+    #[test]
+    fn items_are_counted_in_each_sequence() {
+        #[derive(Serialize)]
+        struct Rows {
+            rows: [[f64; 2]; 2],
+            last: (f64, f64),
+        }
+        let names = told(&Rows { rows: [[1.0, 2.0], [3.0, 4.0]], last: (5.0, 6.0) }).into_iter().map(|leaf| leaf.name);
+        let expected = ["rows[1][1]", "rows[1][2]", "rows[2][1]", "rows[2][2]", "last[1]", "last[2]"];
+        assert_eq!(names.collect::<Vec<_>>(), expected);
+    }
 }
