@@ -412,3 +412,33 @@ fn directions_of_sliding_are_no_states() {
     let kept: Vec<_> = step.states.iter().chain(&step.next_states).filter(|name| name.ends_with(".Sliding")).collect();
     assert!(kept.is_empty(), "{kept:?}");
 }
+
+/// The pulse of a switching valve ends the later, the higher the voltage: what is read there is of a time that moves.
+#[test]
+fn pulses_of_switching_valves_end_later_with_the_voltage() {
+    let at = |voltage: f64| {
+        setup(
+            &pneumatic_servo_cylinder::MODEL,
+            &[
+                ("actuation", "SwitchingValves".into()),
+                ("valveVoltage", voltage.into()),
+                ("solver.relativeTolerance", 1e-10.into()),
+            ],
+        )
+        .start(0.0)
+        .expect("starts")
+    };
+    let mut plant = at(7.0);
+    plant.carry_sensitivities(&["valveVoltage"]).expect("an input");
+    plant.advance_to(0.3).expect("runs");
+    for name in ["position", "chamberA.pressure"] {
+        let [above, below] = [1e-4, -1e-4].map(|change| {
+            let mut plant = at(7.0 + change);
+            plant.advance_to(0.3).expect("runs");
+            plant.get(name).expect("a variable")
+        });
+        let found = of(&mut plant, name, 1);
+        // Positions are good to 1e-12 m or so, and 0.2 mV change them by 2e-5 m.
+        assert_near(&found, &[(above - below) / 2e-4], 2e-7);
+    }
+}
