@@ -239,4 +239,13 @@ mod tests {
         assert_eq!((error.variable.as_str(), error.value), ("FsInf", 9.0));
         assert!(law(0.0, 1.0).check().is_ok() && law(10.0, 1.0).check().is_ok());
     }
+
+    /// An exponent below 1 makes the curve infinitely steep at rest.
+    #[test]
+    fn law_on_a_steep_curve_is_not_gentle() {
+        let with = |exponent: f64| {
+            Stribeck::read(&[10.0, 6.0, 0.01, exponent, 30.0, 10.0, 0.5, 1.0].map(Tunable::still)).unwrap()
+        };
+        assert_eq!([0.5, 1.0, 2.0].map(|exponent| with(exponent).is_gentle()), [false, true, true]);
+    }
 }
