@@ -22,6 +22,7 @@ from pneumatic_servo.identification.free_form import PIECES, _splines
 from pneumatic_servo.identification.kinds import kinds
 from pneumatic_servo.identification.recorder import _check_repeats
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.sampling import _r_hat
 from pneumatic_servo.identification.signals import Units
 from pneumatic_servo.identification.table import Measured
 from pneumatic_servo.identification.telling import Telling, Trial
@@ -53,6 +54,8 @@ def test_fit_is_shown_line_by_line(found: ps.Fit) -> None:
 def test_notes_are_a_list_of_the_page_where_there_are_some(found: ps.Fit) -> None:
     assert replace(found, notes=())._repr_html_().endswith("</table>")
     assert replace(found, notes=("5 V < 10 V",))._repr_html_().endswith("</table><ul><li>5 V &lt; 10 V</li></ul>")
+    two = replace(found, notes=("one", "two"))._repr_html_()
+    assert two.endswith("</table><ul><li>one</li><li>two</li></ul>")
     for converged, verdict in ((True, "converged"), (False, "not converged")):
         html = replace(found, converged=converged)._repr_html_()
         assert html.startswith(f"<p><b>Stribeck</b>: {verdict}</p><table")
@@ -186,3 +189,9 @@ def test_inputs_of_a_model_are_open_on_a_page() -> None:
     model = ps.Model()
     of = (("Inputs", model.inputs), ("Parameters", model.parameters), ("Outputs", model.outputs))
     assert parts == [(" open" if title == "Inputs" else "", title, str(len(variables))) for title, variables in of]
+
+
+def test_chains_that_wander_are_told_by_their_halves() -> None:
+    """Halves 0, 2 and 4, 6: variances of 2 within and of 8 between their means, of two draws each."""
+    assert _r_hat(np.array([[0.0, 2.0, 4.0, 6.0]])) == np.sqrt(0.5 + 8.0 / 2.0)
+    assert _r_hat(np.ones((2, 4))) == np.inf

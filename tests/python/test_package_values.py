@@ -14,6 +14,7 @@ import pint
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.defaults import leader_of
+from pneumatic_servo.inputs import _illegal
 from pneumatic_servo.noticed import SATURATES
 
 STEP = 1e-3
@@ -399,3 +400,10 @@ def test_parameters_say_what_they_mean_and_count_for() -> None:
     assert known["mass.moving"].counts_for is None
     meanings = [known[f"friction.{name}"].meaning for name in ("law", "stribeck.Fs", "polito.Fc2", "level")]
     assert meanings == ["friction law", "static friction", "Coulomb friction", None]
+
+
+def test_ends_of_a_range_are_legal_in_a_column(plant: ps.Model) -> None:
+    dead_zone = plant.variables["valve.deadZone"]
+    assert (dead_zone.minimum, dead_zone.maximum) == (0.0, 0.9)
+    columns = [[0.0, 0.9], [0.0, 0.91], [-1e-9, 0.5], [0.5, np.nan]]
+    assert [_illegal(dead_zone, np.array(column)) for column in columns] == [None, 1, 0, 1]
