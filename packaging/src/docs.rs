@@ -53,12 +53,9 @@ mod tests {
     #[test]
     fn pages_are_made_of_the_installed_package() -> Result<()> {
         let folder = files::scratch("docs");
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(&folder);
         files::write(&workspace.fmus().join("Model.fmu"), "")?;
-        let machine = StandIn::new(|command| {
-            let out = command.says("maturin build").then(|| Path::new(command.after("--out")).join("a.whl"));
-            out.map(|wheel| stand_in::writes(wheel, ""))
-        });
+        let machine = StandIn::new(stand_in::wheel);
         let (outcome, started) = machine.lacking("npm").does(|| Docs {}.run(&workspace));
         outcome?;
         let [.., installed, made] = &started[..] else { panic!("{started:?}") };

@@ -134,11 +134,9 @@ mod tests {
             _ if command.says("metadata") => {
                 Some(stand_in::metadata(&root, &root, &[("calls", "0.1.0", "fuzz"), ("states", "0.1.0", "fuzz")]))
             }
-            // The wheel that the readers are in.
-            _ if command.says("maturin build") => {
-                Some(stand_in::writes(Path::new(command.after("--out")).join("a.whl"), ""))
-            }
-            _ => command.says("fuzz run fails").then_some(Answer::Fails),
+            _ if command.says("fuzz run fails") => Some(Answer::Fails),
+            // The one that the readers are in.
+            _ => stand_in::wheel(command),
         });
         machine.lacking("npm").does(|| options.run(&workspace))
     }

@@ -60,13 +60,10 @@ mod tests {
     #[test]
     fn everything_is_drawn_from_the_fmus() -> Result<()> {
         let folder = files::scratch("gallery");
-        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let mut workspace = Workspace::made_up(&folder);
         workspace.product.models = &models::ALL[..1];
         let run = || {
-            let machine = StandIn::new(|command| {
-                let out = command.says("maturin build").then(|| Path::new(command.after("--out")).join("a.whl"));
-                out.map(|wheel| stand_in::writes(wheel, ""))
-            });
+            let machine = StandIn::new(stand_in::wheel);
             machine.lacking("npm").does(|| Gallery {}.run(&workspace))
         };
         let (outcome, started) = run();

@@ -145,7 +145,7 @@ mod tests {
 
     /// A workspace of a test, and a machine that builds the module and whose packages are installed by the lock file.
     fn workshop(folder: &Path) -> Result<(Workspace, StandIn)> {
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(folder);
         let (root, module) = (workspace.root.clone(), folder.join("module.wasm"));
         files::write(&module, "module")?;
         let machine = StandIn::new(move |command| match command {

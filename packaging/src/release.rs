@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn a_release_is_rehearsed_or_made() -> Result<()> {
         let folder = files::scratch("release-run");
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(&folder);
         let run = |rehearse| {
             let machine = StandIn::new(|_| None).compiling_for(&folder, &[]).lacking("npm");
             machine.does(|| Release { rehearse, binaries: Vec::new() }.run(&workspace))

@@ -108,7 +108,7 @@ mod tests {
 
     /// A workspace with the FMU of one model, and a machine that makes page and wheel.
     fn workshop(folder: &Path) -> Result<(Workspace, StandIn)> {
-        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let mut workspace = Workspace::made_up(folder);
         workspace.product.models = &models::ALL[..1];
         for fmu in package::fmus(&workspace) {
             files::write(&fmu, "")?;
@@ -121,10 +121,7 @@ mod tests {
             }
             _ if command.says("rustc --release") => Some(stand_in::built(command, &module)),
             _ if command.says("bundle") => command.arguments.last().map(|page| stand_in::writes(page, "page")),
-            _ if command.says("maturin build") => {
-                Some(stand_in::writes(Path::new(command.after("--out")).join("a.whl"), ""))
-            }
-            _ => None,
+            _ => stand_in::wheel(command),
         });
         Ok((workspace, machine.compiling_for(&folder.join("sysroot"), &["wasm32-unknown-unknown"])))
     }

@@ -83,6 +83,11 @@ pub fn writes(file: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Answer {
     DONE
 }
 
+/// The wheel `a.whl`, where one is to be built.
+pub fn wheel(command: &Started) -> Option<Answer> {
+    command.says("maturin build").then(|| writes(Path::new(command.after("--out")).join("a.whl"), ""))
+}
+
 /// What Cargo reports of a library that it is to build, which is in a file.
 pub fn built(command: &Started, library: &Path) -> Answer {
     let name = command.after("--package").replace('-', "_");

@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn steps_that_take_more_instructions_than_recorded_are_named() -> Result<()> {
         let folder = files::scratch("valgrind");
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(&folder);
         let (outcome, started) = machine(&folder, "rustc 1", 2000)?.does(|| Record {}.run(&workspace));
         outcome?;
         let recording: Vec<_> = started.iter().filter(|it| it.variable("SERVO_RECORD") == "1").collect();

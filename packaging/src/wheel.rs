@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_wheel_holds_the_fmus() -> Result<()> {
         let folder = crate::files::scratch("wheel");
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(&folder);
         let machine = |wheels: usize| {
             let machine = StandIn::new(move |command| {
                 let out = command.says("maturin build").then(|| Path::new(command.after("--out")).to_owned())?;

@@ -53,6 +53,12 @@ impl Workspace {
         Self { root: home(), home: home(), target, environments, product: Product::of_the_project(&home()) }
     }
 
+    /// One whose sources are in a folder of a test, too: those that the test writes.
+    #[cfg(test)]
+    pub fn made_up(folder: &Path) -> Self {
+        Self { root: folder.join("root"), ..Self::of_a_test(&folder.join("target")) }
+    }
+
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
     pub fn inside(&self, folder: &str) -> Self {
         Self { target: self.target.join(folder), ..self.clone() }

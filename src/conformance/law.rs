@@ -84,6 +84,11 @@ fn evaluate<L: Laws, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &
     rates
 }
 
+/// The same in plain numbers.
+fn plain<L: Laws>(law: &L, drive: Drive, memory: &L::Memory, at: &[f64; DIRECTIONS]) -> Vec<f64> {
+    evaluate(law, drive, memory, &Real::all(at)).into_iter().map(Real::value).collect()
+}
+
 /// Derivatives of force and rates by dual numbers are those of differences, in random motion, in the modes to which it leads.
 /// Central differences with steps of 1e-6 of each variable are good to 1e-5 of the derivative, plus rounding.
 ///
@@ -120,7 +125,7 @@ pub fn derivatives<L: Laws>(name: &str) {
             let [above, below] = [step, -step].map(|shift| {
                 let mut shifted = at;
                 shifted[direction] += shift;
-                evaluate(&law, drive, &memory, &Real::all(&shifted)).into_iter().map(Real::value).collect::<Vec<_>>()
+                plain(&law, drive, &memory, &shifted)
             });
             for (row, dual) in exact.iter().enumerate() {
                 let difference = (above[row] - below[row]) / (2.0 * step);
@@ -159,9 +164,7 @@ pub fn unchanged<L: Laws>(name: &str) {
         let before = law.start(&first);
         let mut after = before.clone();
         if !law.follow(&next, &at[4..], &mut after) {
-            let [as_before, found] = [&before, &after].map(|memory| {
-                evaluate(&law, drive, memory, &Real::all(&at)).into_iter().map(Real::value).collect::<Vec<_>>()
-            });
+            let [as_before, found] = [&before, &after].map(|memory| plain(&law, drive, memory, &at));
             assert_eq!(found, as_before, "{name} says that its force has not changed from {first:?} to {next:?}");
         }
     }

@@ -27,8 +27,8 @@ read: dict[str, set[str]] = defaultdict(set)
 
 trampoline._mutant_under_test = "stats"
 by_programs = tempfile.TemporaryDirectory()
-place = Path(__file__).with_name("reached")
-os.environ |= {"REACHED": by_programs.name, "PYTHONPATH": os.pathsep.join([str(place), os.environ["PYTHONPATH"]])}
+os.environ["REACHED"] = by_programs.name
+os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).with_name("reached")), os.environ["PYTHONPATH"]])
 
 
 def _noted(tests: list[str]) -> None:

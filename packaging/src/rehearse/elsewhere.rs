@@ -163,7 +163,7 @@ mod tests {
         module: Vec<u8>,
         lacking: &[&'static str],
     ) -> (Result<Vec<String>>, Vec<Started>) {
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(folder);
         let machine = StandIn::new(move |command| {
             if command.says("maturin build") {
                 let wheel = Path::new(command.after("--out")).join(name);

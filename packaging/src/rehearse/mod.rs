@@ -184,7 +184,7 @@ mod tests {
 
     /// A workspace with everything that states a version, of which one place states another, unless that is none.
     fn stating(folder: &Path, other: &str) -> Result<Workspace> {
-        let mut workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let mut workspace = Workspace::made_up(folder);
         workspace.product.models = &models::ALL[..1];
         let version = |place: &str| if place == other { "9.9.9" } else { VERSION };
         let write = |name: &str, text: String| files::write(&workspace.root.join(name), text);
@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn source_distribution_is_the_only_one() -> Result<()> {
         let folder = files::scratch("sdist");
-        let workspace = Workspace { root: folder.join("root"), ..Workspace::of_a_test(&folder.join("target")) };
+        let workspace = Workspace::made_up(&folder);
         files::write(&workspace.target.join("sdist/old.tar.gz"), "")?;
         let (file, started) = machine(&workspace, VERSION).does(|| source_distribution(&workspace));
         let name = format!("pneumatic_servo-{VERSION}.tar.gz");
