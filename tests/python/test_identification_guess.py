@@ -31,6 +31,16 @@ def test_search_starts_at_the_levels_of_the_record(law: str) -> None:
         assert starts["sigma1"] * 0.065 == pytest.approx(0.1 * starts["Fc"], rel=0.1)
 
 
+def test_viscous_friction_is_none_of_what_breaks_away() -> None:
+    """Ten times as much of it as in `bench`, 16 N at full speed, leaves the 4 N more at rest."""
+    data = bench()
+    data["frictionForce"] += 225.0 * np.gradient(data["position"], data["time"])
+    problem = ps.fit(data, experiment="motion", law="Stribeck", play=0.0, starts=0, progress=False).problem
+    starts = {free.name.rpartition(".")[2]: free.start for free in started(problem).free}
+    assert starts["sigma2"] == pytest.approx(250.0, rel=0.1)
+    assert 2.0 < starts["Fs"] - starts["Fc"] < 5.0
+
+
 def test_friction_of_a_cylinder_is_what_the_pressures_leave() -> None:
     """What a start is looked for in is the friction of the run itself, as far as smoothing leaves it."""
     time = np.arange(0.0, 3.0, 1e-3)
