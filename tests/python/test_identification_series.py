@@ -13,6 +13,7 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.figures import GREY
+from scipy.optimize import least_squares
 from test_identification import COLUMNS, write
 from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
@@ -139,6 +140,22 @@ def test_command_tells_what_moves(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert rows[0] == "record,parameter,value,low,high,unit,moves,p"
     assert [row.split(",")[:2] for row in rows[1:]] == [[f"2026-0{m}-01", STRIBECK["Fc"]] for m in (1, 2)]
     assert (tmp_path / "wear.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_series_that_does_not_come_to_an_end_fails_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def hurried(*given: Any, **options: Any) -> Any:
+        return least_squares(*given, **{**options, "max_nfev": 1})
+
+    monkeypatch.setattr("pneumatic_servo.identification.solve.least_squares", hurried)
+    files = [write(tmp_path / f"{month}.csv", day(7.0, month)) for month in (1, 2)]
+    given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--play", "0", "--starts", "0"]
+    wear = tmp_path / "wear.csv"
+    code = main(["series", *map(str, files), *given, "--changing", STRIBECK["Fc"], "--out", str(wear)])
+    assert (code, capsys.readouterr().err.splitlines()[-1]) == (1, "error: the fit has not converged")
+    # What was found until then is written all the same.
+    assert wear.is_file()
 
 
 def test_options_of_the_command_reach_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
