@@ -240,9 +240,9 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
 FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
 
 
-def _constant(variable: Variable, given: object) -> float:
+def _constant(variable: Variable, given: Any) -> float:
     """Return the value of an input that stays the same."""
-    if isinstance(given, str) or not isinstance(given, SupportsFloat) or getattr(given, "ndim", 0) != 0:
+    if not values.is_number(given):
         raise ValueError(
             f"{variable.name} = {shortened(given)} is refused: it must be {FORMS}, in {variable.unit} or with a unit"
         )
@@ -261,7 +261,7 @@ def shape(name: str, given: Any) -> tuple[int, ...]:
 def _at(variable: Variable, given: Callable[[float], float], time: float) -> float:
     """Return what a function of time gives."""
     value = given(time)
-    if isinstance(value, str) or not isinstance(value, SupportsFloat):
+    if not isinstance(value, SupportsFloat):
         raise ValueError(f"at t = {time} s {variable.name} = {shortened(value)} is refused: it must be a number")
     values.check_range(variable, float(value), time)
     return float(value)

@@ -232,8 +232,9 @@ def of_frame(frame: Any, file: Path) -> Table:
     is_recorded = bool(frame.attrs.get(Run.RECORDED, False))
     if frame.index.name is not None and frame.index.name not in frame.columns:
         frame = frame.reset_index()
-    columns = {str(name): np.asarray(frame[name]) for name in frame.columns}
-    return replace(_of_columns(file, columns), is_recorded=is_recorded)
+    # By place, since a name may be there twice, which is refused where somebody asks for it.
+    columns = [np.asarray(frame.iloc[:, place]) for place in range(len(frame.columns))]
+    return replace(_of_columns(file, [str(name) for name in frame.columns], columns), is_recorded=is_recorded)
 
 
 def numbers(column: Any) -> NDArray[np.float64]:
@@ -259,18 +260,17 @@ def _of_mat(file: Path) -> Table:
     columns = {name: value for name, value in found.items() if value.ndim == 1 and value.dtype.kind in "fiub"}
     if not columns:
         raise ValueError(f"{file}: there are no vectors of numbers in it, only {', '.join(found) or 'nothing'}")
-    return _of_columns(file, columns)
+    return _of_columns(file, list(columns), list(columns.values()))
 
 
-def _of_columns(file: Path, columns: dict[str, NDArray[Any]]) -> Table:
-    header = list(columns)
-    lengths = {name: len(values) for name, values in columns.items()}
+def _of_columns(file: Path, header: list[str], columns: Sequence[NDArray[Any]]) -> Table:
+    lengths = {name: len(values) for name, values in zip(header, columns, strict=True)}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"{file}: the columns have different lengths: {lengths}")
-    try:
-        values = np.array([numbers(column) for column in columns.values()]).T
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{file}: {error}") from None
+    values = np.array([
+        _column(file, number, name, column)
+        for number, (name, column) in enumerate(zip(header, columns, strict=True), start=1)
+    ]).T  # fmt: skip
     names, units = _names_and_units(header)
     table = Table(file, header, names, units, values, np.arange(len(values)), 0)
     wrong = np.argwhere(~np.isfinite(values))
@@ -278,3 +278,20 @@ def _of_columns(file: Path, columns: dict[str, NDArray[Any]]) -> Table:
         row, column = wrong[0]
         raise ValueError(f"{table.where(row, column)}: {values[row, column]} is not finite")
     return table
+
+
+def _column(file: Path, number: int, name: str, column: NDArray[Any]) -> Array:
+    try:
+        return numbers(column)
+    except (TypeError, ValueError) as error:
+        wrong = next((row for row, value in enumerate(column.tolist()) if not _is_number(value)), None)
+        what = str(error) if wrong is None else f"{column.tolist()[wrong]!r} is no number"
+        raise ValueError(f"{file}:{wrong or 0}, column {number} ({name}): {what}") from None
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True

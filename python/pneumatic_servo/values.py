@@ -79,12 +79,17 @@ def seconds(argument: str, given: object) -> float:
 
 
 def _plain(variable: Variable, given: Any) -> float:
-    is_single = isinstance(given, SupportsFloat) and getattr(given, "ndim", 0) == 0
-    if isinstance(given, bool) or type(given).__name__.startswith("bool") or not is_single:
+    if not is_number(given):
         what = "it must be a single number" + ("" if variable.unit == "1" else f" in {variable.unit}")
         shown = given if hasattr(given, "shape") else shortened(given)
         raise ValueError(f"{variable.name} = {shown} is refused: {what}")
     return float(given)
+
+
+def is_number(given: object) -> bool:
+    """Tell whether something is a single number. True is 1 to Python, but no voltage and no law to anybody."""
+    is_logical = isinstance(given, bool) or type(given).__name__.startswith("bool")
+    return isinstance(given, SupportsFloat) and getattr(given, "ndim", 0) == 0 and not is_logical
 
 
 def check_range(variable: Variable, value: float, time: float | None = None) -> None:
@@ -123,9 +128,7 @@ def _item(variable: Variable, given: object) -> Value:
         raise ValueError(
             f'{variable.name} = "{given}" is refused: {meant}it must be one of {", ".join(variable.items)}'
         )
-    # True is 1 to Python, but no law to anybody.
-    is_number = isinstance(given, SupportsFloat) and not isinstance(given, bool) and getattr(given, "ndim", 0) == 0
-    if is_number and float(given) in {float(one) for one in variable.ids.values()}:  # type: ignore[arg-type]
+    if is_number(given) and float(given) in {float(one) for one in variable.ids.values()}:  # type: ignore[arg-type]
         return float(given)  # type: ignore[arg-type]
     every = ", ".join(f"{number} {name}" for name, number in variable.ids.items())
     raise ValueError(f"{variable.name} = {shortened(given)} is refused: it must be one of {every}")

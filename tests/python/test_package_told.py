@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pandas as pd
+import pint
 import pneumatic_servo as ps
 import pytest
 from gymnasium.error import ResetNeeded
@@ -24,6 +26,10 @@ def simulate(parameters: Any = None, **options: Any) -> Any:
 
 def driven(given: Any) -> object:
     return simulate(inputs={"valveVoltage": given})
+
+
+def of_table(header: str, *rows: list[Any]) -> object:
+    return simulate(inputs=pd.DataFrame(list(rows), columns=header.split(", ")))
 
 
 def several(parameters: Any = (), **options: Any) -> Any:
@@ -113,6 +119,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: driven((T,)),
         "valveVoltage: points are a pair of times and values, not 1 arrays",
     ),
+    "times in a unit of something else": (
+        lambda: driven((pint.Quantity([0.0, 1.0], "kg"), [5.0, 6.0])),
+        "time = <Quantity([0...., 'kilogram')> is refused: it must be in s (Cannot convert from 'kilogram' ([mass]) "
+        "to 'second' ([time]))",
+    ),
     "three arrays": (
         lambda: driven((T, T, T)),
         "valveVoltage: points are a pair of times and values, not 3 arrays",
@@ -133,6 +144,68 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "text without a number": (
         lambda: driven("five"),
         "valveVoltage: 'five' is no number in V",
+    ),
+    "an input that is a truth": (
+        lambda: driven(True),
+        "valveVoltage = True is refused: it must be a constant, a pair (t, u) of times and values, or a function "
+        "of time, in V or with a unit",
+    ),
+    "a function of no number, of many runs": (
+        lambda: several([{}], inputs={"valveVoltage": lambda time: "5 V"}),
+        "at t = 0.0 s valveVoltage = '5 V' is refused: it must be a number",
+    ),
+    "a table with a name misspelt": (
+        lambda: of_table("time, valveVoltge", [0.0, 5.0]),
+        "the DataFrame:0, column 2: valveVoltge is not an input; did you mean valveVoltage or valve.leakage or "
+        "valve.polarity?; the inputs are valveVoltage, externalForce, supplyPressure",
+    ),
+    "a table without inputs": (
+        lambda: of_table("time, position", [0.0, 0.1]),
+        "the DataFrame:0: there is no column of an input; the inputs are valveVoltage, externalForce, supplyPressure",
+    ),
+    "a table with a name twice": (
+        lambda: of_table("time, valveVoltage, valveVoltage", [0.0, 5.0, 6.0]),
+        "the DataFrame:0, column 3: valveVoltage is there twice",
+    ),
+    "a table with time misspelt": (
+        lambda: of_table("valveVoltage, tme", [5.0, 0.0]),
+        "the DataFrame:0: there is no column `time`, only valveVoltage, tme; did you mean tme?",
+    ),
+    "a table over t": (
+        lambda: of_table("t, valveVoltage", [0.0, 5.0]),
+        "the DataFrame:0: there is no column `time`, only t, valveVoltage; did you mean t?",
+    ),
+    "a table without time": (
+        lambda: of_table("a, valveVoltage", [0.0, 5.0]),
+        "the DataFrame:0: there is no column `time`, only a, valveVoltage",
+    ),
+    "a table without rows": (
+        lambda: of_table("time, valveVoltage"),
+        "the DataFrame: there are no rows below the header",
+    ),
+    "a table that goes back": (
+        lambda: of_table("time, valveVoltage", [0.0, 5.0], [1.0, 6.0], [0.5, 6.0]),
+        "the DataFrame:2, column 1 (time): time falls from 1.0 s to 0.5 s",
+    ),
+    "a table that begins late": (
+        lambda: of_table("time, valveVoltage", [0.5, 5.0], [1.0, 6.0]),
+        "the DataFrame: the first time is 0.5 s; a run starts at 0 s",
+    ),
+    "a table with a text": (
+        lambda: of_table("time, valveVoltage", [0.0, 5.0], [1.0, "low"]),
+        "the DataFrame:1, column 2 (valveVoltage): 'low' is no number",
+    ),
+    "a table with nothing": (
+        lambda: of_table("time, valveVoltage", [0.0, np.nan]),
+        "the DataFrame:0, column 2 (valveVoltage): nan is not finite",
+    ),
+    "a table in a unit of something else": (
+        lambda: of_table("time, valveVoltage[bar]", [0.0, 5.0]),
+        "the DataFrame:0, column 2 (valveVoltage): the unit bar is refused; it must be one of V, mV",
+    ),
+    "a table with what cannot be": (
+        lambda: of_table("time, supplyPressure[bar]", [0.0, 6.0], [0.01, -1.0]),
+        "the DataFrame:1, column 2 (supplyPressure): -100000.0 Pa is refused: it must be at least 0 Pa",
     ),
     "an input that is none": (
         lambda: simulate(inputs={"positon": 1.0}),

@@ -78,14 +78,15 @@ def test_units_have_their_factors(plant: ps.Model, name: str, text: str, value: 
 
 def test_arrays_have_units_too(plant: ps.Model) -> None:
     expected = plant.simulate_many({"supplyPressure": [5e5, 6e5]}, inputs={"valveVoltage": 7}, progress=False, **SHORT)
-    for given in (([5, 6], "bar"), (np.array([500.0, 600.0]), "kPa")):
+    for given in (([5, 6], "bar"), (np.array([500.0, 600.0]), "kPa"), pint.Quantity([5.0, 6.0], "bar")):
         runs = plant.simulate_many({"supplyPressure": given}, inputs={"valveVoltage": 7}, progress=False, **SHORT)
         assert runs["position"].tobytes() == expected["position"].tobytes()
         runs = plant.simulate_many(inputs={"supplyPressure": given, "valveVoltage": 7}, progress=False, **SHORT)
         assert runs["position"].tobytes() == expected["position"].tobytes()
     one = plant.simulate(inputs={"valveVoltage": ([0, 1], [5, 6])}, **SHORT)
-    other = plant.simulate(inputs={"valveVoltage": ([0, 1], [5000, 6000], "mV")}, **SHORT)
-    assert one["position"].tobytes() == other["position"].tobytes()
+    for given in (([0, 1], [5000, 6000], "mV"), (pint.Quantity([0, 1000], "ms"), pint.Quantity([5000, 6000], "mV"))):
+        other = plant.simulate(inputs={"valveVoltage": given}, **SHORT)
+        assert one["position"].tobytes() == other["position"].tobytes()
 
 
 def test_times_have_units_too(plant: ps.Model) -> None:
