@@ -140,11 +140,12 @@ def written(text: str, si: str, where: str, *, is_bare_allowed: bool = False) ->
     comma = re.fullmatch(r"\s*([-+]?\d+),(\d+)(.*)", text)
     if match is None or comma is not None:
         hint = f"; did you mean {comma[1]}.{comma[2]}{comma[3]}?" if comma else ""
-        raise ValueError(f"{where}: {text!r} is no number in {si}{hint}")
+        raise ValueError(f"{where}: {text!r} is no number{'' if si == '1' else f' in {si}'}{hint}")
     if not match[2]:
         if is_bare_allowed:
             return float(match[1])
-        raise ValueError(f"{where}: the text {text!r} has no unit; write {text.strip()} or '{text.strip()} {si}'")
+        with_unit = "" if si == "1" else f" or '{text.strip()} {si}'"
+        raise ValueError(f"{where}: the text {text!r} has no unit; write {text.strip()}{with_unit}")
     return to_si(float(match[1]), match[2], si, where)
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.comparison import COLUMNS
-from pneumatic_servo.tables import read_table
+from pneumatic_servo.tables import of_frame, read_table
 from reading import check
 
 OUTPUTS = ["position", "chamberA.pressure", "sticking"]
@@ -54,6 +54,21 @@ def test_missing_pandas_is_named(monkeypatch: pytest.MonkeyPatch, request: pytes
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ps.MissingPackage, match=r"this needs pandas: pip install 'pneumatic-servo\[pandas\]'"):
         to_pandas()
+
+
+def test_dates_are_seconds_from_the_first() -> None:
+    times = pd.to_datetime(["2026-01-31 23:59:59.5", "2026-02-01 00:00:00.0", "2026-02-01 00:01:00.25"])
+    for given in (times, times - times[0]):
+        table = of_frame(pd.DataFrame({"time": given, "x": [1.0, 2.0, 3.0]}), Path("a"))
+        assert table.values[:, 0].tolist() == [0.0, 0.5, 60.75]
+
+
+def test_milliseconds_are_the_seconds_that_they_are_written_as() -> None:
+    """Divided by 1000, since 0.001 times 9 is 0.009000000000000001."""
+    table = of_frame(pd.DataFrame({"time [ms]": range(1000)}), Path("a"))
+    assert table.in_si(0, "ms", "s").tolist() == [float(f"{k}e-3") for k in range(1000)]
+    # What is in no other unit is as it was.
+    assert table.in_si(0, "s", "s").tolist() == list(range(1000))
 
 
 def test_number_that_is_not_finite_is_named_by_its_place(tmp_path: Path) -> None:

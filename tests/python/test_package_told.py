@@ -12,6 +12,7 @@ import pneumatic_servo as ps
 import pytest
 from gymnasium.error import ResetNeeded
 from pneumatic_servo import envs
+from pneumatic_servo.cli.common import settings_of
 from pneumatic_servo.differentiable import Trajectory
 from shared import LAWS
 
@@ -140,6 +141,38 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: driven(None),
         "valveVoltage = None is refused: it must be a constant, a pair (t, u) of times and values, or a function "
         "of time, in V or with a unit",
+    ),
+    "nothing in a unit": (
+        lambda: simulate({"supplyPressure": (None, "bar")}),
+        "supplyPressure = None is refused: it must be a single number in Pa",
+    ),
+    "a setting of a command that is given twice": (
+        lambda: settings_of(ps.Model(), ["valve.b=0.3,valve.C=1e-9", "valve.b=0.4"]),
+        "--set valve.b=0.4: valve.b is given twice",
+    ),
+    "a setting of a command without a value": (
+        lambda: settings_of(ps.Model(), ["valve.b"], "--at"),
+        "--at valve.b: it must be NAME=VALUE, or a file *.ssv",
+    ),
+    "a setting of a command that is misspelt": (
+        lambda: settings_of(ps.Model(), ["valve.c=1e-9"]),
+        "--set valve.c=1e-9: there is no valve.c here; did you mean valve.C?",
+    ),
+    "a setting of a command that is no number": (
+        lambda: settings_of(ps.Model(), ["valve.b=low"]),
+        "--set valve.b=low: 'low' is no number",
+    ),
+    "a setting of a command that is no truth": (
+        lambda: settings_of(ps.Model(), ["chamberB.open=yes"]),
+        "--set chamberB.open=yes: it must be true or false",
+    ),
+    "text without a unit": (
+        lambda: simulate({"supplyPressure": "6"}),
+        "supplyPressure: the text '6' has no unit; write 6 or '6 Pa'",
+    ),
+    "text for a ratio": (
+        lambda: simulate({"valve.b": "0.3"}),
+        "valve.b: the text '0.3' has no unit; write 0.3",
     ),
     "text without a number": (
         lambda: driven("five"),
