@@ -226,7 +226,8 @@ def outliers(values: Array) -> tuple[NDArray[np.int64], Array]:
     """Return which samples are far off those around them, and the medians of those.
 
     One or two samples that go far beyond what the signal does otherwise: a lost word of a converter, a comma at the
-    wrong place. Steps and peaks that last are none.
+    wrong place. Steps and peaks that last are none. What is beside the first sample and the last is not known, so that
+    a leap there may be a step.
     """
     if len(values) < 4 * NEIGHBOURS:
         return np.zeros(0, dtype=np.int64), values
@@ -245,7 +246,7 @@ def outliers(values: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _leaps(values: Array, first: int, limit: float) -> bool:
-    """Whether a signal leaps to a sample, by far more than it moved before; the first of a record has none before."""
+    """Whether a signal leaps to a sample, by far more than it moved before; it is not the first."""
     first %= len(values)
     steps = np.abs(np.diff(values[max(first - 2, 0) : first + 1]))
-    return not len(steps) or bool(steps[-1] > max(limit, LEAP * float(steps[0] if len(steps) > 1 else 0.0)))
+    return bool(steps[-1] > max(limit, LEAP * float(steps[0] if len(steps) > 1 else 0.0)))
