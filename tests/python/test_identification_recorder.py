@@ -82,9 +82,8 @@ def way(*at: int, by: float = 0.1) -> Array:
 
 
 def test_leaps_are_told_with_the_first_of_them() -> None:
-    words = (
-        ", as no mass does: were samples dropped, and time counted on? Give the time as it was recorded, or cut the "
-    )
+    advice = "were samples dropped, and time counted on? Give the time as it was recorded, or cut the record there"
+    words = f", as no mass does: {advice}"
     assert said({"position": way(50)}) == [f"line 53, position: position leaps by 0.1001 m within one sample{words}"]
     assert said({"position": way(50, 90, 120, by=-0.2)}, Units(is_rotating=True)) == [
         f"line 53, position: position leaps by -0.1999 rad within one sample, and at 2 more{words}"
