@@ -136,6 +136,26 @@ def test_ends_are_those_of_what_the_solver_sees(monkeypatch: pytest.MonkeyPatch)
     assert found.reasons == {}
 
 
+def test_ends_are_those_of_the_way_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A profile begins at the ends from the Jacobian, with the rise of independent residuals."""
+    rows, right = drawn()
+    _, linear = solved(rows, right, np.repeat(np.arange(20), 6))
+    none = np.full(2, np.inf)
+    problem = fitted(monkeypatch, linear, PLAIN, PLAIN, start=np.zeros(2), low=-none, high=none)
+    x, scale = np.array([1.0, 2.0, 9.0]), 0.5
+    plain = certainty(problem, x)
+    drawn_ends = [scale * end for end in _bootstrap(linear, x[:2], seed=5)]
+    found = certainty(problem, x, "bootstrap", 5)
+    assert np.array_equal([found.low, found.high], drawn_ends)
+    asked: list[Any] = []
+    monkeypatch.setattr(intervals, "profile", lambda *given: asked.extend(given) or (np.array([-4.0, 0]), np.ones(2)))
+    other = certainty(problem, x, "profile")
+    assert other.low.tolist() == [-2.0, 0.0] and other.high.tolist() == [0.5, 0.5]
+    assert asked[0] is problem and asked[1] is x
+    assert_close(asked[2], (plain.high - plain.low) / 2.0 / scale, rel=1e-14, what="half intervals")
+    assert_close(asked[3], np.sqrt(np.diag(np.linalg.inv(rows.T @ rows))), rel=1e-14, what="deviations")
+
+
 def test_what_has_no_effect_may_be_anything(monkeypatch: pytest.MonkeyPatch) -> None:
     rows, right = drawn()
     _, linear = solved(np.column_stack([rows[:, 0], np.zeros(120), rows[:, 1]]), right, np.zeros(120, dtype=int))
