@@ -200,6 +200,17 @@ def test_settings_of_single_laws_are_for_those_alone() -> None:
     assert "friction.stribeck.Fs" not in ranking["Coulomb"].settings
 
 
+@pytest.mark.parametrize("word", ["gain.frictionForce", "gain.frictionForce:0.5:2", "gain.frictionForce=1.2:0.5:2"])
+def test_what_is_known_of_a_single_law_is_free_of_the_others(word: str) -> None:
+    ranking = ps.compare_fits(
+        bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0, fit=word,
+        fit_of={"Coulomb": "friction.coulomb.Fc", "Stribeck": "friction.stribeck.Fs"},
+        settings_of={"Coulomb": {"gain.frictionForce": 1.0}},
+    )  # fmt: skip
+    assert "gain.frictionForce" not in ranking["Coulomb"].parameters
+    assert "gain.frictionForce" in ranking["Stribeck"].parameters
+
+
 def test_what_is_free_of_single_laws_is_for_those_alone() -> None:
     own = {"Stribeck": "friction.stribeck.Fs"}
     ranking = ps.compare_fits(bench(), ["Coulomb", "Stribeck"], experiment="motion", play=0.0, starts=0, fit_of=own)

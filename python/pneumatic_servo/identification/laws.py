@@ -13,7 +13,7 @@ from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.evidence import Evidence, evidence
 from pneumatic_servo.identification.experiments import Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
-from pneumatic_servo.identification.parameters import split, usual
+from pneumatic_servo.identification.parameters import named_by, split, usual
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import told_units
 from pneumatic_servo.identification.telling import Telling, telling
@@ -201,9 +201,9 @@ def _free(
     """
     table = make_experiment(experiment, law, settings, Options(), told_units(experiment, [], settings)).table
     words = [split(given) if isinstance(given, str) else names("fit", given) for given in (own, common)]
-    named = {word.partition("=")[0].partition(":")[0].strip() for word in words[1]}
+    named = {named_by(word) for word in words[1]}
     chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
-    return [word for word in [*chosen, *words[1]] if word.partition("=")[0] not in settings]
+    return [word for word in [*chosen, *words[1]] if named_by(word) not in settings]
 
 
 def _last_if_nan(value: float) -> float:

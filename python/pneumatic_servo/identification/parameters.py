@@ -87,6 +87,11 @@ def split(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
+def named_by(word: str) -> str:
+    """Return the name in `NAME[=start][:low:high]`."""
+    return word.partition(":")[0].partition("=")[0].strip()
+
+
 def parse(
     word: str, model: Model, compared: Sequence[str], beside: Mapping[str, str] = NOTHING, units: Units = SLIDING
 ) -> Free:
