@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.figures import GREY
 from scipy.optimize import least_squares
+from scipy.stats import norm
 from test_identification import COLUMNS, write
 from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
@@ -55,6 +56,24 @@ def test_joint_fit_of_lines_is_that_of_one_regression() -> None:
     halves = [0.5 * (one.high - one.low) for one in (found.shared[SIGMA2], *found.changing[FC])]
     # Never narrower than those of independent residuals; sixty blocks make them up to 1.3 times as wide.
     assert np.all((1.9 * deviations < halves) & (halves < 1.3 * 2.1 * deviations)), halves / deviations
+
+
+def test_records_that_share_nothing_are_fitted_as_each_alone() -> None:
+    found = ps.fit_series([line(seed)[0] for seed in range(2)], law="Coulomb", changing=[FC, SIGMA2], **GIVEN)
+    assert found.shared == {} and list(found.changing) == [FC, SIGMA2] == list(found.p)
+    for name, course in found.changing.items():
+        errors = []
+        for one, fit in zip(course, found.fits, strict=True):
+            own = fit.parameters[name]
+            assert_close(one.value, own.value, rel=1e-7, what="values", why="searches end by their cost")
+            # Forty blocks of both tell a deviation from one to the other.
+            assert_close(one.high - one.low, own.high - own.low, rel=0.1, what="intervals")
+            assert one.low < one.value < one.high and one.unit == own.unit
+            errors.append(0.5 * (one.high - one.low) / 1.96)
+        apart = (course[1].value - course[0].value) / np.hypot(*errors)
+        assert_close(found.p[name], 2.0 * norm.sf(abs(apart)), within=2e-4, what="p")
+    for rms, fit in zip(found.rms, found.fits, strict=True):
+        assert_close(rms["frictionForce"], fit.rms["frictionForce"], rel=1e-14, what="rms")
 
 
 def test_wear_is_found_and_what_stays_stays() -> None:
@@ -189,6 +208,9 @@ def test_bad_series_is_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFix
         ps.fit_series({"may": line()[0], "march": {name: x[:20] for name, x in line()[0].items()}}, **given)
     with pytest.raises(ValueError, match="name what may change"):
         ps.fit_series([line()[0], line()[0]], **given | {"changing": ""})
+    for name in ("changing", "shared"):
+        with pytest.raises(TypeError, match=f"{name} must be"):
+            ps.fit_series([line()[0], line()[0]], **given | {name: 3})
     with pytest.raises(ValueError, match=r"friction\.coulomb\.Fc is given twice"):
         ps.fit_series([line()[0], line()[0]], **given, shared=FC)
     assert main(["series", "a/x.csv", "b/x.csv", "--experiment", "motion", "--law", "Coulomb", "--changing", FC]) == 2
@@ -197,6 +219,6 @@ def test_bad_series_is_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_interrupt_leaves_the_records_that_are_done() -> None:
     tell = stopping_in_the_second()
-    with pytest.raises(ps.Interrupted) as caught:
+    with pytest.raises(ps.Interrupted, match=r"^interrupted$") as caught:
         ps.fit_series([day(7.0, 1), day(7.0, 2)], law="Stribeck", changing=STRIBECK["Fc"], **GIVEN | {"progress": tell})
     assert isinstance(caught.value.finished, list) and [fit.converged for fit in caught.value.finished] == [True]

@@ -1,0 +1,209 @@
+"""What a series makes of its records, on problems whose answer is known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import date
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from bounds import assert_close
+from numpy.typing import NDArray
+from pneumatic_servo.identification import series
+from pneumatic_servo.identification.fitted import Estimate
+from pneumatic_servo.identification.parameters import Free
+from pneumatic_servo.identification.series import Series, _constant, _doubtful, _estimate, _joint, _places, _widened
+from scipy.optimize import lsq_linear
+from scipy.stats import chi2, norm
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record whose residuals are `matrix @ x**power - data`, with a pull of `weight` to 0, and one beginning."""
+
+    matrix: Array
+    data: Array
+    weight: Array
+    power: int = 1
+    most: float = np.inf
+
+    loose = (1,)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        return np.full(len(self.weight), -np.inf), np.full(len(self.weight), self.most)
+
+    @property
+    def pull(self) -> Array:
+        return self.weight
+
+    def pulls(self, x: Array) -> Array:
+        return self.weight * x
+
+    def residuals(self, vectors: list[Array]) -> Array:
+        return np.array([self.matrix @ x**self.power - self.data for x in vectors])
+
+    def jacobian(self, x: Array) -> Array:
+        return self.matrix * (self.power * x ** (self.power - 1))
+
+
+@pytest.fixture
+def records(monkeypatch: pytest.MonkeyPatch) -> list[Record]:
+    """Three, of two parameters and a beginning each."""
+    monkeypatch.setattr(series, "jacobian", Record.jacobian)
+    rng = np.random.default_rng(1)
+    weight = np.array([0.7, 0.4, 0.0])
+    return [Record(rng.standard_normal((20, 3)), rng.standard_normal(20), weight) for _ in range(3)]
+
+
+def joined(records: list[Record]) -> tuple[Array, Array]:
+    """Return matrix and data of all records in one: the shared parameter first, drawn to 0 once, then those of each."""
+    rows, data = [], []
+    for place, one in enumerate(records):
+        wide = np.zeros((len(one.data) + 3, 7))
+        own = np.vstack([one.matrix, np.diag([one.weight[0] * (place == 0), *one.weight[1:]])])
+        wide[:, 0], wide[:, 1 + 2 * place : 3 + 2 * place] = own[:, 0], own[:, 1:]
+        rows.append(wide)
+        data.append(np.append(one.data, np.zeros(3)))
+    return np.vstack(rows), np.concatenate(data)
+
+
+@pytest.mark.parametrize("most", [np.inf, 0.05])
+def test_joint_fit_is_that_of_all_residuals_at_once(records: list[Record], most: float) -> None:
+    bounded = [replace(one, most=most) for one in records]
+    best = lsq_linear(*joined(records), (-np.inf, np.inf), tol=1e-14).x
+    vectors, is_best = _joint(bounded, [np.array([0.3 * k, -0.2]) for k in range(3)], 1)  # type: ignore[arg-type]
+    found = [vectors[0][0], *np.concatenate([x[1:] for x in vectors])]
+    assert is_best and len({x[0] for x in vectors}) == 1
+    if most == np.inf:
+        assert_close(np.array(found), best, within=7e-15, what="joint fit")
+    else:
+        # What a step leads beyond a bound stays there.
+        assert np.max(best) > most == np.max(found)
+
+
+def test_joint_fit_has_ended_where_no_step_is_left_and_not_before(
+    records: list[Record], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of cubes, from where whole steps lead too far, to where each is the third root of its line's."""
+    exact = [
+        Record(one.matrix[:, :2], one.matrix[:, :2] @ np.array([0.5, k + 1.0]), np.zeros(2), power=3)
+        for k, one in enumerate(records)
+    ]
+    for one in exact:
+        monkeypatch.setattr(type(one), "loose", (0,))
+    begun = [np.array([0.1, 0.3])] * 3
+    vectors, is_best = _joint(exact, begun, 1)  # type: ignore[arg-type]
+    assert is_best
+    for k, x in enumerate(vectors):
+        assert_close(x, np.array([0.5, k + 1.0]) ** (1.0 / 3.0), rel=1e-7, what="roots", why="it ends by its cost")
+    monkeypatch.setattr(series, "ROUNDS", 2)
+    assert not _joint(exact, begun, 1)[1]  # type: ignore[arg-type]
+
+
+def test_values_differ_by_the_chi_square_of_their_weighted_mean() -> None:
+    """Which an error that they have in common does not change."""
+    values, variances = np.array([1.0, 1.5, 0.4, 2.0]), np.array([0.1, 0.2, 0.3, 0.4])
+    mean = np.average(values, weights=1.0 / variances)
+    expected = chi2(3).sf(np.sum((values - mean) ** 2 / variances))
+    assert 0.01 < expected < 0.99
+    assert_close(_constant(values, np.diag(variances)), expected, rel=1e-14, what="p")
+    assert_close(_constant(values, np.diag(variances) + 0.7), expected, rel=1e-14, what="p with a common error")
+
+
+def test_normal_errors_have_the_same_intervals() -> None:
+    spread, factors = np.array([[4.0, -1.0], [-1.0, 9.0]]), np.array([2.5, 3.5])
+    wide = _widened(spread, factors)
+    assert_close(norm.ppf(0.975) * np.sqrt(np.diag(wide)), factors * [2.0, 3.0], rel=1e-14, what="half intervals")
+    assert_close(wide[0, 1] / np.sqrt(wide[0, 0] * wide[1, 1]), -1.0 / 6.0, rel=1e-14, what="correlation")
+
+
+LINE = Free("friction.stribeck.sigma2", "N.s/m", 1.0, -np.inf, np.inf, 10.0)
+LOG = Free("friction.stribeck.Fc", "N", 1.0, 0.1, 10.0, 0.0)
+
+
+def test_estimate_is_in_units_of_the_parameter() -> None:
+    assert _estimate(LINE, 2.0, 0.5) == Estimate(20.0, 15.0, 25.0, "N.s/m")
+    one = _estimate(LOG, np.log(2.0), np.log(4.0))
+    assert_close([one.value, one.low, one.high], np.array([2.0, 0.5, 8.0]), rel=1e-14, what="ends")
+    assert one.unit == "N" and _estimate(LOG, 0.0, 1e3).high == np.inf
+
+
+def alone(places: list[float], halves: list[float], undetermined: tuple[str, ...] = ()) -> Any:
+    """A fit to a single record, with values as the solver sees them."""
+    ends = zip((LOG, LINE), places, halves, strict=True)
+    estimates = {free.name: _estimate(free, x, half) for free, x, half in ends}
+    return SimpleNamespace(parameters=estimates, undetermined=dict.fromkeys(undetermined, ""), x=np.array(places))
+
+
+def test_shared_parameter_is_doubtful_where_records_alone_differ() -> None:
+    """By the chi square of what they differ by; what a record does not tell has no part in it."""
+    one, other = alone([0.3, 1.0], [0.2, 0.1]), alone([-0.3, 1.0], [0.3, 0.1])
+    joint = np.array([0.05, 1.0])
+    errors = np.array([0.2, 0.3]) / norm.ppf(0.975)
+    likely = chi2(1).sf(np.sum((np.array([0.25, 0.35]) / errors) ** 2))
+    assert 1e-4 < likely < 0.01
+    blind = [alone([9.0, 5.0], [0.1, 0.1], (LOG.name, LINE.name)), alone([9.0, 1.0], [1e3, 1e3])]
+    for fits in ([one, other], [one, *blind, other]):
+        [(name, p)] = _doubtful(fits, [LOG, LINE], joint).items()
+        assert name == LOG.name
+        assert_close(p, likely, rel=1e-13, what="p")
+    # Of a single one there is nothing to differ from.
+    assert _doubtful([one, *blind], [LOG, LINE], joint) == {}
+
+
+@pytest.mark.parametrize(("p", "number", "is_said"), [(0.04, 1, True), (0.06, 1, False), (0.04, 2, False)])
+def test_doubts_are_said_of_five_in_a_hundred_series(p: float, number: int, is_said: bool) -> None:
+    """Whatever the number of shared parameters is."""
+    off = np.sqrt(chi2(1).isf(p) / 2.0) / norm.ppf(0.975)
+    fits = [alone([off, 0.0], [1.0, 1.0]), alone([-off, 0.0], [1.0, 1.0])]
+    found = _doubtful(fits, [LOG, LINE][:number], np.zeros(2))
+    assert list(found) == [LOG.name] * is_said
+
+
+def test_records_stand_at_their_dates_or_numbers_in_a_figure() -> None:
+    days = [date(2026, 1, 1), date(2026, 3, 1)]
+    assert _places(days) == (days, False) == _places(["2026-01-01", "2026-03-01"])
+    assert _places([3, 7.5]) == ([3, 7.5], False)
+    assert _places(["new", "2026-03-01"]) == ([1, 2], True)
+
+
+def test_series_says_what_moves(tmp_path: Path) -> None:
+    first, second = Estimate(2.0, 1.5, 2.5, "N"), Estimate(3.0, 2.75, 3.25, "N")
+    fits: Any = (SimpleNamespace(law="Coulomb"),) * 2
+    found = Series(
+        ("new", "worn"), True, {"valve.C": Estimate(1e-9, 9e-10, 1.1e-9, "m3/(s.Pa)")},
+        {"friction.coulomb.Fc": (first, second), "massB": (second, second)},
+        {"friction.coulomb.Fc": 1.23e-4, "massB": 1.0}, {"friction.coulomb.Fc": True, "massB": False},
+        {"valve.C": 0.001}, ({}, {}), fits,
+    )  # fmt: skip
+    assert repr(found) == (
+        "Coulomb, 2 records: converged\n"
+        "  valve.C              1e-09 [9e-10, 1.1e-09] m3/(s.Pa), shared\n"
+        "  friction.coulomb.Fc  moves (p = 0.00012)\n"
+        "    new: 2 [1.5, 2.5] N\n"
+        "    worn: 3 [2.75, 3.25] N\n"
+        "  massB                does not move (p = 1)\n"
+        "    new: 3 [2.75, 3.25] N\n"
+        "    worn: 3 [2.75, 3.25] N\n"
+        "  valve.C is shared, but differs among the records (p = 0.001): let it change"
+    )
+    assert repr(replace(found, converged=False)).startswith("Coulomb, 2 records: not converged\n")
+    found.to_csv(tmp_path / "wear.csv")
+    assert (tmp_path / "wear.csv").read_text(encoding="utf-8").splitlines() == [
+        "record,parameter,value,low,high,unit,moves,p",
+        "new,friction.coulomb.Fc,2.0,1.5,2.5,N,True,0.000123",
+        "worn,friction.coulomb.Fc,3.0,2.75,3.25,N,True,0.000123",
+        "new,massB,3.0,2.75,3.25,N,False,1.0",
+        "worn,massB,3.0,2.75,3.25,N,False,1.0",
+    ]
+    upper, lower = found.plot().axes
+    assert [label.get_text() for label in lower.get_xticklabels()] == ["new", "worn"]
+    assert upper.get_shared_x_axes().joined(upper, lower) and not any(
+        label.get_visible() for label in upper.get_xticklabels()
+    )
