@@ -112,7 +112,14 @@ def test_levels_stay_in_proportion() -> None:
 def test_nothing_is_guessed_of_a_map_that_tells_nothing() -> None:
     problem = mapped("Stribeck")
     speed, force, level = problem.experiment.seen
-    for seen in ((0.0 * speed, force, level), (speed, force, 0.0 * level), (speed[:9], force[:9], level[:9])):
+    # Not even where a few samples move.
+    still = np.where(np.arange(2001) < 15, speed, 0.0)
+    for seen in (
+        (0.0 * speed, force, level),
+        (still, force, level),
+        (speed, force, 0.0 * level),
+        (speed[:9], force[:9], level[:9]),
+    ):
         problem.experiment.seen = seen
         assert _levels(problem, {}) == {}
     problem.free = []
@@ -205,6 +212,11 @@ def test_smooth_presliding_is_that_of_ten_elements() -> None:
 def test_element_that_the_data_do_not_need_keeps_a_little() -> None:
     found = _elements(driven("MaxwellSlip", ENDS, np.array([4e3, 0.0, 0.0, 0.0])), {})
     assert_close(found["friction.maxwellSlip.k[3]"], 4e3 / 1e4, rel=1e-14, what="stiffness")
+
+
+def test_elements_of_no_force_keep_a_little() -> None:
+    found = _elements(driven("MaxwellSlip", ENDS, np.zeros(4)), {})
+    assert [found[f"friction.maxwellSlip.k[{number}]"] for number in (1, 2, 3, 4)] == [1e-4] * 4
 
 
 def test_area_is_what_the_force_grows_with_the_pressure() -> None:

@@ -59,8 +59,10 @@ def test_joint_fit_of_lines_is_that_of_one_regression() -> None:
 
 
 def test_records_that_share_nothing_are_fitted_as_each_alone() -> None:
-    found = ps.fit_series([line(seed)[0] for seed in range(2)], law="Coulomb", changing=[FC, SIGMA2], **GIVEN)
-    assert found.shared == {} and list(found.changing) == [FC, SIGMA2] == list(found.p)
+    names = [STRIBECK[name] for name in ("Fs", "Fc", "sigma2")]
+    found = ps.fit_series([day(7.0, seed) for seed in range(2)], law="Stribeck", changing=names,
+                          settings={STRIBECK["vs"]: 0.012}, **GIVEN)  # fmt: skip
+    assert found.shared == {} and list(found.changing) == names == list(found.p)
     for name, course in found.changing.items():
         errors = []
         for one, fit in zip(course, found.fits, strict=True):

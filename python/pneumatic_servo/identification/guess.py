@@ -30,12 +30,11 @@ def started(problem: Problem) -> Problem:
     values = {free.name: free.start for free in problem.free}
     if "area" in values and np.isnan(values["area"]):
         values["area"] = _area(problem)
-    values = {name: value for name, value in values.items() if np.isfinite(value)}
     values |= problem.experiment.guess(problem.windows, values)
     values |= _levels(problem, values)
     if isinstance(problem.experiment, Motion):
         values |= _elements(problem, values)
-    return problem.with_free([free.at(values.get(free.name, free.start)) for free in problem.free])
+    return problem.with_free([free.at(values[free.name]) for free in problem.free])
 
 
 def _area(problem: Problem) -> float:

@@ -118,7 +118,7 @@ class Series:
         lines = [
             f"{self.fits[0].law}, {len(self.labels)} records: {'converged' if self.converged else 'not converged'}"
         ]
-        width = max((len(name) for name in (*self.shared, *self.changing)))
+        width = max(len(name) for name in (*self.shared, *self.changing))
         lines += [f"  {name:{width}}  {one}, shared" for name, one in self.shared.items()]
         for name, course in self.changing.items():
             verdict = "moves" if self.moves[name] else "does not move"
