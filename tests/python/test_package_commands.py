@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import inspect
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import ClassVar
 
 import pneumatic_servo as ps
 import pytest
@@ -90,3 +93,93 @@ def test_fits_are_printed_as_python_shows_them(
     assert main(["fit", *given, "--law", "Coulomb,Stribeck"]) == 0
     ranking = ps.compare_fits("a.csv", ["Coulomb", "Stribeck"], **options)  # type: ignore[arg-type]
     assert capsys.readouterr().out == f"{ranking}\n{ranking.best}\nverdict: {ranking.best.verdict}\n"
+
+
+class Found(SimpleNamespace):
+    """A fit that has found something of everything, and has not converged."""
+
+    law = "Dahl"
+    beside = ("offset.frictionForce", "area")
+    undetermined: ClassVar[dict[str, str]] = {"friction.dahl.sigma0": "it is hidden"}
+    problem = SimpleNamespace(experiment=SimpleNamespace(table=SimpleNamespace(name="FrictionBench")))
+    cross_validation = "folds"
+    verdict = "red"
+    converged = False
+    message = "out of steps"
+
+    def __init__(self) -> None:
+        files: list[str] = []
+        super().__init__(
+            files=files, to_ssv=files.append, to_json=files.append, to_report=files.append,
+            posterior=Draws(files),
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        return "values"
+
+
+class Draws:
+    """Its draws."""
+
+    def __init__(self, files: list[str]) -> None:
+        self.to_csv = files.append
+
+    def __str__(self) -> str:
+        return "draws"
+
+
+WRITTEN = ["--out", "a.ssv", "--json", "a.json", "--report", "a.html", "--posterior", "a.csv"]
+SAID = (
+    "note: a.ssv is without offset.frictionForce, area, which FrictionBench does not have\n"
+    "warning: friction.dahl.sigma0 is not determined: it is hidden\n"
+    "error: the fit has not converged: out of steps\n"
+)
+
+
+def test_fit_says_and_writes_all_that_was_found(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    usual = {name: one.default for name, one in inspect.signature(ps.fit).parameters.items()}
+    found, called = Found(), dict[str, object]()
+
+    def fit(data: object, **given: object) -> Found:
+        called.update(given, data=data)
+        return found
+
+    monkeypatch.setattr("pneumatic_servo.identification.fit", fit)
+    command = ["fit", "bench.csv", "--experiment", "motion", "--law", "Dahl", *WRITTEN, "--cross-validate", "record"]
+    assert main([*command, "--set", "friction.dahl.Fc=5,delay.position=3 ms"]) == 1
+    told = capsys.readouterr()
+    assert told.out == "draws\nfolds\nvalues\nverdict: red\n" and told.err == SAID
+    assert [str(file) for file in found.files] == ["a.ssv", "a.json", "a.html", "a.csv"]
+    # What nobody asked for is as it is in Python.
+    assert called == {name: usual[name] for name in called if name != "data"} | {
+        "data": [Path("bench.csv")], "fit": "", "experiment": "motion", "law": "Dahl", "posterior": True,
+        "progress": True, "cross_validate": "record", "settings": {"friction.dahl.Fc": 5.0, "delay.position": 0.003},
+    }  # fmt: skip
+
+
+def test_several_fits_are_ranked_and_the_best_is_written(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    best, seeds = Found(), list[int]()
+
+    class Ranking:
+        def __init__(self, data: object, laws: Sequence[str], **given: object) -> None:
+            self.best, self.laws, self.given = best, laws, given
+
+        def evidence(self, seed: int) -> str:
+            seeds.append(seed)
+            return f"evidence of {', '.join(self.laws)}"
+
+        def __str__(self) -> str:
+            return "ranking"
+
+    monkeypatch.setattr("pneumatic_servo.identification.compare_fits", Ranking)
+    command = ["fit", "bench.csv", "--experiment", "motion", *WRITTEN, "--evidence", "--seed", "3"]
+    assert main([*command, "--law", "Dahl,LuGre"]) == 1
+    told = capsys.readouterr()
+    assert told.out == "ranking\nevidence of Dahl, LuGre\ndraws\nfolds\nvalues\nverdict: red\n" and told.err == SAID
+    assert seeds == [3] and [str(file) for file in best.files] == ["a.ssv", "a.json", "a.html", "a.csv"]
+    assert main([*command, "--law", "Dahl"]) == 2
+    assert capsys.readouterr().err == "error: --evidence compares laws: name several by --law\n"
