@@ -152,7 +152,9 @@ def test_axes_moved_by_a_force_are_left_out_too() -> None:
         told = case.friction
         assert told is not None
         assert told.measured == pytest.approx(15.0 + 60.0 * float(np.mean(speed)), rel=0.1)
-        assert told.low < told.measured < told.high < 3.0 * told.low
+        # One other condition tells nothing of how far the law is off: 95 % of products of two normal numbers are below
+        # 2.18, and of what both conditions are off by below 0.2*sqrt(2) times that, which makes ends 3.4 times apart.
+        assert told.low < told.measured < told.high < 3.5 * told.low
         assert case.rms["position"] < 1.5 * case.fitted["position"] < 2e-5
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 
 from pneumatic_servo.identification.experiments import Window
 from pneumatic_servo.identification.experiments.motion import Motion
-from pneumatic_servo.identification.parameters import Free, group_of
+from pneumatic_servo.identification.parameters import VISCOUS, Free, group_of
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.signals import ROTATING
 from pneumatic_servo.identification.smoothing import fastest
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 BELOW = 0.8
 """Share of a static friction that is not free with which sliding friction starts at most."""
-VISCOUS = ("N.s/m", ROTATING["N.s/m"])
+DAMPING = ("N.s/m", ROTATING["N.s/m"])
 """Units of viscous friction."""
 ELEMENTS = 10
 """Elements of the laws that have several."""
@@ -86,7 +86,7 @@ def _levels(problem: Problem, values: dict[str, float]) -> dict[str, float]:
             starts[free.name] = 1.2 * statics
         elif kind in levels:
             starts[free.name] = levels[kind]
-        elif kind in ("sigma2", "c1", "c2"):
+        elif kind in VISCOUS:
             starts[free.name] = max(viscous, 0.05 * coulomb / fast)
         elif kind == "sigma1":
             starts[free.name] = 0.1 * levels["sigma0"] * length / fast
@@ -101,7 +101,7 @@ def _line(own: Sequence[Free], pace: Array, dry: Array, least: float) -> tuple[f
     """Friction at speed 0 and its growth, from the faster samples; no growth under a law without a free one."""
     middle = max(float(np.median(dry)), 1e-9)
     fast = pace > least
-    if not any(free.unit in VISCOUS for free in own) or np.sum(fast) < 10:
+    if not any(free.unit in DAMPING for free in own) or np.sum(fast) < 10:
         return middle, 0.0
     slope, coulomb = np.polyfit(pace[fast], dry[fast], 1)
     if slope <= 0.0 or coulomb < 0.1 * middle:

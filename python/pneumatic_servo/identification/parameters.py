@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 
 NOTHING: Mapping[str, str] = {}
 
+VISCOUS = ("sigma2", "c1", "c2")
+"""What laws call their viscous friction, which the load level does not multiply."""
+
 SPAN = 1e3
 """Without bounds a positive parameter may be so many times smaller or larger than its start."""
 
@@ -213,6 +216,12 @@ def group_of(law: str, model: Model) -> str:
         )
     own = (name for name, variable in model.parameters.items() if variable.counts_for == ("friction.law", law))
     return next(own, "").rpartition(".")[0]
+
+
+def viscous_of(law: str, model: Model) -> list[str]:
+    """Return the parameters of the viscous friction of a law."""
+    group = group_of(law, model)
+    return [name for kind in VISCOUS if (name := f"{group}.{kind}") in model.parameters]
 
 
 def usual(law: str, model: Model, settings: Mapping[str, Value]) -> list[str]:

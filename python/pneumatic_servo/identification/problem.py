@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import Experiment, Window
 from pneumatic_servo.identification.experiments.base import Around
-from pneumatic_servo.identification.parameters import Free
+from pneumatic_servo.identification.parameters import Free, viscous_of
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.run import Runs
@@ -301,12 +301,15 @@ class Problem:
         experiment = self.experiment
         settings: list[Mapping[str, Value]] = []
         driven: dict[str, list[Array]] = {}
+        # The load level multiplies all friction but the viscous one.
+        viscous = [] if self.scale == 1.0 else viscous_of(experiment.law, experiment.table)
         for vector, index in _pairs(group, every):
             values, begins = every[vector]
-            settings.append({**begins[index], **experiment.start(self.windows[index], values)})
+            scaled = {name: self.scale * experiment.value(name, values) for name in viscous}
+            settings.append({**begins[index], **experiment.start(self.windows[index], values), **scaled})
             for name, course in experiment.inputs(self.windows[index], values).items():
-                scaled = self.scale * course if name == "friction.level" and self.scale != 1.0 else course
-                driven.setdefault(name, []).append(scaled)
+                is_scaled = name == "friction.level" and self.scale != 1.0
+                driven.setdefault(name, []).append(self.scale * course if is_scaled else course)
         record = self.windows[group[0]].record
         grid = record.grid
         return experiment.simulated._run_many(

@@ -1,0 +1,99 @@
+"""Friction of a condition as the others predict it, by equations that it must obey whatever is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from bounds import assert_close
+from numpy.typing import NDArray
+from pneumatic_servo.identification.foretold import Foretold, Left, _mean_friction, _of_factor
+from pneumatic_servo.identification.sensor import Sensor
+from test_identification_conditions import PRESSURES, seal
+from test_identification_force import axis
+from test_identification_posterior import FC, GIVEN, SIGMA2, line
+
+Array = NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def fitted() -> ps.Fit:
+    """Coulomb and viscous friction with a noise of 0.5 N, of two records."""
+    return ps.fit([line(seed)[0] for seed in range(2)], **GIVEN)
+
+
+def test_mean_friction_is_that_of_the_samples_that_move(fitted: ps.Fit) -> None:
+    problem, x = fitted.problem, fitted.x
+    values = problem.values(x)
+    speeds = np.abs(np.concatenate([np.diff(window.driven["position"]) for window in problem.windows])) / 0.01
+    mean, slope = _mean_friction(problem, x)
+    assert_close(mean, values[FC] + values[SIGMA2] * np.mean(speeds), rel=1e-12, what="mean")
+    # Of the logarithm of Fc and of the value of sigma2: twice as much of both is twice the friction.
+    assert_close(slope[0], values[FC] / mean, rel=5e-8, what="slope by Fc")
+    assert_close(slope @ [1.0, x[1]], 1.0, within=1e-7, what="slope by all")
+
+
+def test_factor_of_all_friction_is_that_of_all_its_parameters(fitted: ps.Fit) -> None:
+    left = Left.of(fitted.problem, fitted.x)
+    found = _of_factor(fitted.problem, fitted.x, left)
+    assert_close(found, left.derivatives @ [1.0, fitted.x[1]], rel=1e-4, what="effect of the factor")
+    half = replace(fitted.problem, scale=0.5)
+    assert_close(_of_factor(half, fitted.x, left), 0.5 * found, within=5e-13, what="effect of the factor at a half")
+
+
+def test_what_is_left_is_what_the_fit_leaves_in_units_of_the_noise(fitted: ps.Fit) -> None:
+    left = Left.of(fitted.problem, fitted.x)
+    noise = fitted.problem.sensors["frictionForce"].noise
+    assert_close(left.residuals, left.rests["frictionForce"] / noise, rel=1e-14, what="residuals")
+    assert_close(left.weights, 1.0 / noise, rel=1e-14, what="weights")
+    assert_close(np.sqrt(np.mean(left.rests["frictionForce"] ** 2)), fitted.rms["frictionForce"], rel=1e-14, what="rms")
+    assert left.basis.shape == (len(left.residuals), 0)
+    # Where a fit has ended its derivatives tell nothing more.
+    gain = left.derivatives.T @ left.residuals / np.linalg.norm(left.derivatives, axis=0)
+    assert_close(gain, 0.0, within=1e-4, what="gain")
+
+
+def test_windows_begin_as_suits_them_best() -> None:
+    """Of an axis that a force moves: what a beginning could lessen is gone, of residuals and derivatives alike."""
+    data = {name: axis()[name][:600] for name in ("time", "position", "force")}
+    found = ps.fit(data, experiment="force", law="Coulomb", fit=["mass"], starts=0, window=0.6, progress=False)
+    problem = found.problem.trained()
+    x = problem.start
+    left = Left.of(problem, x)
+    columns = sum(problem.loose)
+    assert left.basis.shape == (problem.size, columns) and columns >= 2
+    assert_close(left.basis.T @ left.basis, np.eye(columns), within=1e-14, what="basis")
+    assert_close(left.basis.T @ left.residuals, 0.0, within=1.5e-13, what="residuals along the basis")
+    assert_close(left.basis.T @ left.derivatives, 0.0, within=4e-13, what="derivatives along the basis")
+    assert_close(
+        left.without(left.residuals + left.basis[:, 0]), left.residuals, within=1e-13, what="without the basis"
+    )
+    raw = problem.stacked([x])[0] * problem.by_sensor(Sensor.weights, problem.stacked([x])[0])
+    assert_close(raw - left.residuals, left.basis @ (left.basis.T @ raw), within=7e-14, what="what is taken away")
+
+
+def test_friction_with_a_viscous_part_is_measured_as_it_is() -> None:
+    """Where dry friction leaves its line by half again, and viscous friction stays, that is not half of all."""
+    data, true = [], []
+    for number, (pressure, factor) in enumerate(zip(PRESSURES, (1.0, 1.0, 1.0, 1.5), strict=True)):
+        record = seal(pressure, factor, number)
+        speed = np.append(0.0, np.diff(record["position"])) / 0.02
+        true.append(np.mean(np.abs(record["force"] - 4.95e-4 * record["pressure"] + 100.0 * speed)[1:]))
+        data.append(record | {"force": record["force"] + 100.0 * speed})
+    free = "friction.coulomb.Fc,friction.coulomb.sigma2,friction.kappaA,area"
+    found = ps.fit(data, **GIVEN, fit=free, cross_validate="pressure").cross_validation
+    assert found is not None
+    for case, friction in zip(found.cases, true, strict=True):
+        assert case.friction is not None
+        assert case.friction.measured_low < friction < case.friction.measured_high
+        assert_close(case.friction.measured, friction, rel=0.05, what="measured friction")
+
+
+def test_prediction_says_whether_it_holds_and_tells_anything() -> None:
+    told = Foretold(10.0, 8.0, 12.0, 11.0, 10.5, 11.5, 0.1)
+    assert told.said("N") == "predicted 10 N [8, 12], measured 11 N [10.5, 11.5]"
+    for measured, is_within in ((7.9, False), (8.0, True), (12.0, True), (12.1, False)):
+        assert replace(told, measured=measured).is_within is is_within
+    assert not replace(told, high=24.0).is_wide and replace(told, high=24.1).is_wide
