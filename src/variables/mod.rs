@@ -300,6 +300,14 @@ impl Variable {
     }
 
     /// The group of a structured name, all before its last dot, and the name within it; the group may be empty.
+    ///
+    /// ```
+    /// use pneumatic_servo::variables::{Variable, units};
+    ///
+    /// let bore = Variable::parameter(1, "bore", units::METRE, 0.02);
+    /// assert_eq!(bore.group_and_name(), ("", "bore"));
+    /// assert_eq!(bore.within("drive.cylinder", 10).group_and_name(), ("drive.cylinder", "bore"));
+    /// ```
     pub fn group_and_name(&self) -> (&str, &str) {
         self.name.rsplit_once('.').unwrap_or(("", &self.name))
     }
