@@ -288,7 +288,7 @@ def test_curve_predicts_stretches_that_it_has_not_seen() -> None:
             total += np.sum((rest[out] - table[out] @ curve) ** 2)
         sums.append(total)
     assert 0 < np.argmin(sums) < len(PENALTIES) - 1
-    assert_close(_predicted(table, rest), np.sqrt(min(sums) / 205.0), rel=1e-13, what="rms")
+    assert_close(_predicted(table, rest), np.sqrt(min(sums) / 205.0), rel=1e-14, what="rms")
 
 
 def test_directions_have_curves_of_their_own() -> None:
