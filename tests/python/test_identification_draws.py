@@ -1,0 +1,145 @@
+"""What draws are made of: densities, proposals and places to begin, of problems that are known as a whole."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from bounds import assert_close
+from numpy.typing import NDArray
+from pneumatic_servo.identification import sampling
+from pneumatic_servo.identification.intervals import Linearised
+from pneumatic_servo.identification.problem import FAILED
+from pneumatic_servo.identification.sampling import Density, _By, _inside, _root, density
+from scipy.stats import norm
+from scipy.stats import t as student
+
+Array = NDArray[np.float64]
+
+RNG = np.random.default_rng(11)
+SLOPES, MEASURED = RNG.standard_normal((40, 3)), RNG.standard_normal(40)
+"""Of two parameters and of what a window begins with."""
+PULL = np.array([0.5, 0.0, 0.0])
+BOUND = np.array([3.0, 3.0, np.inf])
+
+
+def linear() -> Any:
+    """A problem whose residuals are straight; the first parameter is drawn to 0, both are bounded by 3 either way."""
+    return SimpleNamespace(
+        free=[None, None], bounds=(-BOUND, BOUND), pull=PULL, pulls=lambda x: PULL * x,
+        residuals=lambda vectors: np.array([SLOPES @ x - MEASURED for x in vectors]),
+    )  # fmt: skip
+
+
+def solution() -> Array:
+    rows = np.vstack([SLOPES, np.diag(PULL)])
+    return np.asarray(np.linalg.lstsq(rows, np.append(MEASURED, np.zeros(3)))[0])
+
+
+def test_density_is_that_of_a_regression_with_the_beginning_fitted_along() -> None:
+    x = solution()
+    basis = np.linalg.qr(SLOPES[:, 2:])[0]
+    target = Density(linear(), x, np.array([1.0, 2.0]), basis)
+    places = [x[:2] + step for step in ([0.0, 0.0], [0.1, -0.3], [-0.2, 0.05])]
+    found = target(places)
+    expected = []
+    for place in places:
+        # The second is stretched: what is half as far off counts.
+        own = x[:2] + (place - x[:2]) / [1.0, 2.0]
+        rest = MEASURED - SLOPES[:, :2] @ own
+        [cost] = np.linalg.lstsq(SLOPES[:, 2:], rest)[1]
+        expected.append(-0.5 * (cost + (0.5 * own[0]) ** 2))
+    assert_close(found, expected, rel=1e-13, what="density", why="of sums of squares")
+
+
+def test_what_is_beyond_bounds_or_cannot_be_simulated_has_no_density() -> None:
+    problem = linear()
+    target = Density(problem, solution(), np.ones(2), np.zeros((40, 0)))
+    assert target([np.array([3.1, 0.0]), np.array([0.0, -3.1])]).tolist() == [-np.inf] * 2
+    on, off, inside = target([np.array([3.0, -3.0]), np.array([0.0, 3.1]), np.zeros(2)])
+    assert np.isfinite(on) and off == -np.inf and np.isfinite(inside)
+    # One sample that failed, in either direction.
+    plain = problem.residuals
+    for worst in (FAILED, -FAILED):
+        problem.residuals = lambda vectors, worst=worst: np.array([
+            np.where(np.arange(40) == 7, worst, row) if x[0] > 1.0 else row
+            for x, row in zip(vectors, plain(vectors), strict=True)
+        ])  # fmt: skip
+        broken, fine = target([np.array([2.0, 0.0]), np.array([0.0, 0.0])])
+        assert broken == -np.inf and fine == inside
+
+
+@pytest.mark.parametrize("begins", [0, 1])
+def test_covariance_is_that_of_a_regression_as_wide_as_the_intervals(
+    begins: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Intervals of one parameter three times as wide, and of the other narrower, which is not believed."""
+    problem, x = linear(), solution()[: 2 + begins]
+    rows = np.vstack([SLOPES[:, : 2 + begins], np.diag(PULL[: 2 + begins])])
+    normal = np.linalg.inv(rows.T @ rows)[:2, :2]
+    slopes = SLOPES[:, : 2 + begins]
+    lines = Linearised(slopes, MEASURED, np.zeros(40, dtype=int), np.zeros(40, dtype=int))
+    monkeypatch.setattr(sampling, "linearised", lambda of, at: lines if of is problem and at is x else None)
+    monkeypatch.setattr(sampling, "jacobian", lambda of, at: slopes if of is problem and at is x else None)
+    factor = student.ppf(0.975, 9)
+    wide = np.diag(normal) * (np.array([3.0, 0.5]) * norm.ppf(0.975) / factor) ** 2
+    monkeypatch.setattr(sampling, "covariance", lambda of: (np.diag(wide), np.full(2, factor)))
+    target, spread = density(problem, x)
+    assert_close(target.stretch, [3.0, 1.0], rel=1e-14, what="stretch")
+    assert_close(spread, normal * np.outer([3.0, 1.0], [3.0, 1.0]), rel=1e-13, what="covariance", why="of an inverse")
+    assert target.problem is problem and target.x is x and target.basis.shape == (40, begins)
+    if begins:
+        beside = slopes[:, 2] / np.linalg.norm(slopes[:, 2])
+        assert_close(np.abs(target.basis[:, 0] @ beside), 1.0, rel=1e-14, what="basis")
+
+
+def test_root_has_its_matrix_as_square() -> None:
+    mixed = RNG.standard_normal((3, 3))
+    matrix = mixed @ mixed.T
+    assert_close(_root(matrix) @ _root(matrix).T, matrix, within=1e-13, what="matrix", why="of eigenvalues")
+    # A direction that is not told is one magnitude wide.
+    found = _root(np.diag([4.0, 1e-17, 9.0]))
+    assert_close(np.diag(found @ found.T), [4.0, 1.0, 9.0], rel=1e-14, what="squares")
+
+
+def test_starts_beyond_bounds_are_drawn_half_the_way_back() -> None:
+    middle = np.array([1.0, 0.0])
+    places = np.array([[2.0, 2.0], [9.0, 1.0], [1.0, -20.0], [-3.0, 3.0]])
+    found = _inside(linear(), places, middle)
+    # From 9 by 8, 4 and 2 to 3; from -20 by 20, 10, 5 and 2.5. On a bound is within.
+    assert found.tolist() == [[2.0, 2.0], [3.0, 0.25], [1.0, -2.5], [-3.0, 3.0]]
+
+
+def test_executor_looks_at_as_many_pieces_on_each() -> None:
+    looked: list[int] = []
+
+    def target(vectors: list[Array]) -> Array:
+        looked.append(len(vectors))
+        return np.array([x[0] for x in vectors])
+
+    vectors = np.arange(22.0).reshape(11, 2)
+    with ThreadPoolExecutor(1) as executor:
+        assert _By(executor, target)(vectors).tolist() == vectors[:, 0].tolist()  # type: ignore[arg-type]
+        assert looked == [2, 2, 2, 1, 1, 1, 1, 1]
+        looked.clear()
+        assert _By(executor, target)(vectors[:3]).tolist() == [0.0, 2.0, 4.0]  # type: ignore[arg-type]
+        assert looked == [1, 1, 1]
+
+
+def test_pieces_that_wait_are_given_up_with_the_one_that_fails() -> None:
+    tasks: list[Future[Array]] = []
+
+    class Waiting(Executor):
+        def submit(self, *_: Any, **__: Any) -> Any:
+            tasks.append(Future())
+            if len(tasks) == 1:
+                tasks[0].set_exception(KeyboardInterrupt())
+            return tasks[-1]
+
+    none: Any = None
+    with pytest.raises(KeyboardInterrupt):
+        _By(Waiting(), none)(np.zeros((8, 1)))
+    assert len(tasks) == 8 and all(task.cancelled() for task in tasks[1:])
