@@ -207,6 +207,17 @@ mod tests {
         largest
     }
 
+    /// Steps are at whole multiples of 0.1 ms, whenever a run starts; one that is due at its start is over.
+    #[test]
+    fn first_step_is_the_next_multiple_of_the_time_step() {
+        let walk = Walk::new([TRAY, TRAY.stick_free(still(0.02))], [0.4, 0.3].map(still), 1e-4, 1);
+        for (time, next) in
+            [(0.0, 1.0), (0.5e-4, 1.0), (1e-4, 2.0), (0.0123, 124.0), (0.012_345, 124.0), (2.0, 20_001.0)]
+        {
+            assert_eq!(walk.start(time).next, next, "from {time} s");
+        }
+    }
+
     /// Rounding is half a step, and the walk is at most a step behind.
     #[test]
     fn vanishing_chi_follows_the_tray() {
