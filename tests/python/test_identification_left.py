@@ -235,7 +235,9 @@ def test_signals_are_drawn_above_what_is_left_of_them() -> None:
         assert again[:, 0].tolist() == late[:, 0].tolist() == [4000.5, 4001.0, 4001.5]
         assert colours(upper)[:2] == [GREY, BLUE] and set(colours(lower)) == {VERMILION}
     assert labels(figure.axes[0]) == ["measured", "fitted"] and colours(figure.axes[0])[-2:] == [GREY, BLUE]
+    # One time for all, and room for each.
     assert figure.axes[0].get_shared_x_axes().joined(*figure.axes[::3])
+    assert figure.get_figheight() > overlay(residuals(Part({"force": time}, {"force": time}))).get_figheight() + 1.0
 
 
 def test_worst_misfit_is_drawn_with_its_surroundings() -> None:
@@ -258,6 +260,7 @@ def test_worst_misfit_is_drawn_with_its_surroundings() -> None:
     assert mark[:, 0].tolist() == below[:, 0].tolist() == [140.0, 140.0]
     assert (upper.get_title(), upper.get_ylabel()) == ("a.csv: worst at 140 s", "force (N.m)")
     assert (lower.get_xlabel(), lower.get_ylabel()) == ("time of the record (s)", "velocity (rad/s)")
+    assert upper.get_shared_x_axes().joined(upper, lower)
     assert labels(upper) == ["measured", "fitted"]
     assert (colours(upper), colours(lower)) == ([GREY, BLUE, GREY], [VERMILION, GREY])
     first = Part({"velocity": force}, {"velocity": np.where(force < 1.1, 5.0, 0.0)})

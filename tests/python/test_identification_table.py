@@ -172,6 +172,9 @@ def test_run_has_its_inputs_as_they_act_from_each_row_on(run: ps.Run, form: str)
     assert np.array_equal(found.signals["time"], run.time) and found.name == "record 3"
     if form == "run":
         assert found.where("position", 2) == "record 3, sample 2 of position"
+    else:
+        plain = pandas.DataFrame({"time": run.time, "valveVoltage": held})
+        assert np.array_equal(read(plain).signals["valveVoltage"], held)
 
 
 def test_single_source_is_a_list_of_one(run: ps.Run) -> None:
