@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification import sampling
 from pneumatic_servo.identification.intervals import Linearised
+from pneumatic_servo.identification.posterior import Posterior, _asked
 from pneumatic_servo.identification.problem import FAILED
+from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.sampling import Density, _By, _inside, _root, density
+from pneumatic_servo.identification.signals import Units
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -143,3 +149,84 @@ def test_pieces_that_wait_are_given_up_with_the_one_that_fails() -> None:
     with pytest.raises(KeyboardInterrupt):
         _By(Waiting(), none)(np.zeros((8, 1)))
     assert len(tasks) == 8 and all(task.cancelled() for task in tasks[1:])
+
+
+FC = "friction.coulomb.Fc"
+
+
+def posterior(**given: Any) -> Posterior:
+    """Two chains of three draws of a friction force and of a gain, which the bench does not have."""
+    draws = {FC: np.array([[1.0, 2.0, 3.0], [10.0, 20.0, 30.0]]), "gain.force": np.full((2, 3), 0.5)}
+    usual: dict[str, Any] = {
+        "draws": draws, "units": {FC: "N", "gain.force": "1"}, "log_density": -np.arange(6.0).reshape(2, 3),
+        "effective": {FC: 1000.0, "gain.force": 1234.5}, "r_hat": {FC: 1.0, "gain.force": 1.0499},
+        "acceptance": 0.5, "model": "FrictionBench", "settings": {"friction.law": "Coulomb"}, "ranges": Ranges({}),
+    }  # fmt: skip
+    return Posterior(**{**usual, **given})
+
+
+def test_posterior_is_shown_line_by_line() -> None:
+    assert repr(posterior()).splitlines() == [
+        "posterior: 2 chains of 3 draws, converged",
+        # Quantiles 2.5 % of six values are an eighth of the way from the first to the second.
+        "  friction.coulomb.Fc  11 [1.125, 28.75] N  R-hat 1.000, 1000 independent draws",
+        "  gain.force           0.5 [0.5, 0.5] 1  R-hat 1.050, 1234 independent draws",
+    ]
+    assert posterior().interval(FC, 0.2) == (3.0, 10.0)
+    for changed in ({"r_hat": {FC: 1.0, "gain.force": 1.051}}, {"effective": {FC: 999.9, "gain.force": 2000.0}}):
+        assert repr(posterior(**changed)).startswith("posterior: 2 chains of 3 draws, not converged")
+
+
+def test_draws_are_written_chain_by_chain(tmp_path: Path) -> None:
+    posterior().to_csv(tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines() == [
+        f"chain,draw,{FC},gain.force",
+        *(f"{chain},{draw},{(draw + 1.0) * 10.0**chain},0.5" for chain in range(2) for draw in range(3)),
+    ]
+
+
+def test_draws_are_spread_over_chains_and_steps() -> None:
+    assert {name: values.tolist() for name, values in posterior().settings_of(6).items()} == {
+        FC: [1.0, 10.0, 2.0, 20.0, 3.0, 30.0]
+    }
+    assert posterior().settings_of(3)[FC].tolist() == [1.0, 2.0, 30.0] and posterior().settings_of(1)[FC] == [1.0]
+    with pytest.raises(ValueError, match=r"^number = 7 is refused: there are 6 draws$"):
+        posterior().settings_of(7)
+
+
+def test_prediction_runs_each_draw_with_what_all_share() -> None:
+    """While it slides at 0.1 m/s friction is what was drawn; sigma2 of the fit gives way to what is asked."""
+    known = {"friction.law": "Coulomb", "friction.coulomb.sigma2": 99.0}
+    given = {"bench.drive": "PrescribedMotion", "driveVelocity": 0.1, "friction.coulomb.sigma2": 20.0}
+    turning = Units(is_rotating=True)
+    with pytest.warns(ps.PlantWarning, match=r"^this prediction is an extrapolation: ") as told:
+        band = posterior(settings=known, ranges=Ranges({"frictionForce": (0.0, 10.0)}, turning)).predict(
+            number=6, common=given, stop=0.5, step=0.1, outputs=["frictionForce"], progress=False
+        )
+    assert len(told) == 1 and "frictionForce reaches" in str(told[0].message)
+    assert_close(band.runs["frictionForce"][:, -1], 2.0 + np.array([1.0, 10.0, 2.0, 20.0, 3.0, 30.0]), rel=1e-6,
+                 what="friction", why="of a run")  # fmt: skip
+    assert band.units is turning
+    with pytest.raises(ValueError, match=rf"^common {re.escape(FC)} is refused: it is drawn from the posterior$"):
+        posterior().predict(number=6, common={FC: 1.0})
+
+
+class Recorded(dict[str, Array]):
+    """Runs with what they have recorded."""
+
+    time = np.array([0.0, 0.1, 0.2])
+
+    @property
+    def variables(self) -> list[str]:
+        return list(self)
+
+
+def test_what_is_asked_are_numbers_and_courses() -> None:
+    """The velocity is the slope of the position, unless it was recorded."""
+    position, none = np.array([[0.0, 1.0, 2.0], [0.0, -2.0, -4.0]]), (np.zeros(2), np.zeros(2))
+    runs: Any = Recorded(position=position)
+    asked = _asked(runs, {"supplyPressure": 6, "valveVoltage": none, "balance.enabled": True})
+    assert asked.keys() == {"supplyPressure", "position", "velocity"} and asked["supplyPressure"] == 6.0
+    assert_close(asked["velocity"], np.outer([10.0, -20.0], np.ones(3)), rel=1e-14, what="velocity")
+    runs["velocity"] = np.ones((2, 3))
+    assert np.all(_asked(runs, {})["velocity"] == 1.0)
