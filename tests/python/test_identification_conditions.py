@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
+from pneumatic_servo.identification.conditions import Condition, conditions
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.signals import Units
 from test_identification import RIG, RIG_COLUMNS
 from test_identification_force import axis
 
@@ -200,3 +206,60 @@ def test_table_is_written(tmp_path: Path) -> None:
     lines = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0].startswith("left out,samples,signal,rms predicted") and len(lines) == 4
     assert "<table" in found._repr_html_()
+
+
+def split(quantity: str, *records: Record, signals: tuple[str, ...], is_rotating: bool = False) -> list[Condition]:
+    """Conditions of windows that are halves of records."""
+    windows = [
+        SimpleNamespace(record=record.part(first, first + len(record.time) // 2))
+        for record in records
+        for first in (0, len(record.time) // 2)
+    ]
+    experiment = SimpleNamespace(signals=frozenset(signals), units=Units(is_rotating))
+    problem: Any = SimpleNamespace(windows=windows, experiment=experiment)
+    return conditions(problem, list(records), quantity)
+
+
+def course(name: str, begin: float = 0.0, **signals: float) -> Record:
+    """A record of 100 samples; positions swing about 1 by what is given, and all else is as it is given."""
+    time = np.arange(100) * 0.01
+    swing = np.sin(2.0 * np.pi * time)
+    courses = {signal: value * np.ones(100) for signal, value in signals.items()}
+    if "position" in signals:
+        courses["position"] = 1.0 + signals["position"] * swing
+    return Record(name, time, begin, courses)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "signal", "values", "expected"),
+    [
+        # By less than a tenth of the larger from one to the next they are one.
+        ("pressure", "pressure", (3e5, 1e5, 1.105e5, 2.72e5),
+         [(1.0525e5, "pressure 1.052e+05 Pa", (2, 3, 4, 5)), (2.86e5, "pressure 2.86e+05 Pa", (0, 1, 6, 7))]),
+        ("load", "normalForce", (-5.0, 5.0), [(-5.0, "load -5 N", (0, 1)), (5.0, "load 5 N", (2, 3))]),
+        ("supplyPressure", "supplyPressure", (6e5, 6.7e5),
+         [(6e5, "supplyPressure 6e+05 Pa", (0, 1)), (6.7e5, "supplyPressure 6.7e+05 Pa", (2, 3))]),
+        ("amplitude", "position", (0.5, 0.3), [(0.3, "amplitude 0.3 rad", (2, 3)), (0.5, "amplitude 0.5 rad", (0, 1))]),
+        ("speed", "velocity", (2.0, 1.0), [(1.0, "speed 1 rad/s", (2, 3)), (2.0, "speed 2 rad/s", (0, 1))]),
+    ],
+)  # fmt: skip
+def test_conditions_are_by_what_whole_records_have(
+    quantity: str, signal: str, values: tuple[float, ...], expected: list[tuple[float, str, tuple[int, ...]]]
+) -> None:
+    """Also of two records of one table, of which the second begins after a gap."""
+    records = [course("a.csv", 5.0 * place, **{signal: value}) for place, value in enumerate(values)]
+    found = split(quantity, *records, signals=("time", signal), is_rotating=True)
+    assert [(one.quantity, one.name, one.windows) for one in found] == [(quantity, *rest) for _, *rest in expected]
+    assert_close([one.value for one in found], [value for value, *_ in expected], rel=1e-14, what="means")
+
+
+def test_conditions_by_record_are_those_of_its_table() -> None:
+    found = split("record", course("a"), course("b"), course("a", 5.0), signals=("time",))
+    assert found == [Condition("record", 1.0, "a", (0, 1, 4, 5)), Condition("record", 2.0, "b", (2, 3))]
+    with pytest.raises(ValueError, match=r"^cross_validate='record': there is only one condition, a$"):
+        split("record", course("a"), course("a", 5.0), signals=("time",))
+    with pytest.raises(ValueError, match=r"^cross_validate='speed': position or velocity was not measured$"):
+        split("speed", course("a"), signals=("time", "force"))
+    text = "cross_validate='p': it must be record, pressure, load, supplyPressure, amplitude, speed"
+    with pytest.raises(ValueError, match=f"^{text}$"):
+        split("p", course("a"), signals=("time", "p"))
