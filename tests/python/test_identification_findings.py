@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
+from pneumatic_servo.identification import report
 from pneumatic_servo.identification import verdict as judge
 from pneumatic_servo.identification.cross_validation import Case
 from pneumatic_servo.identification.doubts import Doubt, _most, _without
@@ -329,3 +330,61 @@ def test_conditions_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
         "figure: friction of each condition, predicted and measured",
     ]
     assert _conditions(fitted()) == []
+
+
+@pytest.mark.parametrize("is_rotating", [False, True])
+def test_page_of_a_fit_from_top_to_bottom(is_rotating: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit of two parameters and two signals, of which one was held out; figures stand as their names."""
+    names = ("friction_map", "worst_misfit", "overlay", "against")
+    for name in names:
+        monkeypatch.setattr(report, name, lambda of, name=name: name)
+    monkeypatch.setattr(report, "_image", lambda figure, text: f"{figure}: {text}")
+    monkeypatch.setattr(report, "regimes", lambda residuals, signal: [Regime(f"{signal} at rest", 7, 0.25, True)])
+    found = fitted(
+        law="A&B", message="<done>", rms={"position": 1e-3, "force": 2.5}, hold_out_rms={"force": 3.5},
+        undetermined={"area": "it is <at> a bound"}, notes=("5 < 6", "two"), units=Units(is_rotating),
+        parameters={"mass": Estimate(1.23456789, 0.9, 1.1, "kg"), "area": Estimate(1e-4, 0.0, np.inf, "m2")},
+        certainty=SimpleNamespace(correlation=np.array([[1.0, -0.456], [-0.456, 1.0]])),
+    )  # fmt: skip
+    residuals: Any = SimpleNamespace(unit=lambda signal: f"unit of {signal}", is_white=lambda signal: signal == "force")
+    verdict = Verdict((Finding("yellow", "x < y."),))
+    head, _, body = report.page(found, residuals, verdict, FORM).partition("</style>")
+    assert head.startswith("<!doctype html><meta charset=utf-8><title>A&amp;B</title><style>body{")
+    told = "<p>Units are those of a rotating machine: read N.m for N, kg.m2 for kg, rad for m.</p>"
+    white = _table(
+        ["signal", "rms", "rms of data held out", "unit", "white"],
+        [["position", "0.001", "", "unit of position", "no"], ["force", "2.5", "3.5", "unit of force", "yes"]],
+    )
+    kinds = _table(
+        ["by kind of motion", "signal", "samples", "rms", "unit", "white"],
+        [[f"{one} at rest", one, "7", "0.25", f"unit of {one}", "yes"] for one in ("position", "force")],
+    )
+    parameters = _table(
+        ["parameter", "value", "low", "high", "unit"],
+        [["mass", "1.23457", "0.9", "1.1", "kg"], ["area", "0.0001", "0", "inf", "m2"]],
+    )
+    correlations = _table(["", "mass", "area"], [["mass", "1.00", "-0.46"], ["area", "-0.46", "1.00"]])
+    assert body.splitlines() == [
+        "<h1>A&amp;B: fit to measured data</h1><p>The fit has converged. &lt;done&gt;</p>",
+        told if is_rotating else "",
+        "<p class=yellow><b>Yellow.</b> Look at this before the values are used. x &lt; y.</p>",
+        "<h2>Parameters, with 95 % intervals</h2>", parameters,
+        "<p class=warning>area is not determined: it is &lt;at&gt; a bound.</p>",
+        "<h2>What remains</h2>", white, kinds,
+        "overlay: measured and fitted signals",
+        "<h2>Where it misses most</h2>worst_misfit: measured and fitted at the worst misfit",
+        "against: what remains against velocity, position and lag",
+        "<h2>Friction against velocity</h2>friction_map: friction against velocity",
+        *_free_form(FORM),
+        "<h2>Correlations of the errors</h2>", correlations,
+        "<h2>What was done to the data</h2>",
+        "<ul><li>5 &lt; 6</li><li>two</li></ul>",
+    ]  # fmt: skip
+    for name in names[:2]:
+        monkeypatch.setattr(report, name, lambda of: None)
+    found.converged, found.notes, found.undetermined = False, (), {}
+    bare = report.page(found, residuals, verdict, None)
+    assert "<p><b class=warning>The fit has not converged.</b> &lt;done&gt;</p>" in bare
+    assert bare.endswith("<h2>What was done to the data</h2>\n<ul><li>Nothing.</li></ul>\n")
+    for absent in ("Where it misses most", "Friction against velocity", "not determined", "free curve", "predicted by"):
+        assert absent not in bare
