@@ -5,6 +5,7 @@ mod rig;
 use pneumatic_servo::conformance::Random;
 use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Setup;
+use pneumatic_servo::models;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::Rig;
 
@@ -131,15 +132,18 @@ fn supply_below_ambient_is_noticed_where_a_valve_has_it() {
     assert_eq!(noticed("PressureRegulator", 5.0), noticed("ProportionalValve", 5.0));
 }
 
+/// Whatever system a law is part of.
 #[test]
 fn shares_that_do_not_add_up_to_1_are_noticed_under_their_law() {
-    let noticed = |law: &str, share: f64| {
-        let setup = Setup::of(&MODEL).set("friction.law", law).unwrap().set("friction.gms.alpha[1]", share).unwrap();
-        setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
-    };
-    let [notice] = &noticed("GMS", 0.5)[..] else { panic!("one notice") };
-    assert!(notice.starts_with("sum of friction.gms.alpha = 1.25: "), "{notice}");
-    assert!(noticed("GMS", 0.25).is_empty());
-    assert!(noticed("GMS", 0.25 + 1e-8).is_empty(), "rounded");
-    assert!(noticed("LuGre", 0.5).is_empty());
+    for model in models::ALL.iter().filter(|model| Setup::of(model).table().find("friction.law").is_some()) {
+        let noticed = |law: &str, share: f64| {
+            let setup = Setup::of(model).set("friction.law", law).unwrap().set("friction.gms.alpha[1]", share).unwrap();
+            setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
+        };
+        let [notice] = &noticed("GMS", 0.5)[..] else { panic!("{}: one notice", model.name) };
+        assert!(notice.starts_with("sum of friction.gms.alpha = 1.25: "), "{}: {notice}", model.name);
+        assert!(noticed("GMS", 0.25).is_empty());
+        assert!(noticed("GMS", 0.25 + 1e-8).is_empty(), "rounded");
+        assert!(noticed("LuGre", 0.5).is_empty());
+    }
 }
