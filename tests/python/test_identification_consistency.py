@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
 import pytest
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
-from pneumatic_servo.identification.consistency import _share
+from pneumatic_servo.identification.consistency import _share, compare
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.signals import Units
 from test_identification import bench
 from test_identification_plausible import second_of_a_rig, signals
 
@@ -104,3 +109,75 @@ def test_work_says_something_of_signs_on_a_way_to_and_fro() -> None:
     assert _share(-force, np.array([100.0, -60.0]), 0.5) == -40.0 / 160.0
     assert _share(-force, np.array([100.0, -20.0]), 1.0) == 1.0
     assert _share(-force, np.zeros(2), 1.0) == 1.0
+
+
+def seen(position: Array, *, is_rotating: bool = False, **signals: Array) -> tuple[Any, list[Any]]:
+    """A force that moves a machine of two parts of a record, with an experiment that takes readings for true."""
+    experiment: Any = SimpleNamespace(
+        name="force", compared=("position",), units=Units(is_rotating=is_rotating), true=lambda signal, x, values: x
+    )
+    time = 0.01 * np.arange(len(position))
+    given = {"position": position, **signals}
+    parts = [slice(0, 200), slice(200, None)]
+    windows = [
+        SimpleNamespace(record=Record("a.csv", time[part] - time[part][0], 0.0, {k: x[part] for k, x in given.items()}))
+        for part in parts
+    ]
+    return experiment, windows
+
+
+WAY = np.sin(0.05 * np.arange(600))
+SPEED = 5.0 * np.cos(0.05 * np.arange(600))
+
+
+@pytest.mark.parametrize(
+    ("factor", "is_rotating", "text"),
+    [
+        (1000.0, False, "velocity is 1000 times the slope of position, in m/s and m; is it in mm/s? then write "
+                        "velocity=column[mm/s]"),
+        (-1.0, False, "velocity is -1 times the slope of position, in m/s and m; is its sign turned? then write "
+                      "velocity=-column"),
+        (1.6, False, "velocity is 1.6 times the slope of position, in m/s and m"),
+        (0.6, False, "velocity is 0.6 times the slope of position, in m/s and m"),
+        (57.3, True, "velocity is 57.3 times the slope of position, in rad/s and rad; is it in deg/s? then write "
+                     "velocity=column[deg/s]"),
+        (9.55, True, "velocity is 9.55 times the slope of position, in rad/s and rad; is it in rpm? then write "
+                     "velocity=column[rpm]"),
+        # A machine that slides has no rpm, and one that rotates no mm/s.
+        (9.55, False, "velocity is 9.55 times the slope of position, in m/s and m"),
+        (1000.0, True, "velocity is 1000 times the slope of position, in rad/s and rad"),
+    ],
+)  # fmt: skip
+def test_velocity_that_is_not_the_slope_of_its_position_is_refused(factor: float, is_rotating: bool, text: str) -> None:
+    with pytest.raises(ValueError, match=r"^a\.csv: ") as caught:
+        compare(*seen(WAY, is_rotating=is_rotating, velocity=factor * SPEED))
+    # Parabolas over 0.04 s flatten the slope of this sine by a part in 10,000.
+    found = str(caught.value).removeprefix("a.csv: ")
+    number = found.split()[2]
+    assert float(number) == pytest.approx(factor, rel=2e-3)
+    assert found.replace(number, f"{factor:g}") == text
+
+
+@pytest.mark.parametrize("velocity", [1.45 * SPEED, 0.7 * SPEED, np.roll(1000.0 * SPEED, 31), 0.0 * SPEED])
+def test_velocity_that_is_about_the_slope_or_of_something_else_is_left(velocity: Array) -> None:
+    """A quarter of a period late it is of something else."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        compare(*seen(WAY, velocity=velocity, force=SPEED))
+
+
+def test_force_that_works_against_friction_is_asked_for_its_sign() -> None:
+    text = (
+        "force works against friction: it gives back more than it takes on a way to and fro; is its sign turned, or "
+        "that of the motion? A minus before a column turns it, force=-column"
+    )
+    with pytest.warns(ps.PlantWarning, match="^" + re.escape(text) + "$"):
+        compare(*seen(WAY, force=-SPEED))
+    experiment, windows = seen(WAY, force=-SPEED)
+    for window in windows:
+        del window.record.signals["position"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # A force that a mass takes and gives back is none, nor is anything told of no motion.
+        compare(*seen(WAY, force=WAY - 0.01 * SPEED))
+        compare(experiment, windows)
