@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.foretold import Foretold, Left, _mean_friction, _of_factor
+from pneumatic_servo.identification.foretold import Foretold, Left, _mean_friction, _measured, _noise, _of_factor
 from pneumatic_servo.identification.sensor import Sensor
+from scipy.stats import t as student
 from test_identification_conditions import PRESSURES, seal
 from test_identification_force import axis
 from test_identification_posterior import FC, GIVEN, SIGMA2, line
@@ -97,3 +100,33 @@ def test_prediction_says_whether_it_holds_and_tells_anything() -> None:
     for measured, is_within in ((7.9, False), (8.0, True), (12.0, True), (12.1, False)):
         assert replace(told, measured=measured).is_within is is_within
     assert not replace(told, high=24.0).is_wide and replace(told, high=24.1).is_wide
+
+
+def test_noise_beside_columns_of_any_size_is_that_of_their_regression() -> None:
+    """Of independent samples: what the columns could do is none of it, be they large or small."""
+    rng = np.random.default_rng(7)
+    columns, rest = rng.standard_normal((400, 2)), rng.standard_normal(400)
+    _, squares, *_ = np.linalg.lstsq(columns, rest)
+    blocks = np.arange(400) // 4
+    by_size = [_noise(columns * sizes, rest + columns @ [5.0, -3.0], blocks) for sizes in ([1.0, 1.0], [1e-3, 1e-5])]
+    assert_close(by_size[1], by_size[0], rel=1e-9, what="noise by size", why="the columns have 5 digits in common")
+    # By chance the stretches vary by up to a fifth more than samples do.
+    assert 1.0 <= by_size[0] / (squares[0] / 400.0) < 1.2
+
+
+def test_share_of_friction_is_that_of_a_regression_beside_sensors() -> None:
+    """With the error of a jackknife of ten stretches, whatever a sensor's offset and the units of its column are."""
+    rng = np.random.default_rng(8)
+    factor, offset = np.sign(rng.standard_normal(200)), np.full(200, 1e-4)
+    residuals = 0.1 * factor + 2.0 + 0.3 * rng.standard_normal(200)
+    blocks = np.repeat(np.arange(10), 20)
+    free = [SimpleNamespace(name=name) for name in (FC, "offset.force")]
+    problem: Any = SimpleNamespace(blocks=lambda stretches: blocks, free=free)
+    told = Left({}, np.ones(200), residuals, np.column_stack([factor, offset]), np.zeros((200, 0)))
+    rows = np.column_stack([factor, np.ones(200)])
+    whole = np.linalg.lstsq(rows, residuals)[0][0]
+    without = np.array([np.linalg.lstsq(rows[blocks != k], residuals[blocks != k])[0][0] for k in range(10)])
+    share, half = _measured(problem, told, factor)
+    assert_close(share, whole, rel=1e-9, what="share", why="normal equations lose digits")
+    error = student.ppf(0.975, 9) * np.sqrt(0.9 * np.sum((without - whole) ** 2))
+    assert_close(half, error, rel=1e-9, what="half interval", why="normal equations lose digits")
