@@ -350,7 +350,7 @@ mod tests {
     use super::{Around, Move, Outcome, power_of_two};
     use crate::model::Setup;
     use crate::models::position_controller;
-    use crate::sensitivity::{Act, At, Equations};
+    use crate::sensitivity::{Act, At, Equations, Way};
 
     /// A sample leaves the integral part of the one before in the command.
     #[test]
@@ -395,6 +395,26 @@ mod tests {
         assert!(bends(0.0, f64::abs));
         // A corner 1e-6 away is met by the first look, to 1e-5 of the scale, and by the nearer one no more.
         assert!(!bends(1e-6, f64::abs) && !bends(1.0, f64::abs) && !bends(1.0, f64::exp));
+    }
+
+    /// Also where its parameter cannot be less, or more.
+    #[test]
+    fn slope_beside_a_bound_is_that_of_the_curve() {
+        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let equations = plant.simulation().equations().expect("equations");
+        let (memory, mut spare) = (equations.memory(), equations.twin());
+        let at = At { time: 0.0, x: &[1.0], u: &[] };
+        let evaluate = |_: &mut dyn Equations, at: At| Outcome::of(at.x[0].exp());
+        for value in [0.0, 5.0, 10.0] {
+            let beside = |_| Setup::of(&position_controller::MODEL).start(0.0).ok()?.simulation().equations();
+            let mut way = Way::of_parameter(Box::new(beside), [value, 10.0], [0.0, 10.0], 0).expect("a range");
+            let movement = Move { time: 0.0, x: vec![2.0], inputs: Vec::new(), memory: vec![0.0; memory.count()] };
+            let mut around =
+                Around { at, memory: &memory, held: equations.held(), scales: &[1.0], spare: spare.as_mut() };
+            let base = Outcome::of(1f64.exp());
+            let slope = around.slope_of(&movement, Some(&mut way), (&base, &[1.0]), &evaluate).expect("a slope")[0];
+            assert!((slope - 2.0 * 1f64.exp()).abs() < 1e-7, "at {value}: {slope}");
+        }
     }
 
     #[test]
