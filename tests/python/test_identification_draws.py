@@ -104,7 +104,7 @@ def test_covariance_is_that_of_a_regression_as_wide_as_the_intervals(
 
 
 def test_root_has_its_matrix_as_square() -> None:
-    mixed = RNG.standard_normal((3, 3))
+    mixed = np.random.default_rng(12).standard_normal((3, 3))
     matrix = mixed @ mixed.T
     assert_close(_root(matrix) @ _root(matrix).T, matrix, within=1e-13, what="matrix", why="of eigenvalues")
     # A direction that is not told is one magnitude wide.

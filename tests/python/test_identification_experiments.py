@@ -166,6 +166,14 @@ def test_seal_under_pressure() -> None:
     }  # fmt: skip
 
 
+def test_force_without_a_pressure_is_friction() -> None:
+    experiment, window = make("motion", {"position": POSITION, "force": FORCE}, {"area": 1e-4}, Options(play=0.0))
+    assert experiment.unknown == () and experiment.driving == ("position",)
+    assert np.array_equal(experiment.predict(window, {"frictionForce": TIME}, {})["force"], TIME)
+    assert np.array_equal((experiment.forces(window, {}) or ())[1], FORCE[1:])
+    assert np.all((experiment.forces(window, {}) or ())[2] == 1.0)
+
+
 def test_motion_by_its_velocity() -> None:
     known = {"gain.velocity": 2.0, "offset.velocity": 0.1}
     experiment, window = make("motion", {"velocity": VELOCITY, "frictionForce": FORCE}, known)
@@ -367,3 +375,53 @@ def test_value_is_fitted_or_known_or_by_default() -> None:
     assert asked == [0.2, 0.1] and experiment.beside_value("lag.position", {}, 7.0) == 7.0
     held = experiment.with_value("mass.moving", 5.0).with_value("incline", 0.1)
     assert held.held == {"mass.moving": 5.0, "incline": 0.1} and experiment.held == {}
+
+
+def test_carriage_rests_where_it_stays_within_its_noise() -> None:
+    """It leaves after 0.5 s in steps of 0.2 mm, which are taken for those of a converter: two of them are noise."""
+    position = 0.3 + 0.1 * np.maximum(TIME - 0.5, 0.0)
+    for name in ("force", "mechanical", "rig"):
+        experiment, window = make(name, {**GAS, "position": position, "force": FORCE}, {})
+        # Ten samples either way are looked at, of which the last is two steps off at 0.504 s.
+        assert np.flatnonzero(~experiment.resting(window.record)).tolist() == list(range(243, 501))
+    experiment, window = make("force", {"position": position, "force": FORCE}, {"mass": 1.0})
+    # What rests does not move by what is exactly 0.
+    assert window.begin == Beginning({"velocity0": 0.0, "position0": pytest.approx(0.3)}, ("position0",))
+    _, mirrored = make("force", {"position": position[::-1], "force": FORCE}, {"mass": 1.0})
+    assert mirrored.begin.loose == ("position0", "velocity0")
+    close([mirrored.begin.values[name] for name in mirrored.begin.loose], [0.35, -0.1], "begin")
+
+
+@pytest.mark.parametrize(("step", "window", "number"), [(2e-3, None, 7), (2e-3, 0.25, 4), (1e-2, None, 3)])
+def test_windows_of_a_force_are_short_but_of_thirty_samples(step: float, window: float | None, number: int) -> None:
+    """Unless a length is given: 0.15 s, or 0.3 s where samples are 10 ms apart."""
+    time = np.arange(round(1.0 / step) + 1) * step
+    experiment, whole = make("force", {"velocity": 0.2 + time, "force": time}, {}, Options(window=window), time=time)
+    parts = experiment.windows(whole.record)
+    begins = [k / number for k in range(number)]
+    # At the next sample.
+    assert_close([part.begin for part in parts], begins, within=1.001 * step, what="begins", why="of samples")
+    assert all(part.begin >= begin - 1e-9 for part, begin in zip(parts, begins, strict=True))
+    assert sum(len(part.time) for part in parts) == len(time) and experiment.options.window == window
+
+
+def test_late_readings_are_looked_up_in_the_whole_record() -> None:
+    """A window from 0.6 s on, whose force is read 10 ms late; a pressure that is as late by what is fitted."""
+    experiment, window = make("force", {"velocity": VELOCITY, "force": FORCE}, {"delay.force": 0.01, "mass": 1.0})
+    part = piece(window, 300, 400)
+    later = 40.0 + 5.0 * (TIME[300:400] + 0.01)
+    close(experiment.given(part, "force", {}), later, "force")
+    close(experiment.given(part, "force", {"delay.force": -0.02}), later - 0.15, "force of what is fitted")
+    assert experiment.reading(part, "velocity", "velocity", {}) is part.driven["velocity"]
+    # Beyond the end of a record there is its last reading.
+    close(part.later("force", 0.5), np.minimum(40.0 + 5.0 * (TIME[300:400] + 0.5), 45.0), "end")
+    assert part.fitted == 100 and replace(part, held=np.arange(100) < 30).fitted == 70
+
+
+def test_model_is_given_what_it_has() -> None:
+    """Settings and fitted values of it, and inputs that were not measured; neither sensors nor what is measured."""
+    settings = {"supplyPressure": 6e5, "valveVoltage": 5.0, "gain.position": 2.0, "mass.moving": 1.0}
+    experiment, _ = make("rig", {name: GAS[name] for name in ("valveVoltage", "position")}, settings)
+    given = experiment.of_model({"mass.moving": 3.0, "delay.position": 0.1, "incline": 0.2})
+    assert given == {"supplyPressure": 6e5, "mass.moving": 3.0, "incline": 0.2}
+    assert experiment.guess([], {}) == {} and experiment.driving == ("valveVoltage",)

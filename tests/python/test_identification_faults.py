@@ -19,8 +19,7 @@ from pneumatic_servo.identification.signals import Units
 
 Array = NDArray[np.float64]
 
-RNG = np.random.default_rng(12)
-FREE, OFFSET, DELAY, OTHER = np.linalg.qr(RNG.standard_normal((60, 4)))[0].T
+FREE, OFFSET, DELAY, OTHER = np.linalg.qr(np.random.default_rng(12).standard_normal((60, 4)))[0].T
 """What the free parameter does to 30 samples of position and then of velocity, and what faults do."""
 WEIGHTS = np.repeat([2.0, 5.0], 30)
 
@@ -148,7 +147,7 @@ def curves(
 
 
 def motion(number: int = 2000) -> tuple[Array, Array, Array]:
-    speed, place = RNG.uniform(-1.0, 1.0, (2, number))
+    speed, place = np.random.default_rng(13).uniform(-1.0, 1.0, (2, number))
     return speed, place, 2.0 + np.sin(np.arange(number))
 
 

@@ -8,10 +8,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification import report
+from pneumatic_servo.identification import report, telling
 from pneumatic_servo.identification import verdict as judge
 from pneumatic_servo.identification.cross_validation import Case
 from pneumatic_servo.identification.doubts import Doubt, _most, _without
@@ -389,3 +390,46 @@ def test_page_of_a_fit_from_top_to_bottom(is_rotating: bool, monkeypatch: pytest
     assert bare.endswith("<h2>What was done to the data</h2>\n<ul><li>Nothing.</li></ul>\n")
     for absent in ("Where it misses most", "Friction against velocity", "not determined", "free curve", "predicted by"):
         assert absent not in bare
+
+
+def tried(distances: list[float | str | None], monkeypatch: pytest.MonkeyPatch, name: str = "motion") -> Any:
+    """What excitations tell two laws apart that leave so much; None is an interrupt."""
+    given = iter(distances)
+
+    def distance(truth: str, rival: str, *of: Any) -> float | str:
+        assert (truth, rival) == ("side of Dahl", "side of LuGre") and of[0] == "time" and of[2]["force"] == 2.0
+        found = next(given)
+        if found is None:
+            raise KeyboardInterrupt
+        return found
+
+    courses = {f"course {k}": np.full(3, float(k)) for k in range(len(distances))}
+    asked = ("motion", 1.0, 0.1, 0.2)
+    monkeypatch.setattr(telling, "excitations", lambda *of: ("time", "driven", courses) if of == asked else None)
+    monkeypatch.setattr(telling, "_side", lambda fit: f"side of {fit.law}")
+    monkeypatch.setattr(telling, "_distance", distance)
+    fits: list[Any] = [
+        SimpleNamespace(law=law, problem=SimpleNamespace(experiment=SimpleNamespace(name=name)))
+        for law in ("Dahl", "LuGre")
+    ]
+    return telling.telling(*fits, noise={"force": 2.0}, duration=1.0, step=0.1, stroke=0.2, progress=False)
+
+
+def test_excitations_that_tell_most_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = tried([1.0, 7.0, "it diverges", 3.0], monkeypatch)
+    assert [(one.name, one.distance, one.input) for one in found.trials] == [
+        ("course 1", 7.0, "driven"), ("course 3", 3.0, "driven"), ("course 0", 1.0, "driven"),
+    ]  # fmt: skip
+    assert (found.first, found.second) == ("Dahl", "LuGre") and found.best is found.trials[0]
+    assert found.best.course.tolist() == [1.0] * 3 and found.best.time == "time"
+    with pytest.raises(ValueError, match=r"^no excitation could be simulated with these values; it diverges$"):
+        tried(["it diverges", "it stops"], monkeypatch)
+    with pytest.raises(ps.Interrupted) as caught:
+        tried([1.0, 2.0, None], monkeypatch)
+    assert [one.distance for one in caught.value.finished.trials] == [2.0, 1.0]
+    with pytest.raises(ps.Interrupted) as caught:
+        tried([None], monkeypatch)
+    assert caught.value.finished is None
+    text = "experiment='force': what tells laws apart can be planned for rig or motion"
+    with pytest.raises(ValueError, match=f"^{text}$"):
+        tried([1.0], monkeypatch, "force")

@@ -22,6 +22,7 @@ from pneumatic_servo.identification.regimes import is_white, regimes
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
 from pneumatic_servo.identification.signals import Units
+from pneumatic_servo.identification.steady import steady
 
 Array = NDArray[np.float64]
 ROUND = "other libraries of linear algebra round otherwise"
@@ -321,3 +322,15 @@ def test_figures_leave_the_style_of_others_alone() -> None:
     before = dict(mpl.rcParams)
     overlay(residuals(Part({"force": np.ones(3)}, {"force": np.ones(3)})))
     assert dict(mpl.rcParams) == before
+
+
+def test_steady_friction_is_that_of_the_law_at_each_speed() -> None:
+    """Dry and viscous; what no bench has is left out."""
+    settings = {"friction.law": "Coulomb", "friction.coulomb.Fc": 7.0, "friction.coulomb.sigma2": 20.0, "valve.C": 1.0}
+    fit: Any = SimpleNamespace(settings=settings)
+    found = steady(fit, 2.0)
+    assert found is not None
+    speeds, friction = found
+    half = 0.02 * 100.0 ** (np.arange(25) / 24.0)
+    assert_close(speeds, [*-half[::-1], *half], rel=1e-14, what="speeds")
+    assert_close(friction, 7.0 * np.sign(speeds) + 20.0 * speeds, rel=1e-9, what="friction", why="of a simulation")
