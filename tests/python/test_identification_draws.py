@@ -13,7 +13,9 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
+from pneumatic_servo.figures import BLUE
 from pneumatic_servo.identification import sampling
+from pneumatic_servo.identification.band import Band
 from pneumatic_servo.identification.intervals import Linearised
 from pneumatic_servo.identification.posterior import Posterior, _asked
 from pneumatic_servo.identification.problem import FAILED
@@ -231,3 +233,35 @@ def test_what_is_asked_are_numbers_and_courses() -> None:
     assert_close(asked["velocity"], np.outer([10.0, -20.0], np.ones(3)), rel=1e-14, what="velocity")
     runs["velocity"] = np.ones((2, 3))
     assert np.all(_asked(runs, {})["velocity"] == 1.0)
+
+
+@pytest.mark.parametrize(("units", "label", "factor"), [(Units(), "mm", 1e3), (Units(is_rotating=True), "rad", 1.0)])
+def test_band_is_drawn_between_its_quantiles(units: Units, label: str, factor: float, tmp_path: Path) -> None:
+    """Of five draws the middle half is from the second to the fourth."""
+
+    class Drawn(Recorded):
+        @property
+        def variables(self) -> Any:
+            return {name: ps.Model("FrictionBench").variables[name] for name in self}
+
+    position = np.arange(5.0)[:, None] * [0.0, 1.0, 2.0]
+    runs: Any = Drawn(position=position, frictionForce=position + 10.0)
+    band = Band(runs, units)
+    assert np.array_equal(band.of("position", 0.5), np.outer([1.0, 2.0, 3.0], [0.0, 1.0, 2.0]))
+    band.to_csv(tmp_path / "a.csv", 0.5)
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines() == [
+        "time,position.low,position,position.high,frictionForce.low,frictionForce,frictionForce.high",
+        "0.0,0.0,0.0,0.0,10.0,10.0,10.0", "0.1,1.0,2.0,3.0,11.0,12.0,13.0", "0.2,2.0,4.0,6.0,12.0,14.0,16.0",
+    ]  # fmt: skip
+    upper, lower = band.plot(level=0.5).axes
+    force = "N.m" if units.is_rotating else "N"
+    assert [axis.get_ylabel() for axis in (upper, lower)] == [f"position ({label})", f"frictionForce ({force})"]
+    assert [axis.get_xlabel() for axis in (upper, lower)] == ["", "time (s)"] and lower.get_legend() is None
+    assert [text.get_text() for text in upper.get_legend().get_texts()] == ["50 % of draws", "median"]
+    [median] = upper.get_lines()
+    assert_close(median.get_xydata()[1:], np.column_stack([[0.1, 0.2], factor * np.array([2.0, 4.0])]), rel=1e-14,
+                 what="median")  # fmt: skip
+    outline = upper.collections[0].get_paths()[0].vertices
+    assert {round(y / factor, 9) for y in outline[:, 1]} == {0.0, 1.0, 2.0, 3.0, 6.0}
+    assert median.get_color() == BLUE and len(band.plot("frictionForce").axes) == 1
+    assert upper.get_shared_x_axes().joined(upper, lower)
