@@ -103,6 +103,15 @@ mod tests {
         assert!(!limits.hold(1e14f64.next_up()) && limits.passed(1e300).is_none());
     }
 
+    /// Half of a least value, twice the magnitudes from 0, half of what is left beyond other limits.
+    #[test]
+    fn however_far_a_value_is_the_equations_see_one_nearby() {
+        let seen = |limits: Limits| [-1e300, 1e300].map(|value| limits.nearest(value).0);
+        assert_eq!(seen(Limits::above(2.0, 1e5)), [1.0, 2e14]);
+        assert_eq!(seen(Limits::of_magnitude(3.0)), [-6e9, 6e9]);
+        assert_eq!(seen(Limits::between([-1.0, 3.0], [0.5, 0.25])), [-1.25, 3.125]);
+    }
+
     /// Slopes are those of differences, and never negative; the second derivative vanishes at the limit, too.
     #[test]
     fn values_beyond_follow_smoothly_and_monotonically() {
