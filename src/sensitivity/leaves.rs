@@ -560,6 +560,9 @@ mod tests {
         assert!(!are_alike(|other| other.modes[0] = Mode::Slides(1.0)));
         assert!(!are_alike(|other| other.fall = None));
         assert!(!are_alike(|other| other.note.push('!')));
+        assert!(!are_alike(|other| other.note.replace_range(3..4, "G")));
+        assert!(!are_alike(|other| other.fall = Some((8, 6.0))));
+        assert!(!are_alike(|other| other.change += 1));
     }
 
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
