@@ -80,7 +80,7 @@ def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: 
     """Amplitudes and frequencies as they are seen: by a fit of the sine, by envelopes, by zeros that are counted."""
     time, name, courses = excitations(experiment, 10.0, 1e-3, 0.05)
     assert name == driven and time[-1] == 10.0
-    kinds = []
+    kinds, sines = [], set()
     for name, course in courses.items():
         swing = (course - middle) / unit
         moved = np.abs(swing) > 1e-9
@@ -91,6 +91,7 @@ def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: 
         if kind == "sine":
             waves = np.array([wave(2.0 * np.pi * hertz[0] * time) for wave in (np.sin, np.cos)]).T
             found, *_ = np.linalg.lstsq(waves, swing, rcond=None)
+            sines.add((sizes[0], hertz[0]))
             assert np.hypot(*found) == pytest.approx(sizes[0], rel=1e-9), name
             assert np.max(np.abs(waves @ found - swing)) < 1e-9 * sizes[0], name
         elif kind == "sweep":
@@ -105,6 +106,11 @@ def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: 
             assert 0.42 * sizes[-1] < np.max(np.abs(swing[time >= 10.0 - period])) <= sizes[-1], name
             # At first it is next to what it grows from, which is nothing where the name tells only its end.
             assert np.max(np.abs(swing[time <= 0.2])) <= (2.0 * sizes[0] if len(sizes) > 1 else 0.02 * sizes[0]), name
+    # Each amplitude with each frequency.
+    each = [{pair[place] for pair in sines} for place in (0, 1)]
+    assert each == ([{1.0, 2.0, 3.0}, {0.25, 0.5, 1.0, 2.0}] if experiment == "rig"
+                    else [{0.05, 0.5, 5.0, 50.0}, {0.1, 0.5, 2.0}])  # fmt: skip
+    assert len(sines) == len(each[0]) * len(each[1])
     assert {"sine", "grows"} <= set(kinds) and ("sweep" in kinds) == (experiment == "rig")
 
 
@@ -155,6 +161,11 @@ def test_rig_does_not_tell_more_than_its_samples() -> None:
     [
         ({"experiment": "motoin"}, "experiment='motoin': a plan can be made for rig or motion"),
         ({"experiment": "motion", "stroke": -0.5}, "stroke=-0.5 m: it must be positive"),
+        ({"experiment": "motion", "stroke": np.inf}, "stroke = inf m is refused: it must be a finite number in m"),
+        ({"step": 0.0}, "duration 10.0 s and step 0.0 s: there must be at least 100 samples"),
+        ({"duration": 0.99, "step": 0.01}, "duration 0.99 s and step 0.01 s: there must be at least 100 samples"),
+        ({"duration": "1 m"}, "duration: the unit m is refused"),
+        ({"step": "soon"}, "step = 'soon' is refused: it must be a finite number of seconds"),
         ({"noise": {"chamberA.pressure": 2e5}}, "at most 100000 Pa, .* did you mean 200000.0 bar?"),
     ],
 )
@@ -168,6 +179,13 @@ def test_what_is_known_is_not_planned_for() -> None:
     assert list(found.values) == [VISCOUS]
 
 
+def test_nothing_is_learned_of_what_makes_up_for_one_another() -> None:
+    """Twice the gain of the force is as good as half of all friction."""
+    found = ps.plan(law="Coulomb", fit=[*FREE, "gain.frictionForce"], experiment="motion", duration=4.0, step=0.01)
+    assert found.determined == dict.fromkeys([*FREE, "gain.frictionForce"], False)
+    assert set(found.best.half.values()) == {np.inf}
+
+
 def test_progress_counts_the_candidates() -> None:
     told: list[tuple[int, int]] = []
 
@@ -179,13 +197,37 @@ def test_progress_counts_the_candidates() -> None:
     assert told == [(done, count) for done in range(1, count + 1)]
 
 
+def test_interrupt_leaves_a_plan_of_what_is_judged() -> None:
+    def stop(done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    given = {"law": "Coulomb", "fit": FREE, "experiment": "motion", "duration": 4.0, "step": 0.01}
+    with pytest.raises(ps.Interrupted, match=r"^interrupted$") as caught:
+        ps.plan(**given, progress=stop)  # type: ignore[arg-type]
+    found, whole = caught.value.finished, ps.plan(**given, progress=False)  # type: ignore[arg-type]
+    assert isinstance(found, Plan) and (found.values, found.units) == (whole.values, whole.units)
+    # The first two, the more telling one before the other.
+    names = {one.name: one.information for one in whole.candidates}
+    assert {one.name: one.information for one in found.candidates}.items() <= names.items()
+    assert len(found.candidates) == 2 and found.candidates[0].information > found.candidates[1].information
+
+
 def test_verdict_is_half_of_the_value() -> None:
     half = {"told": 0.49, "untold": 0.51, "offset": 3.0, "blind": np.inf}
     values = {"told": -1.0, "untold": 1.0, "offset": 0.0, "blind": 0.0}
     best = Candidate("a sine", "valveVoltage", np.zeros(2), np.zeros(2), half, 1.0)
     verdict = Plan((best,), values, dict.fromkeys(half, "N"))
     assert verdict.determined == {"told": True, "untold": False, "offset": True, "blind": False}
-    assert [line.endswith("not determined") for line in repr(verdict).splitlines()[3:]] == [False, True, False, True]
+    assert repr(verdict).splitlines() == [
+        "excitations, the most telling first:",
+        "         1.0  a sine",
+        "with a sine, half of the 95 % interval will be about:",
+        "  told = -1 +- 0.49 N",
+        "  untold = 1 +- 0.51 N   not determined",
+        "  offset = 0 +- 3 N",
+        "  blind = 0 +- inf N   not determined",
+    ]
 
 
 def test_command_takes_noise_in_units(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

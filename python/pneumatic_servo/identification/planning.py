@@ -207,7 +207,7 @@ def excitations(experiment: str, duration: float, step: float, stroke: float) ->
     stroke = quantities.number_in("m", "stroke", stroke)
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
-    if not (stroke > 0.0 and np.isfinite(stroke)):
+    if not stroke > 0.0:
         raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     if experiment == "rig":
