@@ -106,6 +106,10 @@ def test_courses_are_what_their_names_say(experiment: str, driven: str, middle: 
             assert 0.42 * sizes[-1] < np.max(np.abs(swing[time >= 10.0 - period])) <= sizes[-1], name
             # At first it is next to what it grows from, which is nothing where the name tells only its end.
             assert np.max(np.abs(swing[time <= 0.2])) <= (2.0 * sizes[0] if len(sizes) > 1 else 0.02 * sizes[0]), name
+    named = (
+        "a sine at 1 Hz that grows to 2 V" if experiment == "rig" else "a sine at 1 Hz that grows from 0.05 to 50 mm"
+    )
+    assert named in courses
     # Each amplitude with each frequency.
     each = [{pair[place] for pair in sines} for place in (0, 1)]
     assert each == ([{1.0, 2.0, 3.0}, {0.25, 0.5, 1.0, 2.0}] if experiment == "rig"

@@ -90,3 +90,57 @@ def test_speed_of_a_slow_carriage_is_found_without_the_bias_of_rounding() -> Non
     spread = float(np.std(ours)) / np.sqrt(len(ours))
     assert abs(np.mean(ours) - 0.5 * STEP) < 4.0 * spread
     assert abs(np.mean(plain) - 0.5 * STEP) > 20.0 * spread
+
+
+@pytest.mark.parametrize("noise", [0.3, 1.5])
+def test_coarse_readings_are_as_likely_as_their_ranges(noise: float) -> None:
+    """By the distribution of SciPy, where its difference has digits; beyond, by the end that is next."""
+    size = noise * STEP
+    sensor = Sensor(size, STEP, is_coarse=True)
+
+    def likelihood(differences: Array) -> Array:
+        return np.asarray(norm.cdf((differences + 0.5 * STEP) / size) - norm.cdf((differences - 0.5 * STEP) / size))
+
+    differences = np.linspace(-1.3, 1.3, 27) * STEP
+    expected = likelihood(differences)
+    assert_close(sensor.log_density(differences), np.log(expected / STEP), within=1.5e-13, what="log of the density")
+    residuals = sensor.residuals(differences)
+    assert np.array_equal(np.sign(residuals), np.sign(differences))
+    lack = np.log(likelihood(np.zeros(1)) / expected)
+    assert_close(0.5 * residuals**2, lack, within=9e-14, what="half squares")
+    # Far out only the nearer end of the range tells.
+    far = np.array([-80.0, 80.0]) * STEP
+    tail = norm.logsf((np.abs(far) - 0.5 * STEP) / size) - np.log(likelihood(np.zeros(1)))
+    assert_close(sensor.residuals(far), np.sign(far) * np.sqrt(-2.0 * tail), rel=1e-14, what="residuals far out")
+    # What readings are expected to tell: the mean square of how likely they are by how the simulation changes.
+    readings, by = STEP * np.arange(-30, 31), 1e-4 * STEP
+    told = []
+    for off in differences:
+        near = off - STEP * np.round(off / STEP) + readings
+        chances = likelihood(near)
+        slopes = (likelihood(near + by) - likelihood(near - by)) / (2.0 * by)
+        told.append(np.sqrt(np.sum(slopes[chances > 0.0] ** 2 / chances[chances > 0.0])))
+    assert_close(sensor.weights(differences), np.array(told), rel=1.5e-7, what="weights")
+
+
+def test_sensor_is_told_by_its_readings() -> None:
+    """By the median noise of its courses, which is no less than a billionth of what it reads."""
+    rng = np.random.default_rng(4)
+    slow = np.sin(np.linspace(0.0, 1.0, 4000))
+    courses = [slow + size * rng.standard_normal(4000) for size in (1e-3, 2e-3, 50.0)]
+    found = Sensor.of(courses)
+    assert_close(found.noise, 2e-3, rel=0.1, what="noise")
+    assert found.step == 0.0 and not found.is_coarse
+    assert_close(Sensor.of([np.full(100, -2000.0)]).noise, 2e-6, rel=1e-14, what="least noise")
+    assert Sensor.of([np.zeros(100)]) == Sensor(1e-12)
+    assert_close(Sensor.of([rounded(slow, 1e-3)]).step, 1e-3, rel=1e-14, what="step")
+
+
+def test_fine_sensor_divides_by_its_noise() -> None:
+    sensor, differences = Sensor(0.5), np.array([-1.0, 0.0, 2.0])
+    assert sensor.residuals(differences).tolist() == sensor.scores(differences).tolist() == [-2.0, 0.0, 4.0]
+    assert sensor.slopes(differences).tolist() == sensor.weights(differences).tolist() == [2.0] * 3
+    # From two steps on noise hides a converter.
+    fine = Sensor(1.0, 0.25).with_noise_of(np.array([0.5, -0.5]))
+    assert fine == Sensor(0.5, 0.25) and Sensor(1.0, 0.2501).with_noise_of(np.array([0.5, -0.5])).is_coarse
+    assert Sensor(1.0).with_noise_of(np.zeros(3)) == Sensor(1e-12)
