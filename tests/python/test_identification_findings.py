@@ -16,7 +16,7 @@ from pneumatic_servo.identification import report, telling
 from pneumatic_servo.identification import verdict as judge
 from pneumatic_servo.identification.cross_validation import Case
 from pneumatic_servo.identification.doubts import Doubt, _most, _without
-from pneumatic_servo.identification.evidence import COLUMNS, Evidence, Preference
+from pneumatic_servo.identification.evidence import COLUMNS, Evidence, Preference, evidence
 from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.foretold import Foretold
 from pneumatic_servo.identification.free_form import PENALTIES, FreeForm, _of_speed, _predicted
@@ -274,6 +274,25 @@ def test_table_of_the_evidence(tmp_path: Path) -> None:
     assert head.split(",") == COLUMNS
     assert COLUMNS == ["law", "elpd", "difference", "standard error", "is told from the first", "largest k-hat"]
     assert (first, last) == ("LuGre,1234.56,0.0,0.0,False,0.7", "Coulomb,1000.0,234.56,12.3,True,0.75")
+
+
+def test_laws_without_predictions_are_no_evidence() -> None:
+    fine: Any = SimpleNamespace(law="Dahl", rms={"force": 1.0})
+    lost: Any = SimpleNamespace(law="LuGre", rms={"force": 1.0, "position": np.inf})
+    with pytest.raises(
+        ValueError, match=r"^LuGre: its fitted values cannot be simulated, so that it predicts nothing$"
+    ):
+        evidence([fine, lost])
+    with pytest.raises(ValueError, match=r"^number = 99 is refused: it must be at least 100$"):
+        evidence([fine], number=99)
+    with pytest.raises(ValueError, match=r"^seed = -1 is refused: it must be at least 0$"):
+        evidence([fine], seed=-1)
+    labels = np.arange(4)
+    problem = SimpleNamespace(free=[None], blocks=lambda number: labels if number == 20 else None)
+    fine.problem = SimpleNamespace(trained=lambda: problem)
+    text = "4 stretches of time are too few to leave one out; at least 5 are needed"
+    with pytest.raises(ValueError, match=f"^{text}$"):
+        evidence([fine], number=100)
 
 
 def test_curve_predicts_stretches_that_it_has_not_seen() -> None:
