@@ -301,6 +301,9 @@ def test_gas_alone_is_carried_along_the_measured_path() -> None:
     assert_close(given["externalForce"][inner], carried[inner], within=1e-4, what="force")
     start = experiment.start(window, {})
     close([start.pop("position0"), start.pop("velocity0")], [0.2, 2.0 * 0.2006], "begin")  # type: ignore[list-item]
+    # A sensor that is 0.1 s late reads after 0.1 s where the carriage was at first.
+    late = experiment.start(window, {"delay.position": 0.1})
+    close([late["position0"], late["velocity0"]], [2.0 * 0.123, 2.0 * 0.26], "begin that is read late")
     known = {name: value for name, value in MACHINE.items() if not name.startswith(("gain", "offset"))}
     assert start == {**known, "mass.moving": 1e4, "friction.law": "None", "incline": 0.0}
     assert window.begin.loose == ("chamberA.pressure0", "chamberB.pressure0")

@@ -14,9 +14,10 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from pneumatic_servo.figures import BLUE, GREY, VERMILION
 from pneumatic_servo.identification import figures
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.identification.kinds import kinds, measured_speed
-from pneumatic_servo.identification.ranges import Ranges
+from pneumatic_servo.identification.ranges import Ranges, asked_of, held_of
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.regimes import is_white, regimes
 from pneumatic_servo.identification.residuals import Residuals
@@ -200,6 +201,40 @@ def test_what_is_beyond_a_range_is_told(signal: str, value: float, text: str | N
     peak = np.full(300, 0.5 * (low + high))
     peak[:2] = value
     assert ranges.beyond({signal: peak}) == {}
+
+
+def ranged(name: str, unused: tuple[int, ...] = ()) -> tuple[Any, Array]:
+    """A problem of 102 samples, of which the last is held out; the sensor of the force reads half."""
+    count = np.arange(102.0)
+    signals = {"position": count, "velocity": count * (-1.0) ** count, "force": count - 50.0, "valveVoltage": count,
+               "supplyPressure": 6e5 + count}  # fmt: skip
+    experiment = EXPERIMENTS[name]("Coulomb", {"gain.force": 2.0, "offset.valveVoltage": 1.0}, Options(), Units())
+    experiment.use(["time", *signals])
+    window = Part(signals, {}, unused=unused).window
+    window.held[-1] = True
+    return SimpleNamespace(experiment=experiment, windows=[window], values=lambda x: {"offset.force": x[0]}), count
+
+
+def test_ranges_are_those_of_what_is_fitted() -> None:
+    """Of a bench neither where it is nor what it answers; of a speed all but the fastest of a hundred, both ways."""
+    problem, _ = ranged("force", unused=(0,))
+    found = Ranges.of(problem, np.array([10.0]))
+    assert found.limits == {
+        "force": (2.0 * (1.0 - 60.0), 2.0 * (100.0 - 60.0)), "supplyPressure": (600001.0, 600100.0),
+        "valveVoltage": (0.0, 99.0), "velocity": (pytest.approx(-99.01), pytest.approx(99.01)),
+    }  # fmt: skip
+    assert found.units is problem.experiment.units
+    held = held_of(problem, np.array([10.0]))
+    assert {name: values.tolist() for name, values in held.items()} == {
+        "force": [82.0], "supplyPressure": [600101.0], "valveVoltage": [100.0], "velocity": [101.0],
+    }  # fmt: skip
+    problem.windows[0].held[-1] = False
+    assert held_of(problem, np.array([10.0])) == {}
+    rig, count = ranged("rig")
+    asked = asked_of(rig, np.array([0.0]))
+    # A cylinder has its ends; what is measured beside it is asked, too.
+    assert asked.keys() == {"position", "force", "supplyPressure", "valveVoltage", "velocity"}
+    assert np.array_equal(asked["position"], count) and np.array_equal(asked["velocity"], count)
 
 
 def lines(axis: Axes) -> list[Array]:
