@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -267,3 +268,53 @@ def test_refusal_says_what_is_wrong(name: str) -> None:
     with pytest.raises((ValueError, TypeError)) as caught:
         refused()
     assert str(caught.value) == text
+
+
+@pytest.mark.parametrize(
+    ("option", "given", "text"),
+    [
+        ("rated", 0.0, "rated=0.0: it must be positive"),
+        ("rated", "2 m", "rated: the unit m is refused; it must be one of N, kN, mN"),
+        ("play", -1.0, "play=-1.0: it must not be negative"),
+        ("play", "2 N", "play: the unit N is refused; it must be one of m, cm, mm, um, in"),
+        ("width", "2 N", "width: the unit N is refused; it must be one of s, ms, us, min"),
+        ("window", "2 N", "window: the unit N is refused; it must be one of s, ms, us, min"),
+        ("law_error", float("inf"), "law_error=inf: it must be positive"),
+        ("seed", -1, "seed=-1: it must not be negative"),
+        ("seed", 1.5, "seed = 1.5 is refused: it must be a whole number"),
+        ("starts", float("nan"), "starts=nan: it must not be negative"),
+        ("workers", 0, "workers = 0 is refused: it must be at least 1"),
+        ("workers", 1.5, "workers = 1.5 is refused: it must be a whole number"),
+        ("settings", {"friction.coulomb.Fc": -1.0}, "friction.coulomb.Fc = -1 N is refused: it must be 0 to 1e+06 N"),
+    ],
+)
+def test_number_that_cannot_be_is_refused_by_its_name(option: str, given: object, text: str) -> None:
+    with pytest.raises(ValueError, match="^" + re.escape(text)):
+        fit(**{option: given})
+
+
+def test_options_of_a_fit_have_units() -> None:
+    found: Any = fit(rated="0.01 kN", width="50 ms", play="20 um", window="5 s", inputs="lines", workers=1)
+    options = found.problem.experiment.options
+    assert [options.rated, options.width, options.play, options.window] == pytest.approx([10.0, 0.05, 2e-5, 5.0])
+    assert options.inputs == "lines" and found.problem.workers == 1 and len(found.problem.windows) == 2
+
+
+def test_area_is_asked_for_where_it_is_needed() -> None:
+    data = {**bench(), "pressure": 1e5 * np.ones(1000), "force": bench()["frictionForce"]}
+    del data["frictionForce"]
+    text = "fit: area has no default; it must be free, or known by settings"
+    with pytest.raises(ValueError, match="^" + re.escape(text) + "$"):
+        fit(data, fit="friction.coulomb.Fc")
+
+
+def test_fit_says_what_it_is_at_and_holds_out_what_it_is_told_to() -> None:
+    said: list[str] = []
+    found: Any = fit([bench(seed) for seed in range(2)], law="Stribeck", hold_out_data=[bench(2)], progress=said.append,
+                     cross_validate="record")  # fmt: skip
+    steps = ["last refinement", "intervals", "cross-validation", "condition 1 of 2: record 1 is left out",
+             "condition 2 of 2: record 2 is left out"]  # fmt: skip
+    assert [text for text in said if text in steps] == steps
+    # The noise of each is 0.05 N.
+    assert found.hold_out_rms == {"frictionForce": pytest.approx(0.05, rel=0.05)}
+    assert [bool(np.all(window.held)) for window in found.problem.windows] == [False, False, True]
