@@ -11,8 +11,19 @@ import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
-from pneumatic_servo.identification.foretold import Foretold, Left, _mean_friction, _measured, _noise, _of_factor
+from pneumatic_servo.identification.foretold import (
+    Foretold,
+    Left,
+    _foretold,
+    _mean_friction,
+    _measured,
+    _noise,
+    _of_factor,
+)
 from pneumatic_servo.identification.sensor import Sensor
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import k0
 from scipy.stats import t as student
 from test_identification_conditions import PRESSURES, seal
 from test_identification_force import axis
@@ -130,3 +141,38 @@ def test_share_of_friction_is_that_of_a_regression_beside_sensors() -> None:
     assert_close(share, whole, rel=1e-9, what="share", why="normal equations lose digits")
     error = student.ppf(0.975, 9) * np.sqrt(0.9 * np.sum((without - whole) ** 2))
     assert_close(half, error, rel=1e-9, what="half interval", why="normal equations lose digits")
+
+
+@pytest.mark.parametrize("law_error", [0.05, 0.2])
+def test_single_other_condition_tells_nothing_of_how_far_the_law_is_off(law_error: float) -> None:
+    """Both are off by N(0, tau^2) with tau of |N(0, law_error^2)|: by sqrt(2) times a product of two normal numbers.
+
+    The density of that product is K0(|z|)/pi.
+    """
+    rng = np.random.default_rng(9)
+    slopes = 100.0 * np.ones((400, 1))
+    told = Left({}, np.ones(400), 0.01 * rng.standard_normal(400), slopes, np.zeros((400, 0)))
+    middle, low, high, spread = _foretold(told, slopes, np.arange(400) // 20, np.ones(1), [], law_error)
+    end = brentq(lambda z: quad(k0, 0.0, z)[0] / np.pi - 0.475, 0.1, 10.0)
+    expected = np.sqrt(2.0) * law_error * end
+    # A tau below 1e-3 is not looked at, which is 2 % of them at most.
+    assert_close([low, high], np.array([-expected, expected]), rel=0.01, what="ends")
+    assert_close(middle, 0.0, within=1.5e-5, what="middle")
+    assert np.isnan(spread)
+
+
+def test_conditions_tell_how_far_the_law_is_off() -> None:
+    """Of many, whose friction differs by 5 %: the spread is theirs, and the next one is off by it and by their mean."""
+    rng, number = np.random.default_rng(10), 100
+    off = 0.05 * rng.standard_normal(number)
+    places = np.repeat(np.arange(number), 10)
+    slopes = 100.0 * np.ones((10 * number, 1))
+    residuals = 100.0 * off[places] + 0.01 * rng.standard_normal(10 * number)
+    told = Left({}, np.ones(10 * number), residuals, slopes, np.zeros((10 * number, 0)))
+    factors = np.where(places[:, None] == np.arange(number), 100.0, 0.0)
+    middle, low, high, spread = _foretold(told, factors, places, np.ones(1), [], 0.2)
+    deviation = np.std(off, ddof=1)
+    assert_close(spread, deviation, rel=0.06, what="spread", why="the grid of spreads is 6 % wide")
+    assert_close(middle, np.mean(off), within=5e-5, what="middle")
+    half = student.ppf(0.975, number - 1) * deviation * np.sqrt(1.0 + 1.0 / number)
+    assert_close([middle - low, high - middle], half, rel=0.02, what="halves")
