@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -187,3 +188,39 @@ def test_late_reading_is_compared_with_what_was_true_before(problem: Problem) ->
     seen = np.interp(FIRST.time - 0.015, FIRST.time, true)
     expected = FIRST.signals["frictionForce"] - seen
     assert_close(found["frictionForce"][window.used][2:], expected[window.used][2:], within=3e-11, what="differences")
+
+
+def test_run_may_take_twenty_times_the_steps_of_the_start(problem: Problem) -> None:
+    """Of the record that takes most: each of its 399 intervals takes a step, and a few more where friction turns."""
+    most = problem.bounded().most
+    assert most is not None and most % 20 == 0 and 399 <= most // 20 < 420
+    enough, half = (replace(problem, most=steps).residuals([problem.start])[0] for steps in (most // 20, most // 40))
+    assert np.all(np.abs(enough) < 100.0)
+    assert np.abs(half[0]) < 100.0 and half[problem.windows[0].fitted - 1] == FAILED
+
+
+def test_windows_begin_as_the_fit_has_found(problem: Problem) -> None:
+    """Those of which nothing is fitted begin as they were measured."""
+    begun = [replace(window, begin=Beginning({"position0": 0.1}, ("position0",))) for window in problem.windows]
+    whole = replace(problem, windows=tuple(begun))
+    trained = whole.trained()
+    x = np.append(trained.start[:1], [3.0, -2.0])
+    starts = [window.begin.values["position0"] for window in whole.begun(trained, x).windows]
+    assert_close(starts, np.array([0.1003, 0.0998, 0.1]), rel=1e-14, what="beginnings")
+    assert (whole.loose, trained.loose) == ((1, 1, 1), (1, 1))
+
+
+def test_all_friction_is_scaled(problem: Problem) -> None:
+    """By a factor of the problem, of which only what is left knows: twice the friction leaves 7 N more."""
+    twice = replace(problem, scale=2.0)
+    way = problem.measured()["frictionForce"] - problem.stacked([problem.start])[0]
+    assert_close(
+        twice.stacked([problem.start])[0], problem.stacked([problem.start])[0] - way, within=1e-13, what="twice"
+    )
+    viscous = {"friction.coulomb.Fc": 7.0, "friction.coulomb.sigma2": 30.0}
+    groups = problem.groups()
+    one, two = (
+        whole.run(groups[0], [(viscous, whole.begins(whole.start))], ["frictionForce"])["frictionForce"][0]
+        for whole in (problem, twice)
+    )
+    assert_close(two, 2.0 * one, within=3e-13, what="dry and viscous friction")
