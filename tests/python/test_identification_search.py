@@ -13,7 +13,16 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.identification import solve as search
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import ROUGH, STEP, Solution, _is_enough, jacobian, scattered, sensitivities
+from pneumatic_servo.identification.solve import (
+    ROUGH,
+    STEP,
+    Effort,
+    Solution,
+    _is_enough,
+    jacobian,
+    scattered,
+    sensitivities,
+)
 
 Array = NDArray[np.float64]
 
@@ -56,7 +65,7 @@ class Curved:
         return np.array([np.full(10, np.nan) if one else run for one, run in zip(refused, runs, strict=True)])
 
     def residuals(self, vectors: list[Array]) -> Array:
-        return self.stacked(vectors)
+        return self.stacked(vectors) / 0.1
 
     def by_sensor(self, of: Any, stacked: Array) -> Array:
         return of(Sensor(0.1), stacked)
@@ -215,3 +224,68 @@ def test_costs_are_sums_of_squares_of_quick_runs() -> None:
     expected = [sum(one**2) for one in problem.residuals(vectors)]
     assert_close(search._costs(noted, vectors), np.array(expected), rel=1e-14, what="costs")
     assert seen == [ROUGH.tolerance]
+
+
+class Drawn(Curved):
+    """The same with a pull to 0 by 3, 0 and nothing for what windows begin with."""
+
+    pull = np.array([3.0, 0.0, 0.0, 0.0, 0.0])
+
+    def pulls(self, x: Array) -> Array:
+        return self.pull * x
+
+
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_refinement_goes_down_all_residuals_as_it_is_told(loss: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a linear loss the least squares see fewer residuals, with the same sum of squares and the same slopes."""
+    problem: Any = Drawn(high=0.4)
+    seen: list[tuple[Any, ...]] = []
+    looked: list[tuple[Array, float]] = []
+    watch: Any = SimpleNamespace(see=lambda x, mean: looked.append((x, mean)))
+    ends = SimpleNamespace(x=np.ones(5), cost=7.0, status=2, message="enough")
+
+    def least_squares(function: Any, start: Array, **options: Any) -> Any:
+        seen.append((start, function(start), options.pop("jac")(start), options))
+        return ends
+
+    monkeypatch.setattr(search, "least_squares", least_squares)
+    effort = Effort(0.1, 0.2, 0.3, is_central=False)
+    found = search.refine(problem, problem.start, loss, watch, effort)
+    assert (found.cost, found.converged, found.message) == (7.0, True, "enough") and found.x is ends.x
+    ends.status = 0
+    assert not search.refine(problem, problem.start, loss, watch, effort).converged
+    start, residuals, jacobians, options = seen[0]
+    # A start beyond a bound is taken to it, and a hair inside, as least squares need it.
+    assert 0.0 < 0.4 - start[0] < 1e-8 and np.array_equal(start[1:], problem.start[1:])
+    low, high = options.pop("bounds")
+    assert np.array_equal(low, problem.bounds[0]) and np.array_equal(high, problem.bounds[1])
+    assert {name: options[name] for name in ("loss", "ftol", "xtol", "x_scale")} == {
+        "loss": loss, "ftol": 0.1, "xtol": 0.2, "x_scale": "jac",
+    }  # fmt: skip
+    of_data = problem.residuals([start])[0]
+    every = np.append(of_data, problem.pulls(start))
+    slopes = np.vstack([jacobian(problem, start, is_central=False), np.diag(problem.pull)])
+    if loss == "linear":
+        assert_close(residuals @ residuals, every @ every, rel=1e-14, what="sum of squares")
+        assert_close(jacobians.T @ residuals, slopes.T @ every, rel=1e-14, what="slope of the cost")
+    else:
+        assert np.array_equal(residuals, every) and np.array_equal(jacobians, slopes)
+    # What is looked at is the mean square of what is left of the data.
+    assert np.array_equal(looked[0][0], start)
+    assert_close(looked[0][1], np.mean(of_data**2), rel=1e-14, what="mean square")
+
+
+def test_refinement_is_of_runs_as_exact_as_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    tolerances: list[float] = []
+
+    class Noted(Drawn):
+        def residuals(self, vectors: list[Array]) -> Array:
+            tolerances.append(self.tolerance)
+            return super().residuals(vectors)
+
+    problem: Any = Noted()
+    fine, rough = search.refine(problem, problem.start), search.refine(problem, problem.start, effort=ROUGH)
+    assert fine.converged and set(tolerances) == {1e-6, 1e-5}
+    # At 0 nothing is left.
+    assert_close(fine.x, np.zeros(5), within=1e-12, what="end", why="an end is as good as it happens to be")
+    assert fine.cost <= rough.cost < 1e-6
