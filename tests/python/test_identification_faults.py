@@ -121,13 +121,13 @@ def test_nothing_is_doubted_without_a_reason(
 
 
 def curves(
-    left: Array, speed: Array, place: Array, level: Array, monkeypatch: pytest.MonkeyPatch, name: str = "motion"
+    left: Array, speed: Array, place: Array | None, level: Array, monkeypatch: pytest.MonkeyPatch, name: str = "motion"
 ) -> FreeForm | None:
     """What free curves leave, of two windows, of which nothing of the second is fitted."""
     number = len(speed)
     held = np.arange(number) % 5 == 0
     time = np.arange(number) * 1.0
-    signals = {"position": place}
+    signals = {} if place is None else {"position": place}
     record = SimpleNamespace(time=time, grid=time, signals=signals, on_grid=lambda signal: signals[signal])
     inside = ~held if name == "motion" else np.ones(number, dtype=bool)
     window = SimpleNamespace(fitted=4, used=np.ones(number, dtype=bool), held=held, record=record, driven=signals)
@@ -200,6 +200,15 @@ def test_level_that_hardly_varies_says_nothing_of_load(monkeypatch: pytest.Monke
         level = 3.0 * (1.0 + share * (-1.0) ** (np.arange(2000) // 2))
         found = curves(speed, speed, place, level, monkeypatch, "force")
         assert found is not None and ("velocity and load" in found.curves) is varies
+
+
+def test_axis_without_a_position_has_no_curve_over_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    speed, _, level = motion()
+    found = curves(np.sign(speed), speed, None, level, monkeypatch, "force")
+    assert found is not None
+    # A constant, each way, is all that is left of it; over velocity there is one already.
+    *_, velocity, place = found.curves.values()
+    assert_close(place, velocity, within=1e-6, what="rms", why="of penalties")
 
 
 def test_experiment_without_friction_has_no_curves() -> None:
