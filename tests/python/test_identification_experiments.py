@@ -105,7 +105,7 @@ def course(mass: float, spring: float, offset: float, gain: float = 1.0) -> dict
         (4.0, ["gain.force", "spring", "offset.force"],
          {"mass": 2.0, "spring": 8.0, "offset.force": 0.7, "gain.force": 4.0}),
         # Without the mass its gain is what it began with.
-        (4.0, ["gain.force", "mass", "spring"], {"mass": 1.0, "spring": 4.0, "gain.force": 2.0}),
+        (8.0, ["gain.force", "mass", "spring"], {"mass": 0.5, "spring": 2.0, "gain.force": 2.0}),
     ],
 )  # fmt: skip
 def test_regression_tells_what_moves(gain: float, free: list[str], expected: dict[str, float]) -> None:
@@ -114,6 +114,12 @@ def test_regression_tells_what_moves(gain: float, free: list[str], expected: dic
     assert found.keys() == expected.keys()
     # The ends of a cubic are no parabola.
     assert_close([found[name] for name in expected], list(expected.values()), rel=1e-4, what="found")
+    # A sensor that reads half the way makes a spring seem half as stiff, unless its gain is known.
+    signals = {**course(2.0, 8.0, 0.7, gain), "position": 0.5 * course(2.0, 8.0, 0.7)["position"]}
+    experiment, window = make("force", signals, {"mass": 2.0, "gain.position": 2.0}, Options(rated=50.0))
+    again = experiment.guess([window], dict.fromkeys(free, 2.0))
+    # Of a velocity that is measured the gain of the position is none.
+    assert_close([again[name] for name in expected], list(expected.values()), rel=1e-4, what="found again")
 
 
 def test_regression_tells_nothing_that_cannot_be() -> None:
@@ -160,6 +166,8 @@ def test_seal_under_pressure() -> None:
     close(speed, -3.0 * VELOCITY[inside], "speed")
     close(found, (FORCE - 1.0 - 1e-4 * pressure)[inside], "friction")
     close(seen, level[inside], "level")
+    fitted = {"area": 3e-4, "offset.force": 1.0}
+    close((experiment.forces(window, fitted) or ())[1], (FORCE - 1.0 - 3e-4 * pressure)[inside], "fitted area")
     assert experiment.start(window, {"friction.coulomb.Fc": 3.0}) == {
         "friction.coulomb.Fc": 3.0, "friction.law": "Coulomb", "bench.drive": "PrescribedPosition",
         "driveVelocity": 0.0, "position0": 0.0,

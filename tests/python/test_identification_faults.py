@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -34,6 +34,8 @@ class Straight:
     free: tuple[Any, ...] = ()
     loose: tuple[int, ...] = (1,)
     windows: tuple[Any, ...] = field(default_factory=lambda: (SimpleNamespace(fitted=30),))
+    tried: ClassVar[list[dict[str, float]]] = []
+    """What was asked of the problem."""
 
     def trained(self) -> Straight:
         return self
@@ -45,6 +47,7 @@ class Straight:
     def stacked(self, vectors: list[Array]) -> Array:
         [x] = vectors
         assert x.tolist() == [7.0, 0.0]
+        self.tried.append(dict(self.experiment.held))
         none = np.zeros(60)
         return np.array([
             self.left - sum((value * self.traces.get(name, none) for name, value in self.experiment.held.items()), none)
@@ -91,6 +94,26 @@ def test_delay_is_found_in_its_direction(size: float, monkeypatch: pytest.Monkey
     assert (lag is None) is (size < 0.0)
     if lag is not None:
         assert_close(lag.value, size, rel=1e-13, what="lag", why="of projections")
+
+
+def test_delays_are_tried_at_several_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Since what they do is not in proportion to them; lags only above 0, and all else by a single step."""
+    Straight.tried.clear()
+    asked(OTHER, {}, monkeypatch)
+    times = [0.003, 0.01, 0.02, 0.04]
+    tried: dict[str, list[float]] = {}
+    for [(name, value)] in (held.items() for held in Straight.tried):
+        tried.setdefault(name, []).append(value)
+    for name, values in tried.items():
+        if name.startswith("delay"):
+            assert values == [*times, *(-time for time in times)], name
+        elif name.startswith("lag"):
+            assert values == times, name
+        else:
+            assert len(values) == 1, name
+    signals = ("position", "velocity", "force")
+    kinds = {f"{kind}.{signal}" for kind in ("gain", "offset", "delay") for signal in signals}
+    assert tried.keys() == kinds | {"lag.position", "lag.velocity"}
 
 
 def test_what_explains_the_most_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
