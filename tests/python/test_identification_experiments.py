@@ -344,6 +344,8 @@ def test_beginning_with_and_without() -> None:
 @pytest.mark.parametrize(
     ("name", "signals", "settings", "units", "text"),
     [
+        ("motion", ["force"], {}, {}, "experiment='motion' needs a column for position or velocity"),
+        ("motion", ["velocity"], {}, {}, "experiment='motion' needs a column for frictionForce, or for force"),
         ("force", ["force"], {}, {}, "experiment='force' needs a column for position or velocity"),
         ("force", ["position"], {}, {}, "experiment='force' needs columns for time, force; force is missing"),
         ("force", ["position", "force"], {"incline": 0.1}, {"is_rotating": True},

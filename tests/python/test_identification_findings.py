@@ -358,7 +358,9 @@ def test_page_of_a_fit_from_top_to_bottom(is_rotating: bool, monkeypatch: pytest
     """A fit of two parameters and two signals, of which one was held out; figures stand as their names."""
     names = ("friction_map", "worst_misfit", "overlay", "against")
     for name in names:
-        monkeypatch.setattr(report, name, lambda of, name=name: name)
+        monkeypatch.setattr(
+            report, name, lambda of, name=name: name if of is (found if name == "friction_map" else residuals) else ""
+        )
     monkeypatch.setattr(report, "_image", lambda figure, text: f"{figure}: {text}")
     monkeypatch.setattr(report, "regimes", lambda residuals, signal: [Regime(f"{signal} at rest", 7, 0.25, True)])
     found = fitted(

@@ -114,7 +114,7 @@ def test_motion_is_of_five_kinds_that_share_the_samples(found: ps.Fit) -> None:
 
 
 def test_pace_is_that_of_five_steps_at_an_end() -> None:
-    path = np.arange(10.0) ** 2
+    path = 3.0 + np.arange(10.0) ** 2
     assert (_pace(path, 0.5, 0), _pace(path, 0.5, -1)) == (25.0 / 2.5, (81.0 - 16.0) / 2.5)
     assert _pace(path[:3], 0.5, -1) == 4.0 / 1.0
 
