@@ -13,11 +13,11 @@ from bounds import assert_close
 from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.figures import GREY
-from scipy.optimize import least_squares
 from scipy.stats import norm
 from test_identification import COLUMNS, write
 from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
+from test_identification_solve import hurried
 
 Array = NDArray[np.float64]
 GIVEN: dict[str, Any] = {"experiment": "motion", "play": 0.0, "starts": 0, "progress": False}
@@ -166,9 +166,6 @@ def test_command_tells_what_moves(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_series_that_does_not_come_to_an_end_fails_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def hurried(*given: Any, **options: Any) -> Any:
-        return least_squares(*given, **{**options, "max_nfev": 1})
-
     monkeypatch.setattr("pneumatic_servo.identification.solve.least_squares", hurried)
     files = [write(tmp_path / f"{month}.csv", day(7.0, month)) for month in (1, 2)]
     given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--play", "0", "--starts", "0"]

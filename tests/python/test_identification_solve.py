@@ -71,12 +71,14 @@ def test_search_ends_where_two_starts_meet() -> None:
     assert first > 0 and searches == 2
 
 
+def hurried(*given: Any, **options: Any) -> Any:
+    """A search that gives up at once."""
+    return least_squares(*given, **{**options, "max_nfev": 1})
+
+
 def test_fit_that_does_not_come_to_an_end_fails_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def hurried(*given: Any, **options: Any) -> Any:
-        return least_squares(*given, **{**options, "max_nfev": 1})
-
     monkeypatch.setattr("pneumatic_servo.identification.solve.least_squares", hurried)
     file, result = write(tmp_path / "bench.csv", bench()), tmp_path / "a.json"
     given = ["--experiment", "motion", "--law", "Stribeck", "--columns", COLUMNS, "--starts", "0"]
