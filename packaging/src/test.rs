@@ -29,7 +29,7 @@ use crate::workspace::Workspace;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
-/// Takes about 40 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
+/// Takes about 35 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
 /// CI set that is an error, but for the address sanitizer's nightly compiler and cargo-deny, which no package manager has.
 #[derive(Args)]
 #[command(after_help = "\
