@@ -76,6 +76,11 @@ def test_friction_is_measured_with_the_error_of_a_mean_of_stretches() -> None:
     assert_close(share, np.mean(residuals), rel=1e-14, what="share")
     error = student.ppf(0.975, 9) * np.std(means, ddof=1) / np.sqrt(10.0)
     assert_close(half, error, rel=1e-14, what="half interval")
+    # Two stretches are enough for one degree of freedom.
+    halves: Any = SimpleNamespace(blocks=lambda stretches: np.repeat([0, 1], 20), free=[])
+    _, half = _measured(halves, left(residuals, np.zeros((40, 0))), np.ones(40))
+    apart = np.mean(residuals[:20]) - np.mean(residuals[20:])
+    assert_close(half, student.ppf(0.975, 1) * abs(apart) / 2.0, rel=1e-14, what="half interval of two")
     alone: Any = SimpleNamespace(blocks=lambda stretches: np.zeros(40, dtype=int), free=[])
     assert _measured(alone, left(residuals, np.zeros((40, 0))), np.ones(40))[1] == np.inf
 

@@ -12,6 +12,7 @@ from typing import ClassVar
 import pneumatic_servo as ps
 import pytest
 from pneumatic_servo.cli import main, parser
+from pneumatic_servo.cli.common import settings_of
 from test_identification import COLUMNS, bench, write
 
 DESCRIBED = Path(__file__).with_name("commands.txt")
@@ -93,6 +94,16 @@ def test_fits_are_printed_as_python_shows_them(
     assert main(["fit", *given, "--law", "Coulomb,Stribeck"]) == 0
     ranking = ps.compare_fits("a.csv", ["Coulomb", "Stribeck"], **options)  # type: ignore[arg-type]
     assert capsys.readouterr().out == f"{ranking}\n{ranking.best}\nverdict: {ranking.best.verdict}\n"
+
+
+def test_settings_of_a_file_go_on_with_others(tmp_path: Path) -> None:
+    file, model = tmp_path / "my.ssv", ps.Model()
+    ps.DataSheet(bore=32, stroke=200, mass=5, qn=700).to_ssv(file)
+    alone = settings_of(model, [str(file)])
+    assert len(alone) > 3 and "incline" not in alone
+    assert settings_of(model, ["incline=0.4", str(file), "friction.law=Dahl"]) == {
+        "incline": 0.4, **alone, "friction.law": "Dahl",
+    }  # fmt: skip
 
 
 class Found(SimpleNamespace):

@@ -54,6 +54,10 @@ def test_wrong_argument_is_named(arguments: dict[str, object], error: type[Excep
         envs.VectorPositioning(**arguments)
 
 
+def test_actions_are_voltages_and_end_with_their_range() -> None:
+    assert voltages(np.array([-7.0, -1.0, 0.0, 0.5, 1.0, 1.5])).tolist() == [0.0, 0.0, 5.0, 7.5, 10.0, 10.0]
+
+
 def test_observations_are_in_units_of_the_stroke_that_is_set() -> None:
     plant = gymnasium.make(NAME, parameters={"cylinder.stroke": 0.8}, targets=(0.1, 0.7))
     (error, position, *_), info = plant.reset(seed=3)

@@ -71,6 +71,15 @@ def test_milliseconds_are_the_seconds_that_they_are_written_as() -> None:
     assert table.in_si(0, "s", "s").tolist() == list(range(1000))
 
 
+def test_fault_beside_decimal_commas_is_named_and_no_comma(tmp_path: Path) -> None:
+    file = tmp_path / "data.csv"
+    file.write_text("time;valveVoltage\n0,5;1,5\n1,0;low\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"data\.csv:3, column 2 \(valveVoltage\): 'low' is no number$"):
+        read_table(file)
+    file.write_text("time;valveVoltage\n0,5;1,5\n1,0;2,25\n", encoding="utf-8")
+    assert read_table(file).values.tolist() == [[0.5, 1.5], [1.0, 2.25]]
+
+
 def test_number_that_is_not_finite_is_named_by_its_place(tmp_path: Path) -> None:
     file = tmp_path / "data.parquet"
     pd.DataFrame({"t": [0.0, 0.1, 0.2], "x": [1.0, 2.0, np.inf]}).to_parquet(file)

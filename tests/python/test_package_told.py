@@ -293,8 +293,8 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "there are 2 runs, and none of number 2",
     ),
     "a law that was not compared": (
-        lambda: ps.Model().compare(["Dahl"], stop=0.01, step=1e-3, progress=False)["Dal"],
-        "Dal was not compared; did you mean Dahl?; there are Dahl",
+        lambda: ps.Model().compare(["Dahl", "Coulomb"], stop=0.01, step=1e-3, progress=False)["Dal"],
+        "Dal was not compared; did you mean Dahl?; there are Dahl, Coulomb",
     ),
     "a slope of runs side by side": (
         lambda: several([{}])[0].vjp({"position": np.zeros(11)}),
@@ -361,6 +361,14 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "no bore": (
         lambda: ps.DataSheet(**{**SHEET, "bore": 0}),
         "bore = 0: it must be positive",
+    ),
+    "no stroke": (
+        lambda: ps.DataSheet(**{**SHEET, "stroke": -200}),
+        "stroke = -200: it must be positive",
+    ),
+    "no mass": (
+        lambda: ps.DataSheet(**{**SHEET, "mass": float("inf")}),
+        "mass = inf: it must be positive",
     ),
     "no flow at all": (
         lambda: ps.DataSheet(**{**SHEET, "qn": 0}),
