@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 from xml.etree import ElementTree
 
 import pytest
@@ -17,6 +17,11 @@ LAWS = [item.get("name", "") for item in ElementTree.parse(DESCRIPTION).iterfind
 
 sine = signals("PneumaticServoCylinder")["valveVoltage"]
 """Valve voltage of the default experiment in V: 1 Hz, 5 +- 2 V."""
+
+
+def is_styled(figure: Any) -> bool:
+    """Whether a figure looks as all of the package do: fine, with an open frame."""
+    return bool(figure.dpi == 120) and not any(axis.spines["top"].get_visible() for axis in figure.axes)
 
 
 def left_out(reason: str) -> NoReturn:

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from bounds import assert_close
 from numpy.typing import NDArray
+from pneumatic_servo.figures import BLUE
 from pneumatic_servo.identification.conditions import Condition
 from pneumatic_servo.identification.cross_validation import Case, CrossValidation, _of_others, _of_windows
 from pneumatic_servo.identification.foretold import Foretold
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.signals import Units
+from shared import is_styled
 
 Array = NDArray[np.float64]
 
@@ -78,7 +80,9 @@ def test_table_has_a_row_for_each_signal(tmp_path: Path) -> None:
 
 
 def test_figure_has_what_is_left_where_no_friction_is_told() -> None:
-    [axis] = UNTOLD.plot().axes
+    figure = UNTOLD.plot()
+    [axis] = figure.axes
+    assert is_styled(figure) and {line.get_color() for line in axis.get_lines()} == {BLUE}
     for place, (line, ratio) in enumerate(zip(axis.get_lines(), (3.0, 3.01), strict=True)):
         assert_close(line.get_xdata(), np.array([ratio, 1.0]), rel=1e-14, what="ratios")
         assert line.get_ydata().tolist() == [place, place]

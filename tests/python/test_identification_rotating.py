@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.identification.figures import against, friction_map, overlay, worst_misfit
 from pneumatic_servo.ssv import read_ssv
+from shared import is_styled
 from test_identification_force import FREE, TRUE, chosen, fit, holds
 from test_identification_force import axis as moved
 
@@ -61,6 +62,7 @@ def test_figures_are_in_its_units() -> None:
               for text in (axis.get_xlabel(), axis.get_ylabel())]  # fmt: skip
     assert {"position (rad)", "velocity (rad/s)", "friction at load level 1 (N.m)", "rest (rad)"} <= set(labels)
     assert not any(OF_SLIDING.search(label) for label in labels)
+    assert all(is_styled(figure) for figure in figures)
     # Where the angle is drawn it is in rad, not a thousand times that.
     [angle] = [axis for axis in figures[0].axes if axis.get_ylabel() == "position (rad)"]
     assert max(np.max(np.abs(line.get_ydata()), initial=0.0) for line in angle.lines) == pytest.approx(
@@ -73,8 +75,9 @@ def test_band_of_a_prediction_is_in_its_units() -> None:
         {"mass": [19.0, 21.0]}, common={"bench.drive": "Free"}, inputs={"appliedForce": 50.0}, stop=0.1,
         outputs=["position", "frictionForce", "velocity"],
     )  # fmt: skip
-    labels = [axis.get_ylabel() for axis in ps.Band(runs, found().units).plot().axes]
-    assert labels == ["position (rad)", "frictionForce (N.m)", "velocity (rad/s)"]
+    figure = ps.Band(runs, found().units).plot()
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert is_styled(figure) and labels == ["position (rad)", "frictionForce (N.m)", "velocity (rad/s)"]
 
 
 def test_parameter_set_says_how_to_read_it(tmp_path: Path) -> None:

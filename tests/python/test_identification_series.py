@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pneumatic_servo.cli import main
 from pneumatic_servo.figures import GREY
 from scipy.stats import norm
+from shared import is_styled
 from test_identification import COLUMNS, write
 from test_identification_interrupt import stopping_in_the_second
 from test_identification_posterior import FC, SIGMA2, line
@@ -90,6 +91,7 @@ def test_wear_is_found_and_what_stays_stays() -> None:
         assert abs(one.value - 7.0 - 0.02 * month) < 0.75 * (one.high - one.low) < 0.05
     assert found.shared[STRIBECK["vs"]].low < 0.012 < found.shared[STRIBECK["vs"]].high
     figure = found.plot()
+    assert is_styled(figure)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
     assert titles == [f"{name}: {'moves' if moves else 'does not move'}" for name, moves in found.moves.items()]
     labels = [axis.get_ylabel() for axis in figure.axes]

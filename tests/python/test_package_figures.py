@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from shared import is_styled
 
 OUTPUTS = [
     "position",
@@ -23,7 +24,9 @@ def run() -> ps.Run:
 
 
 def test_panels_have_the_curves_of_a_unit(run: ps.Run) -> None:
-    voltage, pressures, place = run.plot("valveVoltage", "chamberA.pressure", "chamberB.pressure", "position").axes
+    figure = run.plot("valveVoltage", "chamberA.pressure", "chamberB.pressure", "position")
+    voltage, pressures, place = figure.axes
+    assert is_styled(figure)
     assert voltage.get_ylabel() == "valveVoltage (V)" and pressures.get_ylabel() == "pressure (bar)"
     assert place.get_ylabel() == "position (mm)"
     assert [axis.get_xlabel() for axis in (voltage, pressures, place)] == ["", "", "time (s)"]
@@ -42,6 +45,7 @@ def test_each_law_is_drawn_in_each_panel() -> None:
     laws = ["Stribeck", "LuGre", "Coulomb"]
     comparison = ps.Model().compare(laws, inputs={"valveVoltage": 6.5}, stop=0.1, step=1e-3, progress=False)
     figure = comparison.plot("position", "frictionForce")
+    assert is_styled(figure)
     assert [axis.get_ylabel() for axis in figure.axes] == ["position (mm)", "frictionForce (N)"]
     assert [axis.get_xlabel() for axis in figure.axes] == ["", "time (s)"]
     for axis, name, factor in zip(figure.axes, ["position", "frictionForce"], [1e3, 1.0], strict=True):
@@ -55,7 +59,9 @@ def test_each_law_is_drawn_in_each_panel() -> None:
 
 def test_samples_of_the_friction_that_are_far_apart_are_dots(run: ps.Run) -> None:
     """They are joined by a weak line through all samples; the strong one has gaps there, and only there."""
-    whole, near = run.plot_friction().axes
+    figure = run.plot_friction()
+    whole, near = figure.axes
+    assert is_styled(figure)
     for axis in (whole, near):
         assert (axis.get_xlabel(), axis.get_ylabel()) == ("velocity (mm/s)", "friction force (N)")
     assert whole.get_title() == "friction force against velocity"
