@@ -41,6 +41,18 @@ def test_panels_have_the_curves_of_a_unit(run: ps.Run) -> None:
     assert voltage.get_lines()[0].get_drawstyle() == "steps-post" and one.get_drawstyle() == "default"
 
 
+def test_rest_is_shaded_over_the_whole_panel() -> None:
+    given = {"inputs": {"valveVoltage": ([0.0, 0.1], [5.0, 6.5])}, "stop": 0.1, "step": 1e-3}
+    run = ps.Model().simulate(outputs=["position", "sticking"], **given)
+    [axis] = run.plot("position").axes
+    [shade] = axis.collections
+    assert run["sticking"][0] == 1.0 and shade.get_transform() == axis.get_xaxis_transform()
+    ends = shade.get_paths()[0].get_extents()
+    assert (ends.y0, ends.y1) == (0.0, 1.0)
+    # It begins with the run, and ends where the mass breaks away.
+    assert ends.x0 == 0.0 and ends.x1 == pytest.approx(run.time[np.flatnonzero(run["sticking"] > 0.5)[-1]], abs=1e-3)
+
+
 def test_each_law_is_drawn_in_each_panel() -> None:
     laws = ["Stribeck", "LuGre", "Coulomb"]
     comparison = ps.Model().compare(laws, inputs={"valveVoltage": 6.5}, stop=0.1, step=1e-3, progress=False)

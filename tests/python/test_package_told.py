@@ -71,6 +71,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: simulate(inputs=[1.0]),
         "inputs must be a mapping of names to values, not [1.0]",
     ),
+    "inputs of laws that are a list": (
+        lambda: ps.Model().compare(["Dahl"], inputs=[1.0]),
+        "inputs must be a mapping of names to values, not [1.0]",
+    ),
     "a part of a row": (
         lambda: simulate(every=1.5),
         "every = 1.5 is refused: it must be a whole number",
