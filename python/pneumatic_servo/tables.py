@@ -284,14 +284,7 @@ def _column(file: Path, number: int, name: str, column: NDArray[Any]) -> Array:
     try:
         return numbers(column)
     except (TypeError, ValueError) as error:
-        wrong = next((row for row, value in enumerate(column.tolist()) if not _is_number(value)), None)
-        what = str(error) if wrong is None else f"{column.tolist()[wrong]!r} is no number"
-        raise ValueError(f"{file}:{wrong or 0}, column {number} ({name}): {what}") from None
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return False
-    return True
+        place = f"column {number} ({name})"
+        for row, value in enumerate(column.tolist()):
+            finite(str(value), f"{file}:{row}, {place}")
+        raise ValueError(f"{file}, {place}: {error}") from None

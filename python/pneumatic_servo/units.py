@@ -134,13 +134,18 @@ def units_of(si: str) -> list[str]:
     return [si, *(name for name, (of, _, _) in TO_SI.items() if of == si and name != si)]
 
 
+def in_unit(si: str) -> str:
+    """Return the end of a sentence about a number: the unit that it has to be in, if there is one."""
+    return "" if si == "1" else f" in {si}"
+
+
 def written(text: str, si: str, where: str, *, is_bare_allowed: bool = False) -> float:
     """Return the value in an SI unit of a text as ``6 bar``."""
     match = NUMBER.fullmatch(text)
     comma = re.fullmatch(r"\s*([-+]?\d+),(\d+)(.*)", text)
     if match is None or comma is not None:
         hint = f"; did you mean {comma[1]}.{comma[2]}{comma[3]}?" if comma else ""
-        raise ValueError(f"{where}: {text!r} is no number{'' if si == '1' else f' in {si}'}{hint}")
+        raise ValueError(f"{where}: {text!r} is no number{in_unit(si)}{hint}")
     if not match[2]:
         if is_bare_allowed:
             return float(match[1])

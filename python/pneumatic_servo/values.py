@@ -10,7 +10,7 @@ from typing import Any, SupportsFloat
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.names import did_you_mean, similar
-from pneumatic_servo.units import has_unit, is_quantity, magnitude, to_si, units_of, written
+from pneumatic_servo.units import has_unit, in_unit, is_quantity, magnitude, to_si, units_of, written
 from pneumatic_servo.variables import Unit, Value, Variable, Variables
 
 
@@ -80,7 +80,7 @@ def seconds(argument: str, given: object) -> float:
 
 def _plain(variable: Variable, given: Any) -> float:
     if not is_number(given):
-        what = "it must be a single number" + ("" if variable.unit == "1" else f" in {variable.unit}")
+        what = f"it must be a single number{in_unit(variable.unit)}"
         shown = given if hasattr(given, "shape") else shortened(given)
         raise ValueError(f"{variable.name} = {shown} is refused: {what}")
     return float(given)
@@ -98,7 +98,7 @@ def check_range(variable: Variable, value: float, time: float | None = None) -> 
     if math.isfinite(value) and (low is None or value >= low) and (high is None or value <= high):
         return
     if not math.isfinite(value):
-        reason = "it must be a finite number" + ("" if variable.unit == "1" else f" in {variable.unit}")
+        reason = f"it must be a finite number{in_unit(variable.unit)}"
     else:
         reason = f"it must be {variable.range_in_unit}{_meant(variable, value)}"
     raise Refused(variable.name, value, reason, time, variable.unit)
