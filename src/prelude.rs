@@ -7,7 +7,7 @@
 //! | a law with one bristle | [`BristleLaw`] | the same, as `OneBristle<...>` |
 //! | any other law | [`FrictionLaw`] | the same, by its own name |
 //! | an actuator of the cylinder | [`Actuating`] | a line in [`actuators!`](crate::actuators) |
-//! | a model | [`System`], and [`Shortcuts`], which may stay empty | [`Model::of`](crate::model::Model::of) |
+//! | a model | [`System`] | [`Model::of`](crate::model::Model::of) |
 //!
 //! Numbers of equations are generic ([`Scalar`]): evaluated with dual numbers they give exact derivatives, and with
 //! [`Real`] ones, as in a run, values alone. A number of the equations comes before a parameter: `v * self.damping`. An `f64` is
@@ -21,7 +21,7 @@ pub use crate::hybrid::{Sample, UNUSED};
 pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
 pub use crate::numbers::{Number, Real, Scalar, sign};
 pub use crate::pneumatics::actuator::{Actuating, Actuators};
-pub use crate::system::{Event, Shortcuts, System, Tables};
+pub use crate::system::{Event, System, Tables};
 pub use crate::variables::{
     Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,
 };

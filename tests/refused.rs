@@ -251,8 +251,6 @@ mod at_the_start {
         }
     }
 
-    impl<const FAULT: usize> Shortcuts<0> for Faulty<FAULT> {}
-
     const fn faulty<const FAULT: usize>() -> Model {
         Model::of::<Faulty<FAULT>, 0, 1>(
             "Faulty",

@@ -1,19 +1,22 @@
 //! The hybrid solver on problems with closed solutions, none of which is a cylinder.
 
 mod bounds;
+#[macro_use]
+mod problem;
 
 use std::cell::Cell;
 use std::f64::consts::PI;
 
 use bounds::close;
-use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Scalar;
 use pneumatic_servo::solver::{Run, Scheme, Settings, StepError};
+use pneumatic_servo::system::{Place, System};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
 
 /// `x'' = -x`, with a motion around the unit circle; counts its evaluations.
+#[derive(Clone)]
 struct Oscillator {
     is_gentle: bool,
     evaluations: Cell<u32>,
@@ -25,105 +28,75 @@ impl Oscillator {
     }
 }
 
-impl HybridSystem<2, 1> for Oscillator {
+impl System<1> for Oscillator {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &()) -> [S; 2] {
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
         self.evaluations.update(|count| count + 1);
-        [x[1], -x[0]]
-    }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut ()) {}
-    fn scales(&self) -> [f64; 2] {
-        [1.0; 2]
+        problem::all([x[1], -x[0]])
     }
     fn is_gentle(&self) -> bool {
         self.is_gentle
     }
-    fn fits(&self, _memory: &()) -> bool {
-        true
-    }
 }
 
 /// The same motion, and a state that comes closer to its position at a rate of 1e4: `z' = 1e4*(x - z)`.
+#[derive(Clone)]
 struct Follower(Oscillator);
 
 const FOLLOWING: f64 = 1e4;
 
-impl HybridSystem<3, 1> for Follower {
+impl System<1> for Follower {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    const RELAXING: Option<usize> = Some(2);
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; 3], u: &[S; 1], (): &()) -> [S; 3] {
+    const RELAXING: Option<Place> = Some(Place::Back(0));
+    fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 1], (): &()) -> [S; N] {
         let [rate, acceleration] = self.0.derivatives(time, &[x[0], x[1]], u, &());
-        [rate, acceleration, (x[0] - x[2]) * FOLLOWING]
-    }
-    fn indicators(&self, _: f64, _: &[f64; 3], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 3], _: &[f64; 1], (): &mut ()) {}
-    fn scales(&self) -> [f64; 3] {
-        [1.0; 3]
+        problem::all([rate, acceleration, (x[0] - x[2]) * FOLLOWING])
     }
     fn is_gentle(&self) -> bool {
         true
     }
-    fn relaxation(&self, _: f64, _: &[f64; 3], _: &[f64; 3], _: &[f64; 1], (): &()) -> f64 {
+    fn relaxation<const N: usize>(&self, _: f64, _: &[f64; N], _: &[f64; N], _: &[f64; 1], (): &()) -> f64 {
         FOLLOWING
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
     }
 }
 
 /// A mass between two springs, `x'' = -x` for `x > 0` and `x'' = -4*x` for `x < 0`: half a period of pi and one of pi/2.
+#[derive(Clone)]
 struct TwoSprings;
 
-impl HybridSystem<2, 1> for TwoSprings {
+impl System<1> for TwoSprings {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &()) -> [S; 2] {
-        [x[1], if x[0].value() > 0.0 { -x[0] } else { -x[0] * 4.0 }]
-    }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut ()) {}
-    fn scales(&self) -> [f64; 2] {
-        [1.0; 2]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
+        problem::all([x[1], if x[0].value() > 0.0 { -x[0] } else { -x[0] * 4.0 }])
     }
     fn is_gentle(&self) -> bool {
         true
     }
-    fn is_smooth(&self, [x, end]: [&[f64; 2]; 2], _: [&[f64; 1]; 2], (): &(), _: f64) -> bool {
+    fn is_smooth<const N: usize>(&self, [x, end]: [&[f64; N]; 2], _: [&[f64; 1]; 2], (): &(), _: f64) -> bool {
         (x[0] > 0.0) == (end[0] > 0.0)
-    }
-    fn fits(&self, _memory: &()) -> bool {
-        true
     }
 }
 
 /// `x' = -rate*(x - cos(t)) - sin(t)`: the solution `cos(t)` hides the stiffness (Prothero, Robinson, 1974).
+#[derive(Clone)]
 struct Stiff {
     rate: f64,
     /// What it says of itself, not what it is.
     is_gentle: bool,
 }
 
-impl HybridSystem<1, 1> for Stiff {
+impl System<1> for Stiff {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
-        [-(x[0] - time.cos()) * self.rate - time.sin()]
-    }
-    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
+    fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
+        problem::all([-(x[0] - time.cos()) * self.rate - time.sin()])
     }
     fn depends_on_time(&self) -> bool {
         true
@@ -131,34 +104,27 @@ impl HybridSystem<1, 1> for Stiff {
     fn is_gentle(&self) -> bool {
         self.is_gentle
     }
-    fn fits(&self, _memory: &()) -> bool {
-        true
-    }
 }
 
 /// A ball that falls with unit acceleration and bounces with a coefficient of restitution; remembers the impacts.
+#[derive(Clone)]
 struct Ball {
     restitution: f64,
 }
 
-impl HybridSystem<2, 1> for Ball {
+impl System<1> for Ball {
+    problem!();
     type Memory = Vec<f64>;
     type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, x: &[S; 2], _u: &[S; 1], _memory: &Vec<f64>) -> [S; 2] {
-        [x[1], S::constant(-1.0)]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 1], _memory: &Vec<f64>) -> [S; N] {
+        problem::all([x[1], S::constant(-1.0)])
     }
-    fn indicators(&self, _: f64, x: &[f64; 2], _: &[f64; 1], _: &Vec<f64>) -> [f64; 1] {
+    fn indicators<const N: usize>(&self, _: f64, x: &[f64; N], _: &[f64; 1], _: &Vec<f64>) -> [f64; 1] {
         [x[0]]
     }
-    fn switch(&self, _: usize, time: f64, x: &mut [f64; 2], _: &[f64; 1], memory: &mut Vec<f64>) {
-        *x = [0.0, -self.restitution * x[1]];
+    fn switch<const N: usize>(&self, _: usize, time: f64, x: &mut [f64; N], _: &[f64; 1], memory: &mut Vec<f64>) {
+        *x = problem::all([0.0, -self.restitution * x[1]]);
         memory.push(time);
-    }
-    fn scales(&self) -> [f64; 2] {
-        [1.0; 2]
-    }
-    fn fits(&self, _memory: &Vec<f64>) -> bool {
-        true
     }
 }
 
@@ -411,32 +377,28 @@ fn an_explicit_scheme_beyond_its_stability_is_an_error() {
     let error = run.advance(100.0).unwrap_err();
     let StepError::Diverged { step, .. } = error else { panic!("{error}") };
     close(step, 0.1, 1e-15, "an explicit scheme beyond its stability is an error");
-    assert!(error.to_string().contains("diverges: the magnitude of a state goes beyond"), "{error}");
+    assert!(error.to_string().contains("diverges: the magnitude of an internal state goes beyond"), "{error}");
 }
 
 /// A latch that an input of more than 1 sets, whose indicator stays as it is where no input is as much; remembers when it was set.
+#[derive(Clone)]
 struct Latch;
 
-impl HybridSystem<1, 1> for Latch {
+impl System<1> for Latch {
+    problem!();
     type Memory = Option<f64>;
     type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _: &Option<f64>) -> [S; 1] {
-        [S::constant(1.0)]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _: &Option<f64>) -> [S; N] {
+        problem::all([S::constant(1.0)])
     }
-    fn indicators(&self, _: f64, _: &[f64; 1], u: &[f64; 1], set: &Option<f64>) -> [f64; 1] {
+    fn indicators<const N: usize>(&self, _: f64, _: &[f64; N], u: &[f64; 1], set: &Option<f64>) -> [f64; 1] {
         [if set.is_some() { 1.0 } else { 1.0 - u[0] }]
     }
     fn indicators_hold(&self, inputs: [&[f64; 1]; 2]) -> bool {
         inputs.iter().all(|u| u[0] < 1.0)
     }
-    fn switch(&self, _: usize, time: f64, _: &mut [f64; 1], _: &[f64; 1], set: &mut Option<f64>) {
+    fn switch<const N: usize>(&self, _: usize, time: f64, _: &mut [f64; N], _: &[f64; 1], set: &mut Option<f64>) {
         *set = Some(time);
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, _: &Option<f64>) -> bool {
-        true
     }
 }
 
@@ -463,29 +425,21 @@ fn account_without_conserved_quantities_is_empty() {
 }
 
 /// A vessel that is filled at the rate that the input says: what it holds is what it has received.
+#[derive(Clone)]
 struct Vessel;
 
-impl HybridSystem<1, 1> for Vessel {
+impl System<1> for Vessel {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], (): &()) -> [S; 1] {
-        [u[0]]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], u: &[S; 1], (): &()) -> [S; N] {
+        problem::all([u[0]])
     }
-    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], (): &mut ()) {}
-    fn content(&self, x: &[f64; 1], (): &()) -> [f64; 2] {
+    fn content<const N: usize>(&self, x: &[f64; N], (): &()) -> [f64; 2] {
         [x[0], 0.0]
     }
-    fn inflow(&self, _: f64, _: &[f64; 1], u: &[f64; 1], (): &()) -> [f64; 2] {
+    fn inflow<const N: usize>(&self, _: f64, _: &[f64; N], u: &[f64; 1], (): &()) -> [f64; 2] {
         [u[0], 0.0]
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
     }
 }
 
@@ -501,32 +455,24 @@ fn account_follows_inputs_with_a_slope() {
 }
 
 /// `x'' = -x` that counts how often a step was accepted.
+#[derive(Clone)]
 struct Counting;
 
-impl HybridSystem<2, 1> for Counting {
+impl System<1> for Counting {
+    problem!();
     type Memory = u64;
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, time: S, x: &[S; 2], _u: &[S; 1], _memory: &u64) -> [S; 2] {
+    fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], _u: &[S; 1], _memory: &u64) -> [S; N] {
         // A kick that no step foresees.
         let kick = if time.value() > 0.5 { 1e3 } else { 0.0 };
-        [x[1], -x[0] + kick]
+        problem::all([x[1], -x[0] + kick])
     }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], _: &u64) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], _: &mut u64) {}
-    fn follow(&self, _: f64, _: &[f64; 2], _: &[f64; 1], follows: &mut u64) -> bool {
+    fn follow<const N: usize>(&self, _: f64, _: &[f64; N], _: &[f64; 1], follows: &mut u64) -> bool {
         *follows += 1;
         false
     }
-    fn scales(&self) -> [f64; 2] {
-        [1.0; 2]
-    }
     fn max_step(&self) -> f64 {
         0.01
-    }
-    fn fits(&self, _memory: &u64) -> bool {
-        true
     }
 }
 

@@ -1,36 +1,34 @@
 //! What ends a run of the hybrid solver, and what its errors say.
 
 mod bounds;
+#[macro_use]
+mod problem;
 
 use std::cell::Cell;
 
 use bounds::close;
-use pneumatic_servo::hybrid::HybridSystem;
 use pneumatic_servo::numbers::Scalar;
 use pneumatic_servo::solver::{Rejection, Run, Scheme, Settings, StepError};
+use pneumatic_servo::system::System;
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
 
 /// `x' = u`, whose only mode is invalid as soon as `x > 1`.
+#[derive(Clone)]
 struct Trap;
 
-impl HybridSystem<1, 1> for Trap {
+impl System<1> for Trap {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], u: &[S; 1], _memory: &()) -> [S; 1] {
-        [u[0]]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], u: &[S; 1], _memory: &()) -> [S; N] {
+        problem::all([u[0]])
     }
-    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 1] {
+    fn indicators<const N: usize>(&self, _: f64, x: &[f64; N], _: &[f64; 1], (): &()) -> [f64; 1] {
         [1.0 - x[0]]
     }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], _: &mut ()) {}
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, _memory: &()) -> bool {
-        true
-    }
+    fn switch<const N: usize>(&self, _: usize, _: f64, _: &mut [f64; N], _: &[f64; 1], _: &mut ()) {}
 }
 
 #[test]
@@ -46,30 +44,26 @@ fn events_without_end_are_an_error_and_the_time_is_named() {
 
 /// `x' = 1`, with an event at each multiple of a spacing in s, whose indicator is flat in front of it; counts how often it
 /// is asked for its rate.
+#[derive(Clone)]
 struct Fence {
     spacing: f64,
     evaluations: Cell<u32>,
 }
 
-impl HybridSystem<1, 1> for Fence {
+impl System<1> for Fence {
+    problem!();
     type Memory = f64;
     type Indicators = [f64; 1];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &f64) -> [S; 1] {
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _memory: &f64) -> [S; N] {
         self.evaluations.update(|count| count + 1);
-        [S::constant(1.0)]
+        problem::all([S::constant(1.0)])
     }
-    fn indicators(&self, _: f64, x: &[f64; 1], _: &[f64; 1], passed: &f64) -> [f64; 1] {
+    fn indicators<const N: usize>(&self, _: f64, x: &[f64; N], _: &[f64; 1], passed: &f64) -> [f64; 1] {
         let ahead = (passed + self.spacing - x[0]) / self.spacing;
         [if ahead > 0.0 { ahead.powi(9) } else { ahead }]
     }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], passed: &mut f64) {
+    fn switch<const N: usize>(&self, _: usize, _: f64, _: &mut [f64; N], _: &[f64; 1], passed: &mut f64) {
         *passed += self.spacing;
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, _passed: &f64) -> bool {
-        true
     }
 }
 
@@ -87,26 +81,18 @@ fn steps_that_locate_events_are_within_the_bound() {
 }
 
 /// `x' = -1`, which has no meaning from `x = 0` on.
+#[derive(Clone)]
 struct Tank;
 
-impl HybridSystem<1, 1> for Tank {
+impl System<1> for Tank {
+    problem!();
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, _time: S, _x: &[S; 1], _u: &[S; 1], _memory: &()) -> [S; 1] {
-        [S::constant(-1.0)]
+    fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
+        problem::all([S::constant(-1.0)])
     }
-    fn indicators(&self, _: f64, _: &[f64; 1], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 1], _: &[f64; 1], (): &mut ()) {}
-    fn admit(&self, x: &[f64; 1]) -> Result<(), &'static str> {
+    fn admit<const N: usize>(&self, x: &[f64; N]) -> Result<(), &'static str> {
         if x[0] > 0.0 { Ok(()) } else { Err("the tank is empty") }
-    }
-    fn scales(&self) -> [f64; 1] {
-        [1.0]
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
     }
 }
 
@@ -125,27 +111,19 @@ fn error_says_what_stands_in_the_way() {
 
 /// A tank and a jet, which are still until 0.5 s and then set out so fast that no step is short enough: in 1 s the tank by a
 /// millionfold of its scale, the jet by the hundredfold of that.
+#[derive(Clone)]
 struct Burst;
 
-impl HybridSystem<2, 1> for Burst {
+impl System<1> for Burst {
+    problem!("tank", "jet");
     type Memory = ();
     type Indicators = [f64; 0];
-    fn derivatives<S: Scalar>(&self, time: S, _x: &[S; 2], _u: &[S; 1], (): &()) -> [S; 2] {
+    fn derivatives<S: Scalar, const N: usize>(&self, time: S, _x: &[S; N], _u: &[S; 1], (): &()) -> [S; N] {
         let rates = if time.value() > 0.5 { [1e9, 1e5] } else { [0.0; 2] };
-        rates.map(S::constant)
+        problem::all(rates.map(S::constant))
     }
-    fn indicators(&self, _: f64, _: &[f64; 2], _: &[f64; 1], (): &()) -> [f64; 0] {
-        []
-    }
-    fn switch(&self, _: usize, _: f64, _: &mut [f64; 2], _: &[f64; 1], (): &mut ()) {}
-    fn scales(&self) -> [f64; 2] {
-        [1e3, 1e-3]
-    }
-    fn state_name(&self, state: usize) -> &'static str {
-        ["the tank", "the jet"][state]
-    }
-    fn fits(&self, (): &()) -> bool {
-        true
+    fn scales<const N: usize>(&self) -> [f64; N] {
+        problem::all([1e3, 1e-3])
     }
 }
 
@@ -154,5 +132,5 @@ impl HybridSystem<2, 1> for Burst {
 fn error_names_the_state_that_is_farthest_off_for_its_scale() {
     let error = Run::new(Burst, ADAPTIVE, 0.0, [0.0; 2], (), [0.0]).advance(1.0).unwrap_err();
     let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(course), .. } = error else { panic!("{error}") };
-    assert_eq!((course.state, course.value, course.rate), ("the jet", 0.0, 0.0));
+    assert_eq!((course.state, course.value, course.rate), ("jet", 0.0, 0.0));
 }

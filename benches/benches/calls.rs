@@ -11,7 +11,7 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::PneumaticServoCylinder;
 use pneumatic_servo::prelude::{Real, Scalar};
 use pneumatic_servo::session::build;
 use pneumatic_servo::solver::Inverse;
-use pneumatic_servo::system::{Shortcuts, System};
+use pneumatic_servo::system::System;
 
 const TOLERANCE: f64 = 1e-6;
 
@@ -69,7 +69,7 @@ const SHIFT: f64 = 4000.0;
 
 fn by_inverse<const N: usize>(jacobian: &SMatrix<f64, N, N>, right: [f64; N]) -> [f64; N] {
     // Known when compiling, as in the solver.
-    let groups = const { <PneumaticServoCylinder as Shortcuts<3>>::GROUPS };
+    let groups = const { <PneumaticServoCylinder as System<3>>::GROUPS };
     let inverse = Inverse::new(jacobian, SHIFT, groups).expect("no pivot is zero");
     (0..STAGES).fold(right, |solution, _| inverse.times(&solution, groups))
 }

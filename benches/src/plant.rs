@@ -13,7 +13,7 @@ use pneumatic_servo::friction::Indicators;
 use pneumatic_servo::mechanics::{EndStops, OneSided};
 use pneumatic_servo::models::pneumatic_servo_cylinder::{Memory, PRESSURE_A, PRESSURE_B, PneumaticServoCylinder};
 use pneumatic_servo::numbers::{Dual, Real, Scalar};
-use pneumatic_servo::system::{Shortcuts, System};
+use pneumatic_servo::system::System;
 
 use crate::case::{Case, DURATION, STEP, inputs, voltage};
 use crate::error::Trajectory;

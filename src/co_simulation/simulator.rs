@@ -1,14 +1,14 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
 use super::Simulation;
-use crate::hybrid::{HybridSystem, Indicator};
+use crate::hybrid::Indicator;
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::sensitivity::Differentiable;
 #[cfg(feature = "sensitivities")]
 use crate::sensitivity::{Equations, Erased};
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
 use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError};
-use crate::system::{Shortcuts, System};
+use crate::system::System;
 use crate::variables::{Notices, ParameterError};
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One
@@ -41,12 +41,12 @@ macro_rules! run_sized {
 }
 
 /// A model's equations in motion.
-pub struct Simulator<E: Shortcuts<U>, const N: usize, const U: usize> {
+pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,
     session: Session,
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     /// A run of equations from their start; `N` is the number of their states, or more.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     }
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N, U> {
     fn time(&self) -> f64 {
         self.session.time
     }
@@ -138,7 +138,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
     fn rates(&self, computed: &mut [f64]) {
         let (u, slopes) = self.run.inputs();
         let derivatives =
-            self.run.consistent(|x, memory| HybridSystem::rates(self.run.system(), self.run.time(), x, &u, memory));
+            self.run.consistent(|x, memory| System::rates(self.run.system(), self.run.time(), x, &u, memory));
         self.differentiate((1.0, derivatives, slopes), &[], computed);
     }
 
@@ -191,7 +191,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Simulation for Simulator<E
     }
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Differentiable for Simulator<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Differentiable for Simulator<E, N, U> {
     #[cfg(feature = "sensitivities")]
     fn equations(&self) -> Option<Box<dyn Equations>> {
         let (_, memory) = self.run.state();

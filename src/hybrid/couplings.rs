@@ -1,10 +1,4 @@
-//! Which states change which others, and the Jacobian of a system in which most do not.
-
-use nalgebra::SMatrix;
-
-use super::HybridSystem;
-use super::system::DIRECTIONS;
-use crate::numbers::{Dual, Number};
+//! Couplings between states: which rates can depend on which states.
 
 /// Which rates can depend on which states, and in which direction each state is seeded so that no rate depends on two states of
 /// one direction: then a few directions tell the derivatives with respect to all states (Curtis, Powell, Reid 1974, Journal of
@@ -33,37 +27,6 @@ impl<const N: usize> Couplings<N> {
         }
         among
     }
-}
-
-/// The Jacobian as by [`jacobian_by_duals`](super::jacobian_by_duals), of which the entries that the couplings leave out, all of them zero, are not written.
-pub fn jacobian_by_couplings<H: HybridSystem<N, U> + ?Sized, const N: usize, const U: usize>(
-    system: &H,
-    couplings: &Couplings<N>,
-    time: f64,
-    x: &[f64; N],
-    u: &[f64; U],
-    memory: &H::Memory,
-    jacobian: &mut SMatrix<f64, N, N>,
-) -> [f64; N] {
-    let (time, u) = (Dual::constant(time), u.map(Dual::constant));
-    let mut derivatives = [0.0; N];
-    let directions = usize::from(couplings.direction.iter().copied().max().unwrap_or(0)) + 1;
-    for first in (0..directions).step_by(DIRECTIONS) {
-        let is_seeded = |state: usize| (first..first + DIRECTIONS).contains(&usize::from(couplings.direction[state]));
-        let mut seeded = x.map(Dual::<DIRECTIONS>::constant);
-        let mut chosen = 0;
-        for state in (0..N).filter(|state| is_seeded(*state)) {
-            seeded[state].slope[usize::from(couplings.direction[state]) - first] = 1.0;
-            chosen |= 1 << state;
-        }
-        for (row, rate) in system.derivatives(time, &seeded, &u, memory).iter().enumerate() {
-            derivatives[row] = rate.value;
-            for state in bits(couplings.rates[row] & chosen) {
-                jacobian[(row, state)] = rate.slope[usize::from(couplings.direction[state]) - first];
-            }
-        }
-    }
-    derivatives
 }
 
 /// The places of the bits that are set.

@@ -12,12 +12,10 @@ mod system;
 
 pub use couplings::Couplings;
 pub(crate) use couplings::bits;
-#[doc(hidden)]
-pub use couplings::jacobian_by_couplings;
 pub use indicators::{Indicator, UNUSED};
 pub use limits::Limits;
 pub use longest_steps::LongestSteps;
 pub use sample::Sample;
-pub use system::{Groups, Led, QUANTITIES, Stride};
 #[doc(hidden)]
-pub use system::{Held, HybridSystem, jacobian_by_duals};
+pub use system::Held;
+pub use system::{Groups, Led, QUANTITIES, Stride};

@@ -16,7 +16,7 @@ use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
 pub use crate::session::Start;
 use crate::start_sized;
-use crate::system::{Shortcuts, assert_sound, indicators, references, table};
+use crate::system::{System, assert_sound, indicators, references, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
 pub use crate::variables::{SettingError, Value};
 
@@ -40,7 +40,7 @@ pub struct Model {
 impl Model {
     /// The model of equations with `U` inputs, run with `N` states: as many as they have. Too few, and events that say too little
     /// of themselves, are refused when it is compiled; places to spare cost time, and change no bit.
-    pub const fn of<E: Shortcuts<U>, const U: usize, const N: usize>(
+    pub const fn of<E: System<U>, const U: usize, const N: usize>(
         name: &'static str,
         description: &'static str,
         experiment: Experiment,

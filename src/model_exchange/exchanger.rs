@@ -1,10 +1,10 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::hybrid::{HybridSystem, Indicator, Limits, UNUSED};
+use crate::hybrid::{Indicator, Limits, UNUSED};
 use crate::session::{Direction, Session, Snapshot, SnapshotError};
 use crate::solver::Counters;
-use crate::system::{MAX_KINKS, Shortcuts, state_name};
+use crate::system::{MAX_KINKS, System, state_name};
 use crate::variables::{Notices, ParameterError};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
@@ -25,7 +25,7 @@ const RETURN: f64 = 1e-2;
 const MAX_SWITCHES: usize = 100;
 
 /// A model's equations at states that a host integrates.
-pub struct Exchanger<E: Shortcuts<U>, const N: usize, const U: usize> {
+pub struct Exchanger<E: System<U>, const N: usize, const U: usize> {
     equations: E,
     session: Session,
     indicators: Vec<Indicator>,
@@ -58,7 +58,7 @@ struct State {
     led_by: Option<usize>,
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Equations at a time since their start, with the indicators of their model.
     // Compiled apart from the run that it begins with.
     #[inline(never)]
@@ -226,7 +226,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     }
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, U> {
     fn time(&self) -> f64 {
         self.session.time
     }
@@ -279,7 +279,7 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Exchange for Exchanger<E, 
     }
 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
-        let here = HybridSystem::rates(&self.equations, self.elapsed, &self.near, &self.inputs, &self.memory);
+        let here = System::rates(&self.equations, self.elapsed, &self.near, &self.inputs, &self.memory);
         if here.iter().any(|rate| !rate.is_finite()) {
             return Err(ExchangeError::NotFinite { time: self.session.time });
         }
@@ -456,8 +456,6 @@ mod tests {
             memory[1] += 1;
         }
     }
-
-    impl Shortcuts<0> for Busy {}
 
     fn busy(switches: usize, samples: usize) -> Exchanger<Busy, 0, 0> {
         let indicators =

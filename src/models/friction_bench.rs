@@ -20,7 +20,7 @@ use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicator
 use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
-use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::system::{System, Tables, references, table};
 use crate::variables::{Choice, Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
@@ -512,8 +512,6 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         [self.friction.law().notice(), None]
     }
 }
-
-impl<L: Laws> Shortcuts<INPUTS> for FrictionBench<L> {}
 
 #[cfg(test)]
 mod tests {

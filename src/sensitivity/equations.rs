@@ -6,11 +6,10 @@ use nalgebra::SMatrix;
 
 use super::leaves::{Leaf, Leaves};
 use super::variation::Piece;
-use crate::hybrid::HybridSystem;
 use crate::numbers::{Real, Scalar, Tangent};
 use crate::session::{Start, build, differentiate_varied};
 use crate::solver::Counters;
-use crate::system::{Shortcuts, System};
+use crate::system::System;
 
 /// What a run does to states and memory at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +125,7 @@ pub struct Erased<E: System<U>, const N: usize, const U: usize> {
     pub computed: usize,
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Erased<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Erased<E, N, U> {
     /// Number of computed variables without residuals and counters.
     fn own(&self) -> usize {
         self.computed - Counters::COUNT - E::RESIDUALS
@@ -140,7 +139,7 @@ fn array<const N: usize>(numbers: &[f64]) -> [f64; N] {
     array
 }
 
-impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N, U> {
+impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U> {
     fn under(&self, parameters: &[f64], slopes: &[f64]) -> Option<Box<dyn Equations>> {
         let start = Start { time: 0.0, parameters, inputs: &[0.0; U], tolerance: None };
         let (equations, _) = build::<E, U>(&start, slopes).ok()?;
@@ -207,12 +206,12 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
     }
 
     fn rates(&self, At { time, x, u }: At) -> Vec<f64> {
-        HybridSystem::<N, U>::rates(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
+        System::rates::<N>(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
     }
 
     fn jacobian(&self, At { time, x, u }: At) -> Vec<f64> {
         let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        Shortcuts::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian);
+        System::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian);
         jacobian.as_slice().to_vec()
     }
 
@@ -225,15 +224,15 @@ impl<E: Shortcuts<U>, const N: usize, const U: usize> Equations for Erased<E, N,
     }
 
     fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)> {
-        piece.cross::<N>((E::GROUPS, Shortcuts::is_chain(&self.equations)), columns, weights)
+        piece.cross::<N>((E::GROUPS, System::is_chain(&self.equations)), columns, weights)
     }
 
     fn later(&self, At { x, u, .. }: At, step: f64) -> Option<Vec<f64>> {
-        if E::LED == 0 || !Shortcuts::is_gentle(&self.equations) {
+        if E::LED == 0 || !System::is_gentle(&self.equations) {
             return None;
         }
-        let stride = Shortcuts::stride(&self.equations, step);
-        let led = Shortcuts::led::<N>(&self.equations, &array(x), &array(u), &self.memory, &stride);
+        let stride = System::stride(&self.equations, step);
+        let led = System::led::<N>(&self.equations, &array(x), &array(u), &self.memory, &stride);
         Some(led.end[..E::LED].to_vec())
     }
 

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::array;
 use super::event::Hermite;
-use crate::hybrid::{Held, HybridSystem, QUANTITIES};
+use crate::hybrid::{Held, QUANTITIES};
+use crate::system::System;
 
 /// The account of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -22,7 +23,7 @@ impl Balance {
     }
 
     /// Adds what a step brings, by Simpson's rule on the cubic through its ends.
-    pub fn add<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+    pub fn add<H: System<U>, const N: usize, const U: usize>(
         &mut self,
         system: &H,
         inputs: &Held<U>,

@@ -5,7 +5,8 @@ use nalgebra::SMatrix;
 use super::array;
 use super::linear::Solver;
 use super::trial::Trial;
-use crate::hybrid::{Held, HybridSystem};
+use crate::hybrid::Held;
+use crate::system::System;
 
 const MAX_ITERATIONS: usize = 30;
 
@@ -15,7 +16,7 @@ const CONVERGED: f64 = 1e-10;
 /// One step of size `h` by Newton's method; `None` if the iteration does not converge.
 // A function of its own: inlined, it would be optimised once more with what calls it.
 #[inline(never)]
-pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+pub fn step<H: System<U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
     x: &[f64; N],
@@ -24,7 +25,7 @@ pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
     h: f64,
     jacobians: &mut u64,
 ) -> Option<Trial<N>> {
-    let (end_time, scales) = (time + h, system.scales());
+    let (end_time, scales) = (time + h, system.scales::<N>());
     let u = inputs.at(end_time);
     let mut end = *x;
     let mut jacobian = SMatrix::zeros();

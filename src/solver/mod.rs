@@ -1,9 +1,8 @@
 //! A hybrid integrator: smooth segments with error control, events located between them.
 //!
-//! It knows the equations only through [`HybridSystem`](crate::hybrid::HybridSystem).
+//! It knows the equations only through [`System`](crate::system::System).
 
 mod balance;
-mod counters;
 mod error;
 mod event;
 mod implicit_euler;
@@ -15,8 +14,8 @@ mod runge_kutta;
 mod settings;
 mod trial;
 
+pub use crate::system::{Counters, Scheme, Tuning};
 pub use balance::Balance;
-pub use counters::Counters;
 pub use error::{Course, Rejection, StepError};
 #[doc(hidden)]
 pub use linear::Inverse;
@@ -26,7 +25,7 @@ pub use rosenbrock::RODAS;
 #[doc(hidden)]
 pub use run::{Mark, Progress, Run};
 #[doc(hidden)]
-pub use settings::{Scheme, Settings, Tuning};
+pub use settings::Settings;
 
 /// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to
 /// compile, and all of them again for each system.

@@ -6,7 +6,8 @@
 
 use super::linear::Solver;
 use super::trial::{Linearisation, Trial};
-use crate::hybrid::{Held, HybridSystem};
+use crate::hybrid::Held;
+use crate::system::System;
 
 const GAMMA: f64 = 0.25;
 
@@ -60,7 +61,7 @@ pub const RODAS: Table = Table {
 };
 
 /// One step of size `h`; `None` if it leads nowhere.
-pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+pub fn step<H: System<U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
     x: &[f64; N],

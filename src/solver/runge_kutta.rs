@@ -3,7 +3,8 @@
 use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
-use crate::hybrid::{Held, HybridSystem, Led};
+use crate::hybrid::{Held, Led};
+use crate::system::System;
 
 /// An explicit Runge-Kutta method in which each stage uses the one before only.
 pub struct Tableau {
@@ -28,7 +29,7 @@ impl Tableau {
     // One function for all these methods, which nobody takes for their speed.
     #[inline(never)]
     #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
-    pub fn step<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+    pub fn step<H: System<U>, const N: usize, const U: usize>(
         &self,
         system: &H,
         time: f64,
@@ -55,7 +56,7 @@ impl Tableau {
 }
 
 /// A step of an explicit method: from where, and how far.
-pub struct Stages<'a, H: HybridSystem<N, U>, const N: usize, const U: usize> {
+pub struct Stages<'a, H: System<U>, const N: usize, const U: usize> {
     /// The system.
     pub system: &'a H,
     /// Time in s at its start.
@@ -71,7 +72,7 @@ pub struct Stages<'a, H: HybridSystem<N, U>, const N: usize, const U: usize> {
     /// Its size in s.
     pub h: f64,
     /// States that follow held inputs alone are those of their closed form in every stage, if it is given. Their derivatives
-    /// are then left to [`HybridSystem::refresh`].
+    /// are then left to [`System::refresh`].
     pub led: Option<&'a Led<[f64; N]>>,
     /// A state that relaxes, and the weights that it takes in place of those of a method.
     pub relaxing: Option<(usize, &'a Relaxing)>,
@@ -87,7 +88,7 @@ pub struct Explicit<const N: usize> {
     pub bend: [f64; N],
 }
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
     /// One step of the classical method, with the error of one of order 3.
     ///
     /// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved

@@ -1,44 +1,6 @@
-//! The solver's parameters.
+//! How a run is integrated.
 
-use crate::variables::{ParameterSet, Variable, units};
-use crate::{enumeration, parameters};
-
-enumeration! {
-    /// An integration scheme; ids are never reused.
-    Scheme "SolverScheme": "Integration scheme" {
-        1 Adaptive: "Error control, by a Rosenbrock method of order 4 or, where nothing is stiff, the classical Runge-Kutta method (recommended)";
-        2 ExplicitEuler: "Explicit Euler method with fixed step";
-        3 ImplicitEuler: "Implicit Euler method with fixed step";
-        4 RK3: "Explicit Runge-Kutta method of order 3 with fixed step";
-        5 RK4: "Classical Runge-Kutta method of order 4 with fixed step";
-    }
-}
-
-const DEFAULT_TOLERANCE: f64 = 1e-6;
-
-parameters! {
-    /// The solver's parameters as a host sets them.
-    Tuning {
-        scheme: Scheme = Variable::choice(0, "scheme", Scheme::Adaptive)
-            .text("Integration scheme; all locate stick, slip and other events");
-        relative_tolerance: f64 = Variable::parameter(1, "relativeTolerance", units::ONE, DEFAULT_TOLERANCE)
-            .range(1e-12, 1e-2)
-            .text("Tolerance of the adaptive scheme; while at its default, a tolerance given by the host replaces it");
-        step: f64 = Variable::parameter(2, "step", units::SECOND, 1e-5)
-            .range(1e-9, 1.0)
-            .text("Step size of the fixed-step schemes");
-        max_steps: u64 = Variable::count(3, "maxStepsPerCommunicationStep", 0)
-            .range(0.0, f64::from(i32::MAX))
-            .text("Bound on solver steps (rejected ones included) within one communication step; beyond it the step is discarded. 0: one per microsecond of the step, at least 5,000, at most 1,000,000");
-    }
-}
-
-impl Tuning {
-    /// The variables in the group `solver`, with value references from `base`.
-    pub fn grouped(base: u32) -> Vec<Variable> {
-        Self::table().into_iter().map(|variable| variable.within("solver", base)).collect()
-    }
-}
+use crate::system::{DEFAULT_TOLERANCE, Scheme, Tuning};
 
 /// How a run is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,27 +2,29 @@
 //!
 //! | place | what lives there |
 //! |---|---|
-//! | [`System`] | what a model has to say: its tables, how it starts, how it changes, what it shows |
-//! | [`Shortcuts`] | what makes its runs faster; a model may leave all of it out |
+//! | [`System`] | a model: its tables, how it starts, how it changes, what it shows, what makes its runs faster |
 //! | [`Event`] | what can end a mode: its name, its indicator, and what it does |
 //! | [`Tables`], [`table`] | the variables of a model, and its table |
-//! | `sized` | a model as the solver sees it, with a number of states that is known when compiling |
 
 mod event;
-mod shortcuts;
-mod sized;
+mod jacobian;
+mod place;
+mod solving;
 mod tables;
 
 use std::ops::Range;
 
+use nalgebra::SMatrix;
 use serde::{Serialize, de::DeserializeOwned};
 
 pub(crate) use self::event::assert_sound;
 pub use self::event::{Event, Happening, Watch};
-pub use self::shortcuts::{Place, Shortcuts};
+pub use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
+pub use self::place::Place;
+pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
 pub use self::tables::{Tables, references, state_name, table};
-use crate::hybrid::{Indicator, Limits, QUANTITIES, Sample};
-use crate::numbers::Scalar;
+use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
+use crate::numbers::{Real, Scalar};
 use crate::variables::{Notices, ParameterError, StateSet, Values};
 
 /// The largest number of [kinks](System::kinks) of a model.
@@ -36,8 +38,7 @@ pub fn indicators<E: System<U>, const U: usize>() -> Vec<Indicator> {
 /// A model with `U` inputs: a hybrid system that is built from parameters and shows computed variables.
 ///
 /// Between events the states follow [`derivatives`](Self::derivatives) with a constant memory; a mode is valid while all
-/// [indicators](Self::indicators) are positive or zero. A model without events writes the methods that have no default, and
-/// an empty `impl` of [`Shortcuts`].
+/// [indicators](Self::indicators) are positive or zero. A model without events writes the methods that have no default.
 ///
 /// Arrays of states have a length `N` that the library chooses: at least the number of [states](Self::states), and more where
 /// a friction law has states. [`states!`](crate::states) knows the place of each.
@@ -78,6 +79,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Time derivatives of the states. They must be smooth functions of the states within a mode.
     fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
+
+    /// The derivatives in plain numbers.
+    #[inline(always)]
+    fn rates<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
+        self.derivatives(Real::of(time), &Real::all(x), &Real::all(u), memory).map(Real::value)
+    }
 
     /// Writes the computed variables in the order of the table, but for the residuals.
     fn outputs<S: Scalar, const N: usize>(
@@ -169,7 +176,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
-    /// whether the derivatives may have changed, apart from those that [`refresh`](Shortcuts::refresh) renews.
+    /// whether the derivatives may have changed, apart from those that [`refresh`](Self::refresh) renews.
     fn follow<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
         false
     }
@@ -258,5 +265,139 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// What is unusual about the parameters and the inputs.
     fn notices(&self, _u: &[f64; U]) -> Notices {
         Notices::default()
+    }
+
+    // What makes runs faster. A model may leave all of it out: nothing here changes what is computed, but for rounding and the
+    // error that the tolerance allows.
+    //
+    // Worth on the cylinder, whose plain step takes 4,300 instructions:
+    // - `is_gentle` with `is_smooth`: explicit steps in place of implicit ones with their Jacobian, a factor of two to four;
+    // - `LED` with `led` and `driven`: a fast actuator costs no small steps;
+    // - `RELAXING` with `relaxation`: explicit steps for a stiff bristle that slides;
+    // - `GROUPS` and `jacobian`: a sparse elimination and fewer directions, a third of an implicit step;
+    // - `refresh`, `indicators_hold`, `at_hand`: an evaluation of the equations each, where inputs jump or one output is read.
+
+    /// Which couplings between states the Jacobian has; all of them unless a system says so.
+    const GROUPS: Groups = [0, 0];
+
+    /// Whether states are coupled as in a chain under these parameters: in no [`GROUPS`](Self::GROUPS), but most of them not at
+    /// all. Matrices are then factorised without their zeros.
+    fn is_chain(&self) -> bool {
+        false
+    }
+
+    /// How many states, the first ones, follow the inputs alone, and have a closed form while these are held.
+    const LED: usize = 0;
+
+    /// A state that may relax within a step that is gentle otherwise; only in runs in which a friction law has states.
+    const RELAXING: Option<Place> = None;
+
+    /// A state at whose zeros the equations have most of their kinks: a velocity that bends bristles; only in runs in which a
+    /// friction law has states.
+    const TURNING: Option<Place> = None;
+
+    /// The [rates](Self::rates), of which those of the first [`LED`](Self::LED) states may be missing: where these have a closed
+    /// form, nobody asks how they change.
+    fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
+        self.rates(time, x, u, memory)
+    }
+
+    /// Time derivatives of the states, and their Jacobian, of which a system may leave out entries that are always
+    /// zero: the matrix given is zero at first and written by this system only.
+    fn jacobian<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; U],
+        memory: &Self::Memory,
+        jacobian: &mut SMatrix<f64, N, N>,
+    ) -> [f64; N] {
+        jacobian_by_duals(self, time, x, u, memory, jacobian)
+    }
+
+    /// Whether the indicators stay as they are where the inputs change from the first values to the second, and the memory
+    /// follows them.
+    fn indicators_hold(&self, _inputs: [&[f64; U]; 2]) -> bool {
+        false
+    }
+
+    /// Makes the derivatives that [`driven`](Self::driven) has given at the end of a step to these states those that
+    /// [`derivatives`](Self::derivatives) gives, with the same bits, after the memory has followed the step, and the inputs
+    /// have changed from the first values to the second. `false`, and nothing is changed, if that is no cheaper than to
+    /// evaluate them again.
+    fn refresh<const N: usize>(
+        &self,
+        _x: &[f64; N],
+        _inputs: [&[f64; U]; 2],
+        _memory: &Self::Memory,
+        _derivatives: &mut [f64; N],
+    ) -> bool {
+        false
+    }
+
+    /// What [`led`](Self::led) needs to know of a step of a size in s, whatever the states and the inputs.
+    fn stride(&self, size: f64) -> Stride {
+        Stride { size, half: [[0.0; 2]; 2] }
+    }
+
+    /// The states in a step, under inputs that are held and that the memory has followed; of each array the first
+    /// [`LED`](Self::LED).
+    fn led<const N: usize>(
+        &self,
+        x: &[f64; N],
+        _u: &[f64; U],
+        _memory: &Self::Memory,
+        _stride: &Stride,
+    ) -> Led<[f64; N]> {
+        Led { middle: *x, end: *x, bend: [0.0; N] }
+    }
+
+    /// Whether the equations change gently within a mode, so that accuracy, not stability, bounds the steps of an explicit
+    /// method. It may be wrong for some parameters: then steps cost more, but are as accurate.
+    fn is_gentle(&self) -> bool {
+        false
+    }
+
+    /// Whether something changes faster now than the error estimate of the explicit method can tell, such as a flow through a
+    /// valve that opens within a step. The difference from the midpoint rule then counts, too.
+    fn is_hasty(&self, _memory: &Self::Memory) -> bool {
+        false
+    }
+
+    /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
+    /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of gentle steps only, with the
+    /// derivatives at hand.
+    fn relaxation<const N: usize>(
+        &self,
+        _time: f64,
+        _x: &[f64; N],
+        _rates: &[f64; N],
+        _u: &[f64; U],
+        _memory: &Self::Memory,
+    ) -> f64 {
+        0.0
+    }
+
+    /// The longest explicit steps from these states.
+    fn longest_gentle_steps<const N: usize>(&self, _x: &[f64; N]) -> LongestSteps {
+        LongestSteps::UNLIMITED
+    }
+
+    /// Whether the equations are smooth, without a kink, along a step of a size in s from the first of these states, with
+    /// the first of these inputs, to the second.
+    fn is_smooth<const N: usize>(
+        &self,
+        _x: [&[f64; N]; 2],
+        _u: [&[f64; U]; 2],
+        _memory: &Self::Memory,
+        _step: f64,
+    ) -> bool {
+        true
+    }
+
+    /// The value of a computed variable, given by its place, if it takes no evaluation of the equations: as a rule one
+    /// that is a state. It is the same, bit for bit, as that of [`outputs`](Self::outputs).
+    fn at_hand<const N: usize>(&self, _place: usize, _x: &[f64; N], _memory: &Self::Memory) -> Option<f64> {
+        None
     }
 }

@@ -4,8 +4,7 @@ use std::any::TypeId;
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
 
-use super::{MAX_KINKS, System};
-use crate::solver::{Counters, Tuning};
+use super::{Counters, MAX_KINKS, System, Tuning};
 use crate::variables::{Meaning, ParameterError, Role, Table, Variable};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are

@@ -25,7 +25,7 @@ use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::system::{System, Tables, references, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -314,8 +314,6 @@ impl<L: Laws> System<1> for DrivenSlider<L> {
         [self.friction.law().notice(), None]
     }
 }
-
-impl<L: Laws> Shortcuts<1> for DrivenSlider<L> {}
 
 #[cfg(test)]
 mod tests {

@@ -27,7 +27,7 @@ use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{Shortcuts, System, Tables, table};
+use crate::system::{System, Tables, table};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -529,9 +529,7 @@ impl<L: Laws> System<2> for Festoon<L> {
     fn notices(&self, _u: &[f64; 2]) -> Notices {
         [self.friction[0].law().notice(), None]
     }
-}
 
-impl<L: Laws> Shortcuts<2> for Festoon<L> {
     fn is_chain(&self) -> bool {
         true
     }

@@ -150,12 +150,12 @@ mod tests {
 
     use super::*;
     use crate::friction::{Friction, LAWS};
-    use crate::hybrid::{jacobian_by_couplings, jacobian_by_duals};
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::MODEL;
     use crate::pneumatics::actuator::Actuator;
     use crate::session::build;
-    use crate::system::Shortcuts;
+    use crate::system::System;
+    use crate::system::{jacobian_by_couplings, jacobian_by_duals};
 
     type Extended = PneumaticServoCylinder<Friction, Actuator, true>;
 

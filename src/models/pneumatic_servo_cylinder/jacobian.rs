@@ -9,10 +9,10 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
 use super::states::{Inputs, State};
 use crate::friction::Laws;
-use crate::hybrid::{jacobian_by_couplings, jacobian_by_duals};
 use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
 use crate::pneumatics::actuator::{Actuators, FLOW, STATES};
+use crate::system::{jacobian_by_couplings, jacobian_by_duals};
 
 impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
@@ -146,7 +146,6 @@ fn scatter<const D: usize, const N: usize>(
 mod tests {
     use super::*;
     use crate::friction::{LAWS, MAX_STATES};
-    use crate::hybrid::HybridSystem;
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::{MODEL, Memory};
     use crate::session::build;
@@ -209,7 +208,7 @@ mod tests {
 
     #[test]
     fn jacobian_has_the_zeros_of_its_groups() {
-        let [second, third] = <PneumaticServoCylinder as HybridSystem<N, 3>>::GROUPS;
+        let [second, third] = <PneumaticServoCylinder as System<3>>::GROUPS;
         for case in cases() {
             moving(&case, |cylinder, x, u, memory| {
                 let mut jacobian = SMatrix::zeros();

@@ -31,7 +31,6 @@ mod places;
 mod rates;
 mod readings;
 mod sensors;
-mod shortcuts;
 mod start;
 mod states;
 mod system;
@@ -84,7 +83,7 @@ mod tests {
     use crate::model::Start;
     use crate::models::checks;
     use crate::session::build;
-    use crate::system::{Shortcuts, System};
+    use crate::system::System;
     use crate::variables::Variable;
 
     /// Messages call an event of a contact as a host calls its indicator, without the group.
@@ -144,11 +143,7 @@ mod tests {
             let unchanged = rates;
             equations.follow(0.0, &x, &inputs, &mut memory);
             assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
-            let expected = if is_refreshed {
-                crate::hybrid::HybridSystem::rates(&equations, 0.0, &x, &inputs, &memory)
-            } else {
-                unchanged
-            };
+            let expected = if is_refreshed { System::rates(&equations, 0.0, &x, &inputs, &memory) } else { unchanged };
             assert_eq!(rates.map(f64::to_bits), expected.map(f64::to_bits), "{inputs:?}");
             assert_eq!(equations.indicators_hold([&before, &inputs]), is_refreshed, "{inputs:?}");
         }

@@ -26,7 +26,7 @@ use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Number, Real, Scalar};
 use crate::start_sized;
-use crate::system::{Shortcuts, System, Tables, references, table};
+use crate::system::{System, Tables, references, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -374,8 +374,6 @@ impl<L: Laws> System<1> for VibroImpact<L> {
         [self.friction.law().notice(), None]
     }
 }
-
-impl<L: Laws> Shortcuts<1> for VibroImpact<L> {}
 
 #[cfg(test)]
 mod tests {

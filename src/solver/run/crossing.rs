@@ -1,11 +1,10 @@
 //! Events: found within a step, located, handled.
 
 use super::{Mark, Run, smallest_step};
-use crate::hybrid::HybridSystem;
 use crate::solver::array;
-use crate::solver::counters::Counters;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
+use crate::system::{Counters, System};
 
 /// Switches at one instant before it counts as chattering.
 const MAX_SWITCHES: usize = 100;
@@ -17,7 +16,7 @@ const GUESS: f64 = 1e-3;
 /// Trial steps to locate an event; one is enough as a rule.
 const MAX_REFINEMENTS: usize = 60;
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
     pub(super) fn dips_between(&self, h: f64, end: &[f64; N]) -> bool {
         let slope = &self.linearisation.derivatives;
@@ -178,7 +177,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
 }
 
 /// Switches until all indicators are valid, and returns them.
-pub(super) fn settle<H: HybridSystem<N, U>, const N: usize, const U: usize>(
+pub(super) fn settle<H: System<U>, const N: usize, const U: usize>(
     system: &H,
     time: f64,
     x: &mut [f64; N],

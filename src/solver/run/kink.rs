@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::Run;
-use crate::hybrid::HybridSystem;
 use crate::solver::event::Hermite;
+use crate::system::System;
 
 /// How well a kink is located, as a fraction of the step.
 const RESOLUTION: f64 = 1.0 / 4096.0;
@@ -35,7 +35,7 @@ impl Kink {
     }
 }
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// The first kink that a step of a size in s meets.
     #[inline(always)]
     pub(super) fn kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Option<Kink> {
@@ -58,7 +58,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         };
         let mut bracket = [0.0, 1.0];
         // As a rule it is where the motion turns: two looks show whether it is.
-        if let Some(turn) = H::TURNING.and_then(|state| path.zero(state, 0.1 * RESOLUTION)) {
+        if let Some(turn) = Self::TURNING.and_then(|state| path.zero(state, 0.1 * RESOLUTION)) {
             for near in [turn - 0.45 * RESOLUTION, turn + 0.45 * RESOLUTION] {
                 if bracket[0] < near && near < bracket[1] {
                     bracket = narrowed(bracket, near);

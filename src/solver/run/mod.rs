@@ -14,11 +14,12 @@ use self::choice::Choice;
 use self::strides::Strides;
 pub use self::trail::Mark;
 use super::balance::Balance;
-use super::counters::Counters;
 use super::error::StepError;
 use super::settings::Settings;
 use super::trial::Linearisation;
-use crate::hybrid::{Held, HybridSystem, QUANTITIES};
+use crate::hybrid::{Held, QUANTITIES};
+use crate::system::{Counters, Place, System};
+use crate::variables::StateSet;
 
 /// How far a run has come, apart from states and memory of its system.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ impl Progress {
 }
 
 /// A running hybrid system.
-pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
+pub struct Run<H: System<U>, const N: usize, const U: usize> {
     system: H,
     settings: Settings,
     /// Magnitudes of the states.
@@ -105,11 +106,23 @@ pub struct Run<H: HybridSystem<N, U>, const N: usize, const U: usize> {
     trail: Option<Vec<Mark>>,
 }
 
+/// The index of a state that counts where a friction law has states: with more states than the others.
+const fn with_friction(place: Option<Place>, n: usize, others: usize) -> Option<usize> {
+    match place {
+        Some(place) if n > others => Some(place.among(n)),
+        _ => None,
+    }
+}
+
 /// The largest step the adaptive scheme takes, in s.
 const MAX_STEP: f64 = 0.1;
 const FIRST_STEP: f64 = 1e-5;
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+    /// Indices of the states that [relax](System::RELAXING) and [turn](System::TURNING).
+    const RELAXING: Option<usize> = with_friction(H::RELAXING, N, H::State::OTHERS);
+    const TURNING: Option<usize> = with_friction(H::TURNING, N, H::State::OTHERS);
+
     /// A run from given states and memory.
     pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
         let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());

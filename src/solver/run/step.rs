@@ -2,15 +2,14 @@
 
 use super::kink::Kink;
 use super::{MAX_STEP, Run, smallest_step};
-use crate::hybrid::HybridSystem;
 use crate::numbers::{Dual, Scalar};
 use crate::solver::error::{Course, Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
-use crate::solver::settings::Scheme;
 use crate::solver::trial::Trial;
 use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
+use crate::system::{Scheme, System, state_name};
 
 const SAFETY: f64 = 0.9;
 /// Tolerance from which on the midpoint rule may take steps.
@@ -35,7 +34,7 @@ pub(super) enum Nonsense {
     Meaningless(&'static str),
 }
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
     // A function of its own: inlined, it would be optimised once more with what calls it.
     #[inline(never)]
@@ -175,9 +174,9 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
         let Trial { end, error } = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
-                let relaxing = H::RELAXING
+                let relaxing = Self::RELAXING
                     .and_then(|_| Relaxing::new(system.relaxation(time, x, &here.derivatives, &u, memory), h));
-                let relaxing = H::RELAXING.zip(relaxing.as_ref());
+                let relaxing = Self::RELAXING.zip(relaxing.as_ref());
                 let take = |stages: Stages<H, N, U>| match self.is_midpoint {
                     true => stages.midpoint(),
                     false => stages.classical(),
@@ -236,7 +235,7 @@ impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
     /// A state at the start of the step.
     fn course(&self, state: usize) -> Course {
         let (value, rate) = (self.x[state], self.linearisation.derivatives[state]);
-        Course { state: self.system.state_name(state), value, rate }
+        Course { state: state_name(&self.system, state, N), value, rate }
     }
 
     /// Leaves a step of a size in s, whose error is too large by a factor, to the classical method.

@@ -1,7 +1,7 @@
 //! What a run has done since somebody asked, mark by mark: for who does it again with numbers of his own.
 
 use super::Run;
-use crate::hybrid::HybridSystem;
+use crate::system::System;
 
 /// What a run does to its states and its memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub enum Mark {
     Arrives,
 }
 
-impl<H: HybridSystem<N, U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Leaves a trail from now on, or none.
     pub fn leave_trail(&mut self, leaves: bool) {
         self.trail = leaves.then(Vec::new);

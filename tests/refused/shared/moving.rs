@@ -61,9 +61,7 @@ macro_rules! moving {
             }
         }
 
-        impl Shortcuts<0> for Moving {}
-
-        pub const MODEL: Model = Model::of::<Moving, 0, $states>(
+                pub const MODEL: Model = Model::of::<Moving, 0, $states>(
             "Moving",
             "What moves",
             Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },

@@ -215,4 +215,3 @@ impl System<2> for QuarterCar {
     }
 }
 
-impl Shortcuts<2> for QuarterCar {}
