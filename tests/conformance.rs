@@ -68,7 +68,9 @@ parameters! {
 impl FrictionLaw for Silent {
     type Memory = f64;
 
-    const FOLLOWS: &'static [Drive] = &[Drive::Motion];
+    fn follows(&self) -> &'static [Drive] {
+        &[Drive::Motion]
+    }
 
     fn start(&self, contact: &Contact<f64>) -> f64 {
         sign(contact.velocity)

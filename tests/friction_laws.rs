@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use bounds::close;
 use pneumatic_servo::conformance;
-use pneumatic_servo::friction::{Friction, LAWS, Law, Laws};
+use pneumatic_servo::friction::{Friction, FrictionLaw, LAWS, Law};
 use pneumatic_servo::variables::Choice;
 use rig::Rig;
 
@@ -105,7 +105,7 @@ fn restored_runs_repeat_every_bit() {
 /// friction no larger than Coulomb friction.
 #[test]
 fn steep_and_flat_stribeck_curves_are_integrated() {
-    let table = Friction::table("friction", 0, Law::None.id());
+    let table = Friction::table_within("friction", 0, Law::None.id());
     for law in laws() {
         let group = format!("friction.{}", law_group(law));
         let has = |name: &str| table.iter().any(|variable| variable.name == format!("{group}.{name}"));
@@ -131,7 +131,7 @@ fn steep_and_flat_stribeck_curves_are_integrated() {
 /// Whatever the law: where sliding takes more than holding, nothing could rest, and the name and the value are refused.
 #[test]
 fn coulomb_above_static_friction_is_refused_by_every_law_that_has_both() {
-    let table = Friction::table("friction", 0, Law::None.id());
+    let table = Friction::table_within("friction", 0, Law::None.id());
     let mut refused = 0;
     for law in laws() {
         let group = format!("friction.{}", law_group(law));

@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use super::{Random, run};
-use crate::friction::{Contact, Drive, Event, Laws, MAX_STATES};
+use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES};
 use crate::hybrid::UNUSED;
 use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
 use crate::numbers::{Dual, Real, Scalar};
-use crate::variables::{Choice, Tunable};
+use crate::variables::{Kind, Meaning, Tunable};
 
 /// What is claimed of a law besides what every law promises.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +26,7 @@ pub const LEAST: f64 = 0.1;
 pub const MOST: f64 = 1.9;
 
 /// The friction bench with the laws of a catalogue.
-pub fn bench<L: Laws>() -> &'static Model {
+pub fn bench<L: FrictionLaw>() -> &'static Model {
     const { &friction_bench::model::<L>() }
 }
 
@@ -34,7 +34,7 @@ pub fn bench<L: Laws>() -> &'static Model {
 ///
 /// # Panics
 /// When the catalogue has no such law.
-pub fn benched<L: Laws>(law: &str, drive: &str) -> Setup {
+pub fn benched<L: FrictionLaw>(law: &str, drive: &str) -> Setup {
     let of = |setup: Setup, name: &str, item: &str| {
         setup.set(name, item).unwrap_or_else(|error| panic!("the friction bench: {error}"))
     };
@@ -45,7 +45,7 @@ pub fn benched<L: Laws>(law: &str, drive: &str) -> Setup {
 ///
 /// # Panics
 /// When a promise is not kept, or the catalogue has no such law.
-pub fn law<L: Laws>(law: &str, claims: Claims) {
+pub fn law<L: FrictionLaw>(law: &str, claims: Claims) {
     derivatives::<L>(law);
     unchanged::<L>(law);
     if claims.odd {
@@ -64,18 +64,22 @@ pub fn law<L: Laws>(law: &str, claims: Claims) {
 }
 
 /// A law of a catalogue with its defaults.
-fn default_law<L: Laws>(law: &str) -> L {
-    let id = L::Law::ENUMERATION.id(law).unwrap_or_else(|| panic!("the catalogue has no law {law}"));
-    let values: Vec<_> =
-        L::table("friction", 0, id).iter().filter_map(|variable| variable.start).map(Tunable::still).collect();
-    L::new(&values, "friction").unwrap_or_else(|error| panic!("the defaults of {law}: {error}"))
+fn default_law<L: FrictionLaw>(law: &str) -> L {
+    let id = L::table().iter().find_map(|variable| match variable.kind {
+        Kind::Enumeration(laws) if variable.meaning == Some(Meaning::FrictionLaw) => laws.id(law),
+        _ => None,
+    });
+    let id = id.unwrap_or_else(|| panic!("the catalogue has no law {law}"));
+    let table = L::table_within("friction", 0, id);
+    let values: Vec<_> = table.iter().filter_map(|variable| variable.start).map(Tunable::still).collect();
+    L::read(&values).unwrap_or_else(|error| panic!("the defaults of {law}: {}", error.within("friction")))
 }
 
 /// Variables of the equations: velocity, position, applied force, level, then the states.
 const DIRECTIONS: usize = 4 + MAX_STATES;
 
 /// The rates of the states and the friction force.
-fn evaluate<L: Laws, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &[S]) -> Vec<S> {
+fn evaluate<L: FrictionLaw, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &[S]) -> Vec<S> {
     let contact =
         Contact { time: S::constant(0.1), velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
     let mut rates = vec![S::zero(); law.states()];
@@ -85,7 +89,7 @@ fn evaluate<L: Laws, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &
 }
 
 /// The same in plain numbers.
-fn plain<L: Laws>(law: &L, drive: Drive, memory: &L::Memory, at: &[f64; DIRECTIONS]) -> Vec<f64> {
+fn plain<L: FrictionLaw>(law: &L, drive: Drive, memory: &L::Memory, at: &[f64; DIRECTIONS]) -> Vec<f64> {
     evaluate(law, drive, memory, &Real::all(at)).into_iter().map(Real::value).collect()
 }
 
@@ -94,7 +98,7 @@ fn plain<L: Laws>(law: &L, drive: Drive, memory: &L::Memory, at: &[f64; DIRECTIO
 ///
 /// # Panics
 /// When one is another, or the law uses an event that it does not declare.
-pub fn derivatives<L: Laws>(name: &str) {
+pub fn derivatives<L: FrictionLaw>(name: &str) {
     let law = default_law::<L>(name);
     let mut random = Random(u64::from(name.len() as u32));
     for round in 0..200 {
@@ -107,7 +111,8 @@ pub fn derivatives<L: Laws>(name: &str) {
         let mut contact = Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
         let mut memory = law.start(&contact);
         for _ in 0..20 {
-            let indicators = law.indicators(&contact, &at[4..], &memory);
+            let mut indicators = Indicators::default();
+            law.indicators(&contact, &at[4..], &memory, &mut indicators);
             for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {
                 assert_eq!(indicators[event], UNUSED, "{name} does not declare {event:?}");
             }
@@ -146,7 +151,7 @@ pub fn derivatives<L: Laws>(name: &str) {
 ///
 /// # Panics
 /// When it gives others.
-pub fn unchanged<L: Laws>(name: &str) {
+pub fn unchanged<L: FrictionLaw>(name: &str) {
     let law = default_law::<L>(name);
     let mut random = Random(u64::from(name.len() as u32));
     for round in 0..400 {
@@ -175,7 +180,7 @@ pub fn unchanged<L: Laws>(name: &str) {
 ///
 /// # Panics
 /// When it does not.
-pub fn mirrored<L: Laws>(law: &str) {
+pub fn mirrored<L: FrictionLaw>(law: &str) {
     for drive in ["PrescribedMotion", "SpringPull", "Free"] {
         let mut setup = benched::<L>(law, drive);
         setup.change("driveVelocity", 0.0).expect("a velocity");

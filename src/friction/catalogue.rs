@@ -1,93 +1,9 @@
 //! A catalogue of friction laws: one line for each law, from which the enumeration, the parameter table and the dispatch are
 //! made. The laws of this library are one catalogue; another crate makes its own with [`laws!`](crate::laws).
 
-use serde::{Serialize, de::DeserializeOwned};
-
-use super::event::{Event, Indicators};
-use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
-use crate::hybrid::Sample;
+use super::law::{Contact, FrictionLaw, MAX_STATES};
 use crate::numbers::Scalar;
-use crate::variables::{Choice, Notice, ParameterError, Tunable, Values, Variable};
-
-/// A friction law chosen at run time among those of a catalogue, with its parameters.
-///
-/// [`laws!`](crate::laws) writes the implementation; each method does what that of [`FrictionLaw`] does.
-#[allow(missing_docs, reason = "each method is that of the law, where it is described")]
-pub trait Laws: Clone + std::fmt::Debug + Send + Sync + 'static {
-    /// The choice of a law.
-    type Law: Choice + std::fmt::Debug + PartialEq;
-
-    /// The memory of the law that is chosen.
-    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
-
-    /// Number of all parameters, that of the choice included.
-    const LEN: usize;
-
-    /// Variables of the choice and of every law, in groups below `group`; value references from `base`. The default is the
-    /// law of an id, or the first one if the catalogue has no such law.
-    fn table(group: &str, base: u32, default: i32) -> Vec<Variable>;
-
-    /// Builds the chosen law from values in the order of the table.
-    ///
-    /// # Errors
-    /// [`ParameterError`] when the values of the chosen law do not fit together.
-    fn new(values: &[Tunable], group: &str) -> Result<Self, ParameterError>;
-
-    /// The same from the next values of a model.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    fn read(values: &mut Values, group: &str) -> Result<Self, ParameterError> {
-        Self::new(values.take(Self::LEN)?, group)
-    }
-
-    /// The law in words, for messages.
-    fn title(&self) -> &'static str;
-
-    /// Whether a memory belongs to this law.
-    fn owns(&self, memory: &Self::Memory) -> bool;
-
-    #[doc(hidden)]
-    fn states(&self) -> usize;
-    #[doc(hidden)]
-    fn events(&self) -> &'static [Event];
-    #[doc(hidden)]
-    fn stiction(&self) -> Stiction;
-    #[doc(hidden)]
-    fn asks_for_applied_force(&self) -> bool;
-    #[doc(hidden)]
-    fn is_gentle(&self) -> bool;
-    #[doc(hidden)]
-    fn follows(&self, drive: Drive) -> bool;
-    #[doc(hidden)]
-    fn state_kind(&self) -> StateKind;
-    #[doc(hidden)]
-    fn state_scale(&self) -> f64;
-    #[doc(hidden)]
-    fn max_step(&self) -> f64;
-    #[doc(hidden)]
-    fn depends_on_time(&self) -> bool;
-    #[doc(hidden)]
-    fn notice(&self) -> Option<Notice>;
-    #[doc(hidden)]
-    fn start(&self, contact: &Contact<f64>) -> Self::Memory;
-    #[doc(hidden)]
-    fn is_sticking(memory: &Self::Memory) -> bool;
-    #[doc(hidden)]
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
-    #[doc(hidden)]
-    fn relaxation(&self, contact: &Contact<f64>, state: [f64; 2], memory: &Self::Memory) -> f64;
-    #[doc(hidden)]
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Self::Memory) -> Indicators;
-    #[doc(hidden)]
-    fn switch(&self, event: Event, at: &Contact<f64>, velocity: &mut f64, z: &mut [f64], memory: &mut Self::Memory);
-    #[doc(hidden)]
-    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Self::Memory) -> bool;
-    #[doc(hidden)]
-    fn next_sample(&self, memory: &Self::Memory) -> Sample;
-    #[doc(hidden)]
-    fn sample(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Self::Memory);
-}
+use crate::variables::ParameterError;
 
 /// The force of one law: a function of its own, so that a short law does not save the registers that a long one needs.
 #[doc(hidden)]
@@ -219,13 +135,16 @@ macro_rules! law_items {
         }
 
         const _: () = {
-            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, Laws, StateKind, Stiction};
+            use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, StateKind, Stiction};
             use $crate::hybrid::Sample;
             use $crate::numbers::Scalar;
             use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
-            /// Runs an expression with the law and its memory, whatever law it is.
-            macro_rules! dispatch {
+            /// An expression of the law that is chosen, or of it and its memory.
+            macro_rules! of_law {
+                ($self_:expr, |$l:ident| $body:expr) => {
+                    match $self_ { $(Friction::$law($l) => $body),* }
+                };
                 ($self_:expr, $memory:expr, |$l:ident, $m:ident| $body:expr) => {
                     match $self_ {
                         $(Friction::$law($l) => match $memory {
@@ -237,117 +156,97 @@ macro_rules! law_items {
                 };
             }
 
-            impl Laws for Friction {
-                type Law = Law;
-                type Memory = Memory;
-
+            /// The choice of the law, then the parameters of every law in a group of its own.
+            impl ParameterSet for Friction {
                 const LEN: usize = 1 $(+ <$type as ParameterSet>::LEN)*;
 
-                fn table(group: &str, base: u32, default: i32) -> Vec<Variable> {
-                    let default = Law::from_id(default.into()).unwrap_or([$(Law::$law),*][0]);
-                    let law = Variable::choice(0, "law", default).text("Friction law of the contact").meaning(Meaning::FrictionLaw);
-                    let mut table = vec![law.within(group, base)];
+                fn table() -> Vec<Variable> {
+                    let first = [$(Law::$law),*][0];
+                    let law = Variable::choice(0, "law", first).text("Friction law of the contact");
+                    let mut table = vec![law.meaning(Meaning::FrictionLaw)];
                     $({
-                        let (group, first) = (format!("{group}.{}", $group), base.saturating_add(100 * $id));
                         let own = <$type as ParameterSet>::table().into_iter();
-                        table.extend(own.map(|variable| variable.within(&group, first).counts_for(base, $id)));
+                        table.extend(own.map(|variable| variable.within($group, 100 * $id).counts_for(0, $id)));
                     })*
                     table
                 }
 
-                fn new(values: &[Tunable], group: &str) -> Result<Self, ParameterError> {
+                fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
                     let id = values[0].value;
-                    let chosen = Law::from_id(id).ok_or_else(|| {
-                        ParameterError::new("law", id, "it must be one of the items of FrictionLaw").within(group)
-                    })?;
+                    let chosen = Law::from_id(id)
+                        .ok_or_else(|| ParameterError::new("law", id, "it must be one of the items of FrictionLaw"))?;
                     let rest = &values[1..];
                     $(
                         let (own, rest) = rest.split_at(<$type as ParameterSet>::LEN);
                         if chosen == Law::$law {
                             let law = <$type as ParameterSet>::read(own).and_then($crate::friction::catalogue::checked);
-                            return law.map(Friction::$law).map_err(|error| error.within($group).within(group));
+                            return law.map(Friction::$law).map_err(|error| error.within($group));
                         }
                     )*
                     unreachable!("every law has its line; {} values are left", rest.len())
                 }
+            }
+
+            impl FrictionLaw for Friction {
+                type Memory = Memory;
 
                 fn title(&self) -> &'static str {
                     match self { $(Friction::$law(_) => concat!("friction law ", stringify!($law))),* }
                 }
-
                 fn owns(&self, memory: &Memory) -> bool {
                     matches!((self, memory), $((Friction::$law(_), Memory::$law(_)))|*)
                 }
-
                 fn states(&self) -> usize {
-                    match self { $(Friction::$law(law) => law.states()),* }
+                    of_law!(self, |law| law.states())
                 }
-
                 fn events(&self) -> &'static [Event] {
-                    match self { $(Friction::$law(law) => law.events()),* }
+                    of_law!(self, |law| law.events())
                 }
-
                 fn stiction(&self) -> Stiction {
-                    match self { $(Friction::$law(_) => <$type as FrictionLaw>::STICTION),* }
+                    of_law!(self, |law| law.stiction())
                 }
-
                 fn asks_for_applied_force(&self) -> bool {
-                    match self { $(Friction::$law(_) => <$type as FrictionLaw>::ASKS_FOR_APPLIED_FORCE),* }
+                    of_law!(self, |law| law.asks_for_applied_force())
                 }
-
                 fn is_gentle(&self) -> bool {
-                    match self { $(Friction::$law(law) => law.is_gentle()),* }
+                    of_law!(self, |law| law.is_gentle())
                 }
-
-                fn follows(&self, drive: Drive) -> bool {
-                    match self { $(Friction::$law(_) => <$type as FrictionLaw>::FOLLOWS.contains(&drive)),* }
+                fn follows(&self) -> &'static [Drive] {
+                    of_law!(self, |law| law.follows())
                 }
-
                 fn state_kind(&self) -> StateKind {
-                    match self { $(Friction::$law(law) => law.state_kind()),* }
+                    of_law!(self, |law| law.state_kind())
                 }
-
                 fn state_scale(&self) -> f64 {
-                    match self { $(Friction::$law(law) => law.state_scale()),* }
+                    of_law!(self, |law| law.state_scale())
                 }
-
                 fn max_step(&self) -> f64 {
-                    match self { $(Friction::$law(law) => law.max_step()),* }
+                    of_law!(self, |law| law.max_step())
                 }
-
                 fn depends_on_time(&self) -> bool {
-                    match self { $(Friction::$law(law) => law.depends_on_time()),* }
+                    of_law!(self, |law| law.depends_on_time())
                 }
-
                 fn notice(&self) -> Option<Notice> {
-                    match self { $(Friction::$law(law) => law.notice()),* }
+                    of_law!(self, |law| law.notice())
                 }
-
                 fn start(&self, contact: &Contact<f64>) -> Memory {
                     match self { $(Friction::$law(law) => Memory::$law(law.start(contact))),* }
                 }
-
                 fn is_sticking(memory: &Memory) -> bool {
                     match memory { $(Memory::$law(memory) => <$type as FrictionLaw>::is_sticking(memory)),* }
                 }
-
                 fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
-                    dispatch!(self, memory, |law, memory| {
+                    of_law!(self, memory, |law, memory| {
                         $crate::friction::catalogue::force(law, contact, z, memory, rates)
                     })
                 }
-
                 fn relaxation(&self, contact: &Contact<f64>, state: [f64; 2], memory: &Memory) -> f64 {
-                    dispatch!(self, memory, |law, memory| law.relaxation(contact, state, memory))
+                    of_law!(self, memory, |law, memory| law.relaxation(contact, state, memory))
                 }
-
                 #[inline(always)]
-                fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory) -> Indicators {
-                    let mut indicators = Indicators::default();
-                    dispatch!(self, memory, |law, memory| law.indicators(contact, z, memory, &mut indicators));
-                    indicators
+                fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
+                    of_law!(self, memory, |law, memory| law.indicators(contact, z, memory, out))
                 }
-
                 fn switch(
                     &self,
                     event: Event,
@@ -356,19 +255,16 @@ macro_rules! law_items {
                     z: &mut [f64],
                     memory: &mut Memory,
                 ) {
-                    dispatch!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory));
+                    of_law!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory))
                 }
-
                 fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) -> bool {
-                    dispatch!(self, memory, |law, memory| law.follow(contact, z, memory))
+                    of_law!(self, memory, |law, memory| law.follow(contact, z, memory))
                 }
-
                 fn next_sample(&self, memory: &Memory) -> Sample {
-                    dispatch!(self, memory, |law, memory| law.next_sample(memory))
+                    of_law!(self, memory, |law, memory| law.next_sample(memory))
                 }
-
                 fn sample(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
-                    dispatch!(self, memory, |law, memory| law.sample(contact, z, memory));
+                    of_law!(self, memory, |law, memory| law.sample(contact, z, memory))
                 }
             }
         };

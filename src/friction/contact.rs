@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use super::catalogue::Laws;
 use super::event::{Event, Indicators};
-use super::law::{Contact, Drive, MAX_STATES, StateKind, Stiction};
+use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use super::registry::Friction;
 use super::states;
 use crate::hybrid::Sample;
@@ -12,7 +11,7 @@ use crate::numbers::{Dual, Scalar};
 
 /// A friction law and the place of its states; a model may hold several.
 ///
-/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [memory](Laws::Memory) for each among its own.
+/// A model says how its contact moves and what loads it ([`Contact`]), and keeps a [memory](FrictionLaw::Memory) for each among its own.
 #[derive(Clone, Debug)]
 pub struct FrictionContact<L = Friction> {
     law: L,
@@ -35,7 +34,7 @@ pub struct FrictionContact<L = Friction> {
     references: u32,
 }
 
-impl<L: Laws> FrictionContact<L> {
+impl<L: FrictionLaw> FrictionContact<L> {
     /// A contact under a law, whose states begin at an index among those of the model, and whose variables count from a
     /// value reference.
     pub fn new(law: L, drive: Drive, first: usize, references: u32) -> Self {
@@ -44,7 +43,7 @@ impl<L: Laws> FrictionContact<L> {
         Self {
             drive,
             holds_exactly,
-            follows: law.follows(drive),
+            follows: law.follows().contains(&drive),
             is_gentle: law.is_gentle(),
             has_events: !law.events().is_empty(),
             max_step: law.max_step(),
@@ -171,7 +170,9 @@ impl<L: Laws> FrictionContact<L> {
     /// The event indicators in the present mode.
     #[inline(always)]
     pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &L::Memory) -> Indicators {
-        self.law.indicators(contact, &x[self.states()], memory)
+        let mut indicators = Indicators::default();
+        self.law.indicators(contact, &x[self.states()], memory, &mut indicators);
+        indicators
     }
 
     /// Whether any mode of the law can end.

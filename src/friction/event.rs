@@ -4,7 +4,7 @@ use std::ops::{Index, IndexMut};
 
 use crate::hybrid::{Indicator, UNUSED};
 
-/// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::EVENTS).
+/// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
 ///
 /// Of several at one instant the first in this order is handled first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

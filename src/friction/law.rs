@@ -5,7 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::event::{Event, Indicators};
 use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar};
-use crate::variables::{Notice, ParameterError, ParameterSet};
+use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Variable};
 
 /// The largest number of continuous states a law may have.
 pub const MAX_STATES: usize = 10;
@@ -87,20 +87,35 @@ impl Contact<Real> {
 )]
 pub trait FrictionLaw: ParameterSet {
     /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
-    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned;
+    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// How the law holds the mass.
-    const STICTION: Stiction = Stiction::None;
-
-    /// The events that can end a mode of the law.
-    const EVENTS: &'static [Event] = &[];
+    fn stiction(&self) -> Stiction {
+        Stiction::None
+    }
 
     /// Whether the law asks the applied force of a sliding mass, too, where others only do at rest. Under a prescribed motion,
     /// which has none, it is then given one beyond all friction, towards the velocity while the speed grows, else against it.
-    const ASKS_FOR_APPLIED_FORCE: bool = false;
+    fn asks_for_applied_force(&self) -> bool {
+        false
+    }
 
     /// The drives under which the memory [follows](Self::follow) the motion.
-    const FOLLOWS: &'static [Drive] = &[];
+    fn follows(&self) -> &'static [Drive] {
+        &[]
+    }
+
+    /// The variables of the parameters in a group, with value references from `base`. Of a catalogue the law of an id is
+    /// chosen at first, if there is one.
+    fn table_within(group: &str, base: u32, default: i32) -> Vec<Variable> {
+        let chosen = |variable: Variable| match &variable.kind {
+            Kind::Enumeration(laws) if variable.meaning == Some(Meaning::FrictionLaw) && laws.has(default.into()) => {
+                Variable { start: Some(default.into()), ..variable }
+            }
+            _ => variable,
+        };
+        Self::table().into_iter().map(|variable| chosen(variable).within(group, base)).collect()
+    }
 
     /// Checks that parameters which are legal one by one fit together.
     ///
@@ -110,9 +125,9 @@ pub trait FrictionLaw: ParameterSet {
         Ok(())
     }
 
-    /// The events that its parameters leave possible.
+    /// The events that can end a mode of the law under its parameters.
     fn events(&self) -> &'static [Event] {
-        Self::EVENTS
+        &[]
     }
 
     /// Whether the force changes gently with velocity, position and states within a mode: not like a bristle that
@@ -192,8 +207,18 @@ pub trait FrictionLaw: ParameterSet {
         None
     }
 
-    /// Whether the law holds the mass now (the output `sticking`), if it has any [stiction](Self::STICTION).
+    /// Whether the law holds the mass now (the output `sticking`), if it has any [stiction](Self::stiction).
     fn is_sticking(_memory: &Self::Memory) -> bool {
         false
+    }
+
+    /// The law in words, for messages.
+    fn title(&self) -> &'static str {
+        ""
+    }
+
+    /// Whether a memory, read from a saved state, can belong to this law.
+    fn owns(&self, _memory: &Self::Memory) -> bool {
+        true
     }
 }

@@ -26,7 +26,6 @@ pub mod parts;
 mod registry;
 pub mod states;
 
-pub use catalogue::Laws;
 pub use contact::{FrictionContact, Observation};
 pub use event::{Event, Indicators};
 pub use law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};

@@ -111,14 +111,14 @@ pub fn write<S: Scalar>(of: StateKind, states_and_rates: [[S; MAX_STATES]; 2], s
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Friction, LAWS, Law, Laws};
-    use crate::variables::{Choice, Tunable};
+    use crate::friction::{Friction, FrictionLaw, LAWS, Law};
+    use crate::variables::{Choice, ParameterSet, Tunable};
 
     /// A law built from its defaults.
     fn default_law(law: Law) -> Friction {
-        let table = Friction::table("", 0, law.id());
+        let table = Friction::table_within("", 0, law.id());
         let values: Vec<_> = table.iter().filter_map(|variable| variable.start).map(Tunable::still).collect();
-        Friction::new(&values, "friction").expect("defaults that fit together")
+        Friction::read(&values).expect("defaults that fit together")
     }
 
     #[test]

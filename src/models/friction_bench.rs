@@ -16,7 +16,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::Simulation;
-use crate::friction::{self, Contact, Event, Friction, FrictionContact, Indicators, Law, Laws, MAX_STATES, states};
+use crate::friction::{
+    self, Contact, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
+};
 use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
@@ -28,7 +30,7 @@ use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 pub const MODEL: Model = model::<Friction>();
 
 /// The model with the laws of a catalogue.
-pub const fn model<L: Laws>() -> Model {
+pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "FrictionBench",
         description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
@@ -49,7 +51,7 @@ pub const fn model<L: Laws>() -> Model {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     start_sized!(
         start,
         FrictionBench<L>,
@@ -231,7 +233,7 @@ impl Trend {
 /// A force in N beyond everything that a friction law can answer with.
 const OVERWHELMING: f64 = 1e12;
 
-impl<L: Laws> FrictionBench<L> {
+impl<L: FrictionLaw> FrictionBench<L> {
     /// Velocity of the mass: as prescribed, or the state, unless the friction law holds the position.
     fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory<L::Memory>) -> S {
         match self.p.drive {
@@ -316,7 +318,7 @@ impl<L: Laws> FrictionBench<L> {
     }
 }
 
-impl<L: Laws> System<INPUTS> for FrictionBench<L> {
+impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     type Parameters = Parameters;
     type State = State;
     type Memory = Memory<L::Memory>;
@@ -330,14 +332,15 @@ impl<L: Laws> System<INPUTS> for FrictionBench<L> {
         Tables {
             inputs: Inputs::table(),
             computed: Outputs::<f64>::table().into_iter().chain(states).collect(),
-            parameters: [Parameters::table(), L::table("friction", references::FRICTION, Law::Stribeck.id())].concat(),
+            parameters: [Parameters::table(), L::table_within("friction", references::FRICTION, Law::Stribeck.id())]
+                .concat(),
         }
     }
 
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
         let p: Parameters = values.read()?;
         let drive = if p.drive.prescribes() { friction::Drive::Motion } else { friction::Drive::Force };
-        let law = L::read(values, "friction")?;
+        let law = values.read_group("friction")?;
         let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
         Ok(Self { p, friction })
     }

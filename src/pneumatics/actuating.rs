@@ -17,6 +17,8 @@ pub const FLOW: usize = 1;
 
 /// Value reference of the input that commands an actuator, a voltage.
 pub const VOLTAGE: u32 = 1;
+/// Value reference of the parameter that chooses among actuators.
+pub const ACTUATION: u32 = 1032;
 /// Value reference of the input that is the supply pressure.
 pub const SUPPLY: u32 = 3;
 
@@ -41,21 +43,8 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// Its parameters.
     type Parameters: ParameterSet;
 
-    /// Value references of the variables of its states, by their places; `None` where it has no state.
-    const VARIABLES: [Option<u32>; STATES];
-
-    /// Value references of the states and inputs on which the inflow of each chamber depends.
-    const FEEDS: [&'static [u32]; 2];
-
     /// Number of its computed variables.
     const COMPUTED: usize;
-
-    /// Whether it changes by itself at points in time.
-    const IS_SAMPLED: bool = false;
-
-    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the voltage is held. Without
-    /// it runs take implicit steps only, which cost two to four times as much.
-    const HAS_CLOSED_FORM: bool = false;
 
     /// Builds it.
     ///
@@ -65,6 +54,39 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// Its computed variables.
     fn computed() -> Vec<Variable>;
+
+    /// Value references of the states and inputs on which the inflow of a chamber depends, 0 for A and 1 for B.
+    fn feeds(chamber: usize) -> Vec<u32>;
+
+    /// Value references of the variables of its states, by their places; `None` where it has no state.
+    fn variables(&self) -> [Option<u32>; STATES];
+
+    /// Place of the state that a variable stands for, if the actuator has it.
+    fn state_at(&self, reference: u32) -> Option<usize> {
+        self.variables().iter().position(|variable| *variable == Some(reference))
+    }
+
+    /// Whether the supply pressure, an input, has a part in what flows.
+    fn has_supply(&self) -> bool {
+        Self::feeds(0).contains(&SUPPLY)
+    }
+
+    /// Whether what flows depends on the state that as a rule only leads to the other one.
+    fn feeds_by_both_states(&self) -> bool {
+        self.variables()[0].is_some_and(|state| [0, 1].iter().any(|chamber| Self::feeds(*chamber).contains(&state)))
+    }
+
+    /// Whether it changes by itself at points in time.
+    #[inline(always)]
+    fn is_sampled(&self) -> bool {
+        false
+    }
+
+    /// Whether [`half`](Self::half) and [`later`](Self::later) have its states in closed form while the voltage is held. Without
+    /// it runs take implicit steps only, which cost two to four times as much.
+    fn has_closed_form(&self) -> bool {
+        false
+    }
 
     /// Magnitudes of its states, for error control.
     fn scales(&self) -> [f64; STATES];
@@ -76,13 +98,13 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
 
     /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
-    /// Asked of actuators with a [closed form](Self::HAS_CLOSED_FORM).
+    /// Asked of actuators with a [closed form](Self::has_closed_form).
     fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
         [[0.0; STATES]; STATES]
     }
 
     /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
-    /// [closed form](Self::HAS_CLOSED_FORM).
+    /// [closed form](Self::has_closed_form).
     fn later(
         &self,
         states: [f64; STATES],

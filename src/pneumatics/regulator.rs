@@ -84,10 +84,7 @@ impl Actuating for PressureRegulator {
     type Memory = ();
     type Parameters = Parameters;
 
-    const VARIABLES: [Option<u32>; STATES] = [None, Some(PRESSURE)];
-    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, PRESSURE], &[]];
     const COMPUTED: usize = Outputs::<f64>::LEN;
-    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         if p.max_pressure < p.min_pressure {
@@ -101,6 +98,18 @@ impl Actuating for PressureRegulator {
 
     fn computed() -> Vec<Variable> {
         Outputs::<f64>::table()
+    }
+
+    fn feeds(chamber: usize) -> Vec<u32> {
+        if chamber == 0 { vec![SUPPLY, PRESSURE] } else { Vec::new() }
+    }
+
+    fn variables(&self) -> [Option<u32>; STATES] {
+        [None, Some(PRESSURE)]
+    }
+
+    fn has_closed_form(&self) -> bool {
+        true
     }
 
     /// Above 30 Pa the pressure itself is the magnitude of its errors.

@@ -113,7 +113,7 @@ pub fn declared<F: Field, D: Declaration>(declaration: D) -> impl Iterator<Item 
 }
 
 /// A struct of parameters, made by [`parameters!`](crate::parameters).
-pub trait ParameterSet: Sized {
+pub trait ParameterSet: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// How many variables there are.
     const LEN: usize;
     /// The variables, in the order of the fields.

@@ -312,9 +312,13 @@ impl Variable {
         self.name.rsplit_once('.').unwrap_or(("", &self.name))
     }
 
-    /// Puts the variable into a group: `group.name`, with its value reference counted from `base`.
+    /// Puts the variable into a group: `group.name`, with its value reference, and that of the choice for which it counts,
+    /// counted from `base`.
     pub fn within(self, group: &str, base: u32) -> Self {
-        Self { name: format!("{group}.{}", self.name), reference: base.saturating_add(self.reference), ..self }
+        let counts_for =
+            self.counts_for.map(|case| Case { reference: base.saturating_add(case.reference), item: case.item });
+        let (name, reference) = (format!("{group}.{}", self.name), base.saturating_add(self.reference));
+        Self { name, reference, counts_for, ..self }
     }
 
     /// Whether the variable may be set at all.

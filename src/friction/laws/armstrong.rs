@@ -68,9 +68,17 @@ pub struct Memory {
 impl FrictionLaw for Armstrong {
     type Memory = Memory;
 
-    const STICTION: Stiction = Stiction::Elastic;
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
-    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
+    fn stiction(&self) -> Stiction {
+        Stiction::Elastic
+    }
+
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway]
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        &[Drive::Force, Drive::Motion]
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         if self.lag > 0.0 && self.lag < 1e-5 {

@@ -77,7 +77,9 @@ pub struct Memory {
 impl FrictionLaw for Bristle {
     type Memory = Memory;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::Distance]
+    }
 
     fn is_gentle(&self) -> bool {
         true

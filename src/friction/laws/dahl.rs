@@ -61,10 +61,8 @@ pub enum Mode {
 impl BristleLaw for Dahl {
     type Memory = Mode;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance, Event::Rise];
-
     fn events(&self) -> &'static [Event] {
-        if self.is_brittle() { Self::EVENTS } else { &[] }
+        if self.is_brittle() { &[Event::Stop, Event::Distance, Event::Rise] } else { &[] }
     }
 
     /// The slope of a brittle contact is infinite at the limit.

@@ -53,7 +53,9 @@ const SHARES_ROUNDING: f64 = 1e-6;
 impl FrictionLaw for Gms {
     type Memory = Modes;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway]
+    }
 
     fn is_gentle(&self) -> bool {
         self.curve.is_gentle()

@@ -66,8 +66,13 @@ const AT_ONCE: f64 = 1e-4;
 impl FrictionLaw for Karnopp {
     type Memory = Memory;
 
-    const STICTION: Stiction = Stiction::Exact;
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall];
+    fn stiction(&self) -> Stiction {
+        Stiction::Exact
+    }
+
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway, Event::Edge, Event::Fall]
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()

@@ -128,8 +128,13 @@ impl Memory {
 impl BristleLaw for Leuven {
     type Memory = Memory;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
-    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::Distance]
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        &[Drive::Force, Drive::Motion]
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()

@@ -48,8 +48,13 @@ pub struct Memory {
 impl FrictionLaw for MaxwellSlip {
     type Memory = Memory;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
-    const FOLLOWS: &'static [Drive] = &[Drive::Force, Drive::Motion];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway]
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        &[Drive::Force, Drive::Motion]
+    }
 
     fn is_gentle(&self) -> bool {
         true

@@ -67,10 +67,21 @@ pub struct Memory {
 impl FrictionLaw for Polito {
     type Memory = Memory;
 
-    const STICTION: Stiction = Stiction::Exact;
-    const ASKS_FOR_APPLIED_FORCE: bool = true;
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall];
-    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
+    fn stiction(&self) -> Stiction {
+        Stiction::Exact
+    }
+
+    fn asks_for_applied_force(&self) -> bool {
+        true
+    }
+
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway, Event::Rise, Event::Fall]
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        Mode::FOLLOWS
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         check_forces(self.accelerating.static_force, "Fc1", self.accelerating.coulomb_force)?;

@@ -43,7 +43,9 @@ parameters! {
 impl BristleLaw for ResetIntegrator {
     type Memory = Mode;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::Distance]
+    }
 
     fn scale(&self) -> f64 {
         self.yield_strain.value

@@ -42,7 +42,9 @@ parameters! {
 impl BristleLaw for StickSlipCreep {
     type Memory = Mode;
 
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::Distance];
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::Distance]
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.ramp.check()

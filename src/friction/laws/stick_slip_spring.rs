@@ -41,8 +41,13 @@ parameters! {
 impl FrictionLaw for StickSlipSpring {
     type Memory = Mode;
 
-    const STICTION: Stiction = Stiction::Elastic;
-    const EVENTS: &'static [Event] = &[Event::Stop, Event::BreakAway];
+    fn stiction(&self) -> Stiction {
+        Stiction::Elastic
+    }
+
+    fn events(&self) -> &'static [Event] {
+        &[Event::Stop, Event::BreakAway]
+    }
 
     fn is_gentle(&self) -> bool {
         true

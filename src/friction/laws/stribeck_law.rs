@@ -66,9 +66,17 @@ pub struct Memory {
 impl FrictionLaw for Stribeck {
     type Memory = Memory;
 
-    const STICTION: Stiction = Stiction::Exact;
-    const EVENTS: &'static [Event] = Mode::EVENTS;
-    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
+    fn stiction(&self) -> Stiction {
+        Stiction::Exact
+    }
+
+    fn events(&self) -> &'static [Event] {
+        Mode::EVENTS
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        Mode::FOLLOWS
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.curve.check()?;

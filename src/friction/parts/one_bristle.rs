@@ -12,17 +12,16 @@ use crate::variables::{ParameterError, ParameterSet};
 /// A law whose friction is that of one bristle, which is without deflection at first.
 pub trait BristleLaw: ParameterSet {
     /// What the law remembers apart from the deflection; its default is what a run starts with.
-    type Memory: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned;
-
-    /// The events that can end a mode of the law.
-    const EVENTS: &'static [Event] = &[];
-
-    /// The drives under which the memory [follows](Self::follow) the motion.
-    const FOLLOWS: &'static [Drive] = &[];
+    type Memory: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned + Send;
 
     /// Whether the secant `(v - dz/dt)/z` tells the rate of relaxation: the deflection follows the velocity `v` but for a
     /// share that grows with it, about in proportion. It saves an evaluation.
     const RELAXES_BY_SECANT: bool = false;
+
+    /// The drives under which the memory [follows](Self::follow) the motion.
+    fn follows(&self) -> &'static [Drive] {
+        &[]
+    }
 
     /// Checks that parameters which are legal one by one fit together.
     ///
@@ -34,7 +33,7 @@ pub trait BristleLaw: ParameterSet {
 
     /// The events that its parameters leave possible.
     fn events(&self) -> &'static [Event] {
-        Self::EVENTS
+        &[]
     }
 
     /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
@@ -72,8 +71,9 @@ wrapper! {
 impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
     type Memory = L::Memory;
 
-    const EVENTS: &'static [Event] = L::EVENTS;
-    const FOLLOWS: &'static [Drive] = L::FOLLOWS;
+    fn follows(&self) -> &'static [Drive] {
+        self.0.follows()
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()

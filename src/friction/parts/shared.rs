@@ -3,7 +3,7 @@
 //! Most laws have a static and a Coulomb friction among their parameters. A model that knows both itself (as friction
 //! coefficients times a weight, for example) leaves them out of its table and states them once for all laws.
 
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::variables::{Kind, Meaning, ParameterError, Tunable, Values, Variable};
 
 /// A friction force and the variable of the model that sets it.
@@ -30,12 +30,12 @@ pub struct SharedForces {
 const RATED: f64 = 8.3;
 
 impl SharedForces {
-    /// The variables of [`Laws::table`] without those that the model sets.
+    /// The variables of [`FrictionLaw::table_within`] without those that the model sets.
     ///
     /// All other defaults with a force in their unit are scaled to the Coulomb friction `rated` in N, so that every law
     /// keeps its lengths, velocities and times; viscous friction is 0 by default.
-    pub fn table<L: Laws>(group: &str, base: u32, default: i32, rated: f64) -> Vec<Variable> {
-        let others = L::table(group, base, default).into_iter().filter(|variable| !is_shared(variable));
+    pub fn table<L: FrictionLaw>(group: &str, base: u32, default: i32, rated: f64) -> Vec<Variable> {
+        let others = L::table_within(group, base, default).into_iter().filter(|variable| !is_shared(variable));
         let presets = others.map(|variable| {
             let factor = match variable.kind {
                 _ if variable.meaning == Some(Meaning::ViscousFriction) => 0.0,
@@ -52,11 +52,12 @@ impl SharedForces {
     ///
     /// # Errors
     /// [`ParameterError`] when the values of the chosen law do not fit together or to these forces.
-    pub fn read<L: Laws>(&self, values: &mut Values, group: &str) -> Result<L, ParameterError> {
-        let table = L::table(group, 0, 0);
+    pub fn read<L: FrictionLaw>(&self, values: &mut Values, group: &str) -> Result<L, ParameterError> {
+        let table = L::table_within(group, 0, 0);
         let value = |variable| self.force(variable).map_or_else(|| Ok(values.take(1)?[0]), Ok);
         let all = table.iter().map(value).collect::<Result<Vec<_>, _>>()?;
-        L::new(&all, group).map_err(|error| {
+        L::read(&all).map_err(|error| {
+            let error = error.within(group);
             let refused = table.iter().find(|variable| variable.name == error.variable);
             self.explain(error, refused.and_then(|variable| variable.meaning))
         })
@@ -92,7 +93,7 @@ fn is_shared(variable: &Variable) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Contact, Drive, Friction, Law, MAX_STATES};
+    use crate::friction::{Contact, Drive, Friction, Indicators, Law, MAX_STATES};
     use crate::numbers::{Real, Scalar};
     use crate::variables::Choice;
 
@@ -132,7 +133,9 @@ mod tests {
                 let mut rates = [Real::of(0.0); MAX_STATES];
                 force = friction.force(&contact.held(), &Real::all(&z)[..states], &memory, &mut rates[..states]).value;
                 for _ in 0..MAX_STATES {
-                    let Some(event) = friction.indicators(&contact, &z[..states], &memory).due() else { break };
+                    let mut indicators = Indicators::default();
+                    friction.indicators(&contact, &z[..states], &memory, &mut indicators);
+                    let Some(event) = indicators.due() else { break };
                     let mut velocity = contact.velocity;
                     friction.switch(event, &contact, &mut velocity, &mut z[..states], &mut memory);
                 }

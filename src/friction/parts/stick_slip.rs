@@ -103,9 +103,17 @@ impl<L: SetValued> StickSlip<L> {
 impl<L: SetValued> FrictionLaw for StickSlip<L> {
     type Memory = Mode;
 
-    const STICTION: Stiction = Stiction::Exact;
-    const EVENTS: &'static [Event] = Mode::EVENTS;
-    const FOLLOWS: &'static [Drive] = Mode::FOLLOWS;
+    fn stiction(&self) -> Stiction {
+        Stiction::Exact
+    }
+
+    fn events(&self) -> &'static [Event] {
+        Mode::EVENTS
+    }
+
+    fn follows(&self) -> &'static [Drive] {
+        Mode::FOLLOWS
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()

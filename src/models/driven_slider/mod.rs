@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
 use crate::co_simulation::Simulation;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Indicators, Laws, MAX_STATES};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::hybrid::{Indicator, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
@@ -32,7 +32,7 @@ use crate::variables::{Notices, ParameterError, Tunable, Values};
 pub const MODEL: Model = model::<Friction>();
 
 /// The model with the laws of a catalogue.
-pub const fn model<L: Laws>() -> Model {
+pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "DrivenSlider",
         description: "Free slider on a harmonically shaken tray, moved by friction alone",
@@ -74,11 +74,11 @@ pub struct Memory<F = friction::Memory> {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     start_sized!(start, DrivenSlider<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
-impl<L: Laws> DrivenSlider<L> {
+impl<L: FrictionLaw> DrivenSlider<L> {
     fn of(p: Parameters, friction: L) -> Self {
         let tray = Harmonic {
             amplitude: Tunable::still(p.tray_velocity),
@@ -143,7 +143,7 @@ impl<L: Laws> DrivenSlider<L> {
     }
 }
 
-impl<L: Laws> System<1> for DrivenSlider<L> {
+impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
     type Parameters = Parameters;
     type State = State;
     type Memory = Memory<L::Memory>;

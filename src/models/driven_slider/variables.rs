@@ -1,7 +1,7 @@
 //! The variable table of the slider.
 
 use crate::friction::parts::shared::{SharedForce, SharedForces};
-use crate::friction::{Law, Laws, states};
+use crate::friction::{FrictionLaw, Law, states};
 use crate::mechanics::GRAVITY;
 use crate::system::{Tables, references};
 use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
@@ -12,7 +12,7 @@ const MASS: f64 = 21.19e-3;
 const DYNAMIC_COEFFICIENT: f64 = 0.32;
 
 /// Every variable of the slider.
-pub fn tables<L: Laws>() -> Tables {
+pub fn tables<L: FrictionLaw>() -> Tables {
     let states = states::table("friction", references::CONTACT, &[depends::U]);
     let weight = DYNAMIC_COEFFICIENT * MASS * GRAVITY;
     let laws = SharedForces::table::<L>("friction", references::FRICTION, Law::CoulombStiction.id(), weight);

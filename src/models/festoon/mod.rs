@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
 use crate::co_simulation::Simulation;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Laws, MAX_STATES};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
@@ -34,7 +34,7 @@ use crate::variables::{Notices, ParameterError, Values};
 pub const MODEL: Model = model::<Friction>();
 
 /// The model with the laws of a catalogue.
-pub const fn model<L: Laws>() -> Model {
+pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "Festoon",
         description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
@@ -146,7 +146,7 @@ const fn contact_indicators(trolley: usize) -> usize {
 }
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     start_sized!(start, Festoon<L>, 2, [states(0), states(1), states(MAX_STATES)])
 }
 
@@ -160,7 +160,7 @@ const fn states(room: usize) -> usize {
     BLOCKS + MAX_TROLLEYS * (State::OTHERS + room)
 }
 
-impl<L: Laws> Festoon<L> {
+impl<L: FrictionLaw> Festoon<L> {
     fn trolleys(&self) -> usize {
         self.p.trolleys
     }
@@ -305,7 +305,7 @@ impl<L: Laws> Festoon<L> {
     }
 }
 
-impl<L: Laws> System<2> for Festoon<L> {
+impl<L: FrictionLaw> System<2> for Festoon<L> {
     type Parameters = Parameters;
     type State = State;
     type Memory = Memory<L::Memory>;
@@ -320,7 +320,7 @@ impl<L: Laws> System<2> for Festoon<L> {
         p.check()?;
         let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
         let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
-        let law = L::read(values, "friction")?;
+        let law: L = values.read_group("friction")?;
         let block = State::OTHERS + room(law.states());
         let friction = std::array::from_fn(|trolley| {
             let first = BLOCKS + trolley * block + State::FRICTION;

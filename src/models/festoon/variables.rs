@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::MAX_TROLLEYS;
-use crate::friction::{Law, Laws, states};
+use crate::friction::{FrictionLaw, Law, states};
 use crate::system::{Tables, references};
 use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
@@ -35,14 +35,14 @@ states! {
 }
 
 /// Every variable of the festoon.
-pub fn tables<L: Laws>() -> Tables {
+pub fn tables<L: FrictionLaw>() -> Tables {
     let mut computed = Outputs::<f64>::table();
     for trolley in 0..MAX_TROLLEYS {
         computed.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
         computed.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }
-    let laws = L::table("friction", references::FRICTION, Law::Stribeck.id());
+    let laws = L::table_within("friction", references::FRICTION, Law::Stribeck.id());
     Tables { inputs: Inputs::table(), computed, parameters: [Parameters::table(), laws].concat() }
 }
 

@@ -2,14 +2,14 @@
 
 use super::cylinder::PneumaticServoCylinder;
 use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{self, Actuators, Ports};
+use crate::pneumatics::actuator::{self, Actuating, Ports};
 use crate::pneumatics::chamber::ChamberRates;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState};
 use crate::pneumatics::orifice::{Flow, Inflow};
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
     pub(super) fn gas<S: Scalar>(&self, x: &[S]) -> GasState<Pair<S>> {
@@ -72,7 +72,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         supply: S,
         gas: GasState<Pair<S>>,
     ) -> Inflow<Pair<S>> {
-        let fed = self.actuator.feed::<EXTENDED, S>(actuator, &self.ports(supply), gas);
+        let fed = self.actuator.feed(actuator, &self.ports(supply), gas);
         if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
     }
 

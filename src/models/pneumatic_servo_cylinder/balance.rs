@@ -12,14 +12,14 @@
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
 use super::states::{Inputs, State};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::hybrid::QUANTITIES;
 use crate::numbers::{Number, Pair, Real, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
     pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
         let x = &Real::all(x);

@@ -3,12 +3,12 @@
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{PRESSURE_A, PRESSURE_B};
 use super::states::{Inputs, State};
-use crate::friction::{Contact, Laws};
+use crate::friction::{Contact, FrictionLaw};
 use crate::numbers::{Pair, Real, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::variables::Tunable;
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Force on the moving mass other than friction in N, and the stops' part of it.
     #[inline(always)]
     pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {

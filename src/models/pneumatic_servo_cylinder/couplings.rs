@@ -8,9 +8,9 @@ use super::cylinder::PneumaticServoCylinder;
 use super::lines::{HOSE, STATES as LINES, VESSEL, VOLUMES};
 use super::places::{MOST, PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
 use super::states::State;
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::hybrid::Couplings;
-use crate::pneumatics::actuator::{Actuators, STATES};
+use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::hose::COLUMNS;
 use crate::system::System;
 
@@ -32,7 +32,7 @@ const OF_VESSEL: u8 = 10;
 /// of the sensors.
 const REST: [u8; 11] = [0, 1, 4, 5, 8, 9, 10, 11, 12, 13, 14];
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Whether lines or sensors have states.
     pub(super) fn has_attachments(&self) -> bool {
         EXTENDED && (self.lines.are_used() || self.sensors.states() > 0)

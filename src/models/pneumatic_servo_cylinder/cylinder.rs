@@ -12,10 +12,10 @@ use super::parts::Parts;
 use super::places::MOST;
 use super::sensors::{self, Sensors};
 use super::states::State;
-use crate::friction::{self, Drive, Friction, FrictionContact, Laws};
+use crate::friction::{self, Drive, Friction, FrictionContact, FrictionLaw};
 use crate::hybrid::{Couplings, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
-use crate::pneumatics::actuator::{self, Actuator, Actuators};
+use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
 use crate::system::references;
@@ -31,6 +31,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) lines: Lines,
     pub(super) sensors: Sensors,
     pub(super) actuator: A,
+    /// Whether both states of the actuator have a part in what flows.
+    pub(super) is_fed_by_both_states: bool,
     /// Chambers A and B.
     pub(super) chambers: Chambers,
     /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
@@ -63,9 +65,9 @@ pub struct Memory<F = friction::Memory, A = actuator::Memory> {
 }
 
 /// The memory of a cylinder with laws and actuators of catalogues.
-pub(super) type MemoryOf<L, A> = Memory<<L as Laws>::Memory, <A as Actuators>::Memory>;
+pub(super) type MemoryOf<L, A> = Memory<<L as FrictionLaw>::Memory, <A as Actuating>::Memory>;
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
         let area = |diameter: f64| PI * diameter * diameter / 4.0;
         let pressures0 = [p.pressure0_a, p.pressure0_b];
@@ -94,6 +96,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let mut cylinder = Self {
             is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
             gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
+            is_fed_by_both_states: actuator.feeds_by_both_states(),
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),

@@ -1,6 +1,6 @@
 //! How long explicit steps may be.
 
-use crate::friction::{FrictionContact, Laws};
+use crate::friction::{FrictionContact, FrictionLaw};
 use crate::hybrid::LongestSteps;
 
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
@@ -22,7 +22,7 @@ pub(super) struct GentleSteps {
 
 impl GentleSteps {
     /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
-    pub(super) fn new<L: Laws>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
+    pub(super) fn new<L: FrictionLaw>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
         let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
         let longest = |swing: f64| LongestSteps::of_swing(swing, damping.max(0.0) / mass).min(LONGEST);

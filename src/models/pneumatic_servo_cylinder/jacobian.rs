@@ -8,13 +8,13 @@ use nalgebra::SMatrix;
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
 use super::states::{Inputs, State};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::Pair;
 use crate::numbers::{Dual, Number};
-use crate::pneumatics::actuator::{Actuators, FLOW, STATES};
+use crate::pneumatics::actuator::{Actuating, FLOW, STATES};
 use crate::system::{jacobian_by_couplings, jacobian_by_duals};
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
     pub(super) fn linearise<const N: usize>(
         &self,
@@ -34,7 +34,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         let mut derivatives = [0.0; N];
         let inputs = &Inputs::read(u);
         self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
-        if self.actuator.feeds_by_both_states() {
+        if self.is_fed_by_both_states {
             self.linearise_chambers::<4, 6, N>(x, inputs, memory, jacobian, &mut derivatives);
         } else {
             self.linearise_chambers::<3, 5, N>(x, inputs, memory, jacobian, &mut derivatives);

@@ -4,9 +4,9 @@ use super::cylinder::PneumaticServoCylinder;
 use super::lines::{HOSE, STATES, VESSEL, VOLUMES};
 use super::places::{PRESSURE_A, PRESSURE_B, of_actuator};
 use super::states::State;
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Pair, Real, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::pneumatics::gas::GasState;
 use crate::pneumatics::orifice::Inflow;
 
@@ -22,7 +22,7 @@ pub struct LineFlows<S> {
     pub rates: [S; STATES],
 }
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Places of the states of the lines, and their indices among `n` states.
     pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
         let first = State::Position.at(n) - self.sensors.states() - self.lines.states();
@@ -92,7 +92,7 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
         }
         let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
         let ports = self.ports_at_valve(x, supply);
-        let fed = self.actuator.feed::<EXTENDED, S>(of_actuator(x), &ports, at_valve);
+        let fed = self.actuator.feed(of_actuator(x), &ports, at_valve);
         let (mut into, mut received) = (fed, self.closed(fed.mass));
         let Pair(distances) = self.lengths(State::Position.get(x));
         for (side, line) in lines.hoses.iter().enumerate() {

@@ -36,9 +36,9 @@ mod states;
 mod system;
 mod variables;
 
-use crate::friction::{Friction, Laws};
+use crate::friction::{Friction, FrictionLaw};
 use crate::model::{Course, Experiment, Model, Panel, Signal};
-use crate::pneumatics::actuator::{Actuator, Actuators};
+use crate::pneumatics::actuator::{Actuating, Actuator};
 use crate::system::{indicators, table};
 
 #[doc(hidden)]
@@ -50,7 +50,7 @@ pub use self::places::{PRESSURE_A, PRESSURE_B};
 pub const MODEL: Model = model::<Friction, Actuator>();
 
 /// The model with the laws and the actuators of catalogues.
-pub const fn model<L: Laws, A: Actuators>() -> Model {
+pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
     Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",

@@ -4,11 +4,11 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
 use super::states::{Inputs, State};
 use super::variables::Outputs;
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the computed variables, of which the table has as many whatever the number of states.
     // Compiled once for all these numbers.
     #[inline(never)]
@@ -54,7 +54,8 @@ impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, E
             load_level: contact.level,
         };
         let rest = outputs.write(computed);
-        let rest = self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, rest);
+        let (own, rest) = rest.split_at_mut(A::COMPUTED);
+        self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, own);
         let rest = friction.write(rest);
         let rest = self.write_lines(x, rates, rest);
         self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, rest);

@@ -3,8 +3,8 @@
 use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::Sensors;
-use crate::friction::Laws;
-use crate::pneumatics::actuator::Actuators;
+use crate::friction::FrictionLaw;
+use crate::pneumatics::actuator::Actuating;
 use crate::variables::{ParameterError, Values};
 
 /// What the equations are made of.
@@ -16,7 +16,7 @@ pub(super) struct Parts<L, A> {
     pub friction: L,
 }
 
-impl<L: Laws, A: Actuators> Parts<L, A> {
+impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
     pub fn read(values: &mut Values) -> Result<Self, ParameterError> {
         let parameters: Parameters = values.read()?;
         parameters.check()?;
@@ -24,7 +24,8 @@ impl<L: Laws, A: Actuators> Parts<L, A> {
         options.check(parameters.bore, parameters.stroke)?;
         let sensors: Sensors = values.read()?;
         sensors.check()?;
-        Ok(Self { parameters, options, sensors, actuator: A::read(values)?, friction: L::read(values, "friction")? })
+        let actuator = A::new(values.read()?)?;
+        Ok(Self { parameters, options, sensors, actuator, friction: values.read_group("friction")? })
     }
 
     /// Whether any of them is compiled for extended equations only.

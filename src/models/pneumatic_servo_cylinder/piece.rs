@@ -3,9 +3,9 @@
 use super::cylinder::PneumaticServoCylinder;
 use super::places::{PRESSURE_A, PRESSURE_B, of_actuator};
 use super::states::{Inputs, State};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Pair, Real, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::pneumatics::orifice;
 
 /// A smooth piece of the equations.
@@ -25,7 +25,7 @@ pub(super) struct Piece {
     is_backward: bool,
 }
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// The smooth piece of the equations in which the states lie.
     #[inline(always)]
     pub(super) fn piece<const N: usize>(&self, x: &[f64; N], u: &Inputs<f64>) -> Piece {

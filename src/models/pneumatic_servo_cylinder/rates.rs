@@ -4,11 +4,11 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::sensors;
 use super::states::{Inputs, State};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Pair, Scalar};
-use crate::pneumatics::actuator::{Actuators, STATES};
+use crate::pneumatics::actuator::{Actuating, STATES};
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the rates of all states; those of states that rest are left as they are.
     // Compiled once for all numbers of states, which make no difference to the equations.
     #[inline(never)]

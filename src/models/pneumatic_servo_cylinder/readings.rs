@@ -4,11 +4,11 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{MOST, PRESSURE_A, PRESSURE_B};
 use super::sensors::{COUNT, Memory};
 use super::states::{Inputs, State};
-use crate::friction::Laws;
+use crate::friction::FrictionLaw;
 use crate::numbers::{Number, Real, Scalar};
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
     pub(super) fn take_readings<const N: usize>(
         &self,

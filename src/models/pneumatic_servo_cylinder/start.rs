@@ -7,9 +7,9 @@ use super::places::MOST;
 use super::sensors;
 use super::states::State;
 use crate::co_simulation::Simulation;
-use crate::friction::{Laws, MAX_STATES};
+use crate::friction::{FrictionLaw, MAX_STATES};
 use crate::model::Start;
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::run_sized;
 use crate::session::read;
 use crate::variables::ParameterError;
@@ -18,7 +18,7 @@ use crate::variables::ParameterError;
 const SMALL: bool = cfg!(feature = "small");
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more.
-pub(super) fn start<L: Laws, A: Actuators>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+pub(super) fn start<L: FrictionLaw, A: Actuating>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, &[], Parts::<L, A>::read)?;
     let settings = settings.keeping_balance(parts.parameters.keeps_balance);
     if !parts.need_extension() {

@@ -12,10 +12,10 @@ use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B, of_act
 use super::sensors::{self, Sensors};
 use super::states::{Inputs, State};
 use super::variables::{self, Outputs};
-use crate::friction::{Event, Indicators, Laws};
+use crate::friction::{Event, FrictionLaw, Indicators};
 use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride, UNUSED};
 use crate::numbers::{Number, Pair, Real, Scalar};
-use crate::pneumatics::actuator::{Actuators, STATES};
+use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::gas;
 use crate::sensor;
 use crate::system::{Place, System, Tables};
@@ -25,7 +25,7 @@ use crate::variables::{Notice, Notices, ParameterError, Values};
 /// position and friction force stays far below the promised accuracy, and they would take most of the steps.
 const FRICTION_ALLOWANCE: f64 = 10.0;
 
-impl<L: Laws, A: Actuators, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
     type Parameters = Parameters;
     type State = State;
     type Memory = MemoryOf<L, A>;

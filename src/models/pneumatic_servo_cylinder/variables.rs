@@ -6,9 +6,9 @@ use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::Sensors;
 use super::states::{FORCE, Inputs, State};
-use crate::friction::{Law, Laws, states};
+use crate::friction::{FrictionLaw, Law, states};
 use crate::outputs;
-use crate::pneumatics::actuator::Actuators;
+use crate::pneumatics::actuator::Actuating;
 use crate::system::{Tables, references};
 use crate::variables::{Choice, ParameterSet, Variable, units};
 
@@ -16,7 +16,7 @@ use crate::variables::{Choice, ParameterSet, Variable, units};
 pub const RESIDUALS: usize = 2;
 
 /// Every variable of the cylinder.
-pub fn tables<L: Laws, A: Actuators>() -> Tables {
+pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let feeds = [A::feeds(0), A::feeds(1)];
     let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
     let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
@@ -36,8 +36,8 @@ pub fn tables<L: Laws, A: Actuators>() -> Tables {
             Parameters::table(),
             Options::table(),
             Sensors::table(),
-            A::parameters(1032),
-            L::table("friction", references::FRICTION, Law::Stribeck.id()),
+            A::Parameters::table(),
+            L::table_within("friction", references::FRICTION, Law::Stribeck.id()),
         ]
         .concat(),
     }

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::Simulation;
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, Laws, MAX_STATES};
+use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Number, Real, Scalar};
@@ -33,7 +33,7 @@ use crate::variables::{Notices, ParameterError, Tunable, Values};
 pub const MODEL: Model = model::<Friction>();
 
 /// The model with the laws of a catalogue.
-pub const fn model<L: Laws>() -> Model {
+pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "VibroImpact",
         description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
@@ -95,7 +95,7 @@ const IMPACT: usize = 0;
 const CONTACT: usize = 1;
 
 /// Starts a run with as many states as the friction law needs.
-fn start<L: Laws>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+fn start<L: FrictionLaw>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     start_sized!(start, VibroImpact<L>, 1, [State::OTHERS, State::OTHERS + 1, State::OTHERS + MAX_STATES])
 }
 
@@ -142,7 +142,7 @@ impl Coupling {
     }
 }
 
-impl<L: Laws> VibroImpact<L> {
+impl<L: FrictionLaw> VibroImpact<L> {
     /// Displacement of the internal mass on the body and its rate, for a velocity of the body.
     fn displacement<S: Scalar, const N: usize>(&self, x: &[S; N], rate: S) -> (S, S) {
         (State::InternalPosition.get(x) - State::Position.get(x), State::InternalVelocity.get(x) - rate)
@@ -197,7 +197,7 @@ impl<L: Laws> VibroImpact<L> {
     }
 }
 
-impl<L: Laws> System<1> for VibroImpact<L> {
+impl<L: FrictionLaw> System<1> for VibroImpact<L> {
     type Parameters = Parameters;
     type State = State;
     type Memory = Memory<L::Memory>;

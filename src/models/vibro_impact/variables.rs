@@ -1,7 +1,7 @@
 //! The variable table of the vibro-impact system.
 
 use crate::friction::parts::shared::{SharedForce, SharedForces};
-use crate::friction::{Law, Laws, states};
+use crate::friction::{FrictionLaw, Law, states};
 use crate::system::{Tables, references};
 use crate::variables::{Choice, Meaning, ParameterSet, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, states};
@@ -10,7 +10,7 @@ const BREAK_AWAY: f64 = 6.8;
 const COULOMB_RATIO: f64 = 0.5;
 
 /// Every variable of the system.
-pub fn tables<L: Laws>() -> Tables {
+pub fn tables<L: FrictionLaw>() -> Tables {
     let states = states::table("friction", references::CONTACT, &[depends::V2]);
     Tables {
         inputs: Inputs::table(),
@@ -20,7 +20,7 @@ pub fn tables<L: Laws>() -> Tables {
 }
 
 /// The friction laws, with the exponential Stribeck curve of the source.
-fn friction_table<L: Laws>() -> Vec<Variable> {
+fn friction_table<L: FrictionLaw>() -> Vec<Variable> {
     let coulomb = COULOMB_RATIO * BREAK_AWAY;
     let table = SharedForces::table::<L>("friction", references::FRICTION, Law::Stribeck.id(), coulomb);
     let exponential = |variable: Variable| match variable.meaning {

@@ -94,11 +94,7 @@ impl Actuating for SwitchingValves {
     type Memory = Memory;
     type Parameters = Parameters;
 
-    const VARIABLES: [Option<u32>; STATES] = [Some(OPENINGS[0]), Some(OPENINGS[1])];
-    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, OPENINGS[0], OPENINGS[1]]; 2];
     const COMPUTED: usize = Outputs::<f64>::LEN;
-    const IS_SAMPLED: bool = true;
-    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let Parameters { opening_delay, closing_delay, travel_time: travel, .. } = p;
@@ -111,6 +107,23 @@ impl Actuating for SwitchingValves {
 
     fn computed() -> Vec<Variable> {
         Outputs::<f64>::table()
+    }
+
+    fn feeds(_chamber: usize) -> Vec<u32> {
+        vec![SUPPLY, OPENINGS[0], OPENINGS[1]]
+    }
+
+    fn variables(&self) -> [Option<u32>; STATES] {
+        [Some(OPENINGS[0]), Some(OPENINGS[1])]
+    }
+
+    #[inline(always)]
+    fn is_sampled(&self) -> bool {
+        true
+    }
+
+    fn has_closed_form(&self) -> bool {
+        true
     }
 
     fn scales(&self) -> [f64; STATES] {

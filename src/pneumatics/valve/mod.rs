@@ -187,10 +187,7 @@ impl Actuating for ProportionalValve {
     type Memory = f64;
     type Parameters = Parameters;
 
-    const VARIABLES: [Option<u32>; STATES] = [Some(SPOOL_VELOCITY), Some(SPOOL)];
-    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, SPOOL]; 2];
     const COMPUTED: usize = Outputs::<f64>::LEN;
-    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         if p.polarity == 0 {
@@ -208,6 +205,18 @@ impl Actuating for ProportionalValve {
 
     fn computed() -> Vec<Variable> {
         Outputs::<f64>::table()
+    }
+
+    fn feeds(_chamber: usize) -> Vec<u32> {
+        vec![SUPPLY, SPOOL]
+    }
+
+    fn variables(&self) -> [Option<u32>; STATES] {
+        [Some(SPOOL_VELOCITY), Some(SPOOL)]
+    }
+
+    fn has_closed_form(&self) -> bool {
+        true
     }
 
     fn scales(&self) -> [f64; STATES] {

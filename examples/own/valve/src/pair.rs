@@ -65,10 +65,7 @@ impl Actuating for ValvePair {
     type Memory = ();
     type Parameters = Parameters;
 
-    const VARIABLES: [Option<u32>; STATES] = [Some(SPOOLS[0]), Some(SPOOLS[1])];
-    const FEEDS: [&'static [u32]; 2] = [&[SUPPLY, SPOOLS[0]], &[SUPPLY, SPOOLS[1]]];
     const COMPUTED: usize = Outputs::<f64>::LEN;
-    const HAS_CLOSED_FORM: bool = true;
 
     fn new(p: Parameters) -> Result<Self, ParameterError> {
         let Parameters { conductance, critical_ratio, time_constant } = p;
@@ -77,6 +74,18 @@ impl Actuating for ValvePair {
 
     fn computed() -> Vec<Variable> {
         Outputs::<f64>::table()
+    }
+
+    fn feeds(chamber: usize) -> Vec<u32> {
+        vec![SUPPLY, SPOOLS[chamber]]
+    }
+
+    fn variables(&self) -> [Option<u32>; STATES] {
+        [Some(SPOOLS[0]), Some(SPOOLS[1])]
+    }
+
+    fn has_closed_form(&self) -> bool {
+        true
     }
 
     fn scales(&self) -> [f64; STATES] {
