@@ -79,6 +79,12 @@ pub trait Simulation: Differentiable + Send {
     /// parameters, exact to rounding.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]);
 
+    /// Moves a continuous state, numbered as in a [`Direction`], to a finite value, at the present time and with the present
+    /// modes; tells whether it is integrated. Nothing is changed if it is not.
+    fn move_state(&mut self, _state: usize, _value: f64) -> bool {
+        false
+    }
+
     /// What is unusual about the parameters and the present inputs; as a rule nothing.
     fn notices(&self) -> Notices {
         Notices::default()

@@ -153,6 +153,15 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         self.differentiate(seeds, direction.parameters, computed);
     }
 
+    fn move_state(&mut self, state: usize, value: f64) -> bool {
+        let Some(index) = self.state_index(state) else { return false };
+        let ((x, memory), progress) = (self.run.state(), self.run.progress());
+        let (mut x, memory) = (*x, memory.clone());
+        x[index] = value;
+        self.run.restore(x, memory, progress);
+        true
+    }
+
     fn notices(&self) -> Notices {
         let (u, _) = self.run.inputs();
         self.run.system().notices(&u)

@@ -7,7 +7,7 @@ use crate::co_simulation::Simulation;
 use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
 use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
-use crate::variables::{Entry, Notice, Place, Role, Table, Variable};
+use crate::variables::{Notice, Place, Role, Table, Variable};
 use crate::variables::{SettingError, Value, find};
 
 /// A running model.
@@ -258,7 +258,8 @@ impl Plant {
     pub fn states(&self) -> impl Iterator<Item = &'static Variable> {
         let table = self.table();
         let states = table.iter().filter_map(|variable| table.by_reference(variable.derivative_of?));
-        states.filter(|entry| self.place_of(entry).is_some()).map(|entry| entry.variable)
+        let is_integrated = |state| self.simulation.state_index(state).is_some();
+        states.filter(move |entry| entry.state.is_some_and(is_integrated)).map(|entry| entry.variable)
     }
 
     /// Moves a continuous state to another value, at the present time and with the present modes.
@@ -269,18 +270,15 @@ impl Plant {
     pub fn move_state(&mut self, name: &str, value: f64) -> Result<(), SettingError> {
         let entry = find(self.table(), name)?;
         let refuse = |reason| SettingError::NotSettable { name: name.to_owned(), reason };
-        let place = self.place_of(&entry).ok_or_else(|| refuse("it is no continuous state of this run"))?;
-        let mut snapshot = self.simulation.save();
-        snapshot.states[place] = value;
-        self.simulation.restore(&snapshot).map_err(|_| refuse("the value must be a finite number"))?;
+        if !value.is_finite() {
+            return Err(refuse("the value must be a finite number"));
+        }
+        if !entry.state.is_some_and(|state| self.simulation.move_state(state, value)) {
+            return Err(refuse("it is no continuous state of this run"));
+        }
         self.drop_sensitivities();
         self.is_computed = false;
         Ok(())
-    }
-
-    /// The place of a variable among the states of a snapshot.
-    fn place_of(&self, entry: &Entry) -> Option<usize> {
-        self.simulation.state_index(entry.state?)
     }
 
     /// Carries sensitivities along from here on: how everything changes with parameters, with what is added to inputs, and

@@ -23,7 +23,7 @@ pub trait Differentiable {
         Vec::new()
     }
 
-    /// The place among the states of a [`Snapshot`](crate::session::Snapshot) of a continuous state, numbered as in a
+    /// The index among the states of [`place`](Self::place) of a continuous state, numbered as in a
     /// [`Direction`](crate::session::Direction), if it is integrated.
     ///
     /// A model without continuous states has nothing to say.

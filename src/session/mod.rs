@@ -49,7 +49,7 @@ pub struct Direction<'a> {
 pub struct Snapshot {
     /// Time in s.
     pub time: f64,
-    /// Continuous states.
+    /// Continuous states that are integrated, without those that are compiled along and unused.
     pub states: Vec<f64>,
     /// Discrete memory of the model and of what runs it, serialised.
     pub memory: Vec<u8>,
@@ -147,17 +147,13 @@ impl Session {
 }
 
 impl Snapshot {
-    /// The states in their places, among unused ones that stay as they are, and the memory. States of a run of this size that
-    /// were saved with unused ones are taken, too.
+    /// The states in their places, among unused ones that stay as they are, and the memory.
     pub(crate) fn read<E: System<U>, M: for<'a> Deserialize<'a>, const N: usize, const U: usize>(
         &self,
         equations: &E,
         x: &[f64; N],
     ) -> Result<([f64; N], M), SnapshotError> {
         let memory = postcard::from_bytes(&self.memory).map_err(|_| SnapshotError)?;
-        if let Ok(all) = self.states[..].try_into() {
-            return Ok((all, memory));
-        }
         let unused = equations.unused(N);
         if self.states.len() + unused.len() != N {
             return Err(SnapshotError);
