@@ -50,7 +50,13 @@ fn walk(model: &'static Model, law: &str, options: &[(&str, f64)]) -> usize {
         let after = states(model, &plant);
         for (state, (was, is)) in before.iter().zip(&after).enumerate() {
             let expected = if state == place { value } else { *was };
-            assert_eq!(is.to_bits(), expected.to_bits(), "{}: moving {moved} to {value} sets {}", label(), names[state]);
+            assert_eq!(
+                is.to_bits(),
+                expected.to_bits(),
+                "{}: moving {moved} to {value} sets {}",
+                label(),
+                names[state]
+            );
         }
         plant.restore(&saved).unwrap_or_else(|error| panic!("{}: {error}", label()));
     }

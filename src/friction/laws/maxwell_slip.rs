@@ -38,6 +38,11 @@ parameters! {
     }
 }
 
+/// How far a spring is deflected beyond its limit before its element slips: in roundings of the position, and relative to the
+/// deflection at the limit.
+const RESOLVED: f64 = 4.0;
+const BEYOND: f64 = 1e-11;
+
 /// Modes of the elements, and where their springs are anchored while they stick, in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
@@ -121,10 +126,18 @@ impl MaxwellSlip {
     }
 
     /// The load of an element that sticks; one without any strength has no events.
+    ///
+    /// It slips once the position resolves that the limit is passed, and holds the limit until then. A carriage that comes to rest
+    /// against a stop with springs at their limits changes the sign of its velocity with the rounding of the forces; no element
+    /// slips for that.
     fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
         match contact.level * self.limit[element].value {
             0.0 => Load { force: 0.0, limit: 1.0 },
-            limit => Load { force: self.spring_force(element, &contact.held::<Real>(), memory).value, limit },
+            limit => {
+                let resolution = f64::EPSILON * contact.position.abs().max(memory.anchors[element].abs());
+                let force = self.spring_force(element, &contact.held::<Real>(), memory).value;
+                Load { force, limit: (1.0 + BEYOND) * limit + RESOLVED * resolution * self.stiffness[element].value }
+            }
         }
     }
 
