@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import { element } from "./dom";
+import type { Episodes } from "./episodes";
 import { short } from "./tables";
 
 export interface Line {
@@ -19,6 +20,8 @@ export interface Look {
   lines: Line[];
   /** Whether the area between the first two lines is marked. */
   marked?: boolean;
+  /** Whether it shows where the carriage sticks, breaks away, and rests against an end stop. */
+  episodes?: boolean;
   /** The smallest range of the vertical axis. */
   span?: number;
 }
@@ -33,6 +36,8 @@ function css(name: string): string {
   probe.style.color = `var(${name})`;
   return getComputedStyle(probe).color;
 }
+
+const clamp = (value: number, low: number, high: number): number => Math.min(Math.max(value, low), high);
 
 /** A range with some air, at least so wide. */
 function airy(low: number | null, high: number | null, span: number): [number, number] {
@@ -68,6 +73,12 @@ function stroke(line: Line): uPlot.Series {
   };
 }
 
+/** The keys of what is marked over time. */
+const keys = (): HTMLElement[] =>
+  [["stick", "sticks"], ["break-away", "breaks away"], ["stop", "end stop"]].map(([name, label]) =>
+    element("span", {}, element("span", { class: `patch ${name}` }), label),
+  );
+
 /** A chart in the page; it is drawn anew when its width or the colours change. */
 export abstract class Chart {
   readonly root: HTMLElement;
@@ -80,7 +91,9 @@ export abstract class Chart {
       const key = element("span", { class: line.dashed ? "key dashed" : "key", style: `--line: var(${line.colour})` });
       legend.append(element("span", {}, key, line.label));
     }
-    const title = element("figcaption", {}, element("strong", {}, look.title), look.lines.length > 1 ? legend : null);
+    const ofLines = look.lines.length > 1 ? [...legend.children] : [];
+    legend.replaceChildren(...ofLines, ...(look.episodes ? keys() : []));
+    const title = element("figcaption", {}, element("strong", {}, look.title), legend.children.length ? legend : null);
     this.root = element("figure", { class: "chart", role: "img", "aria-label": look.title }, title, this.holder);
     new ResizeObserver(() => this.fit()).observe(this.holder);
     addEventListener("themechange", () => this.redraw());
@@ -116,13 +129,49 @@ export abstract class Chart {
 export class TimeChart extends Chart {
   private lines: ArrayLike<number>[] = [[0], ...this.look.lines.map(() => [NaN])];
   private range: [number, number] = [0, 1];
+  private episodes: Episodes | null = null;
 
   /** Shows lines over times, on a given range of time. */
-  show(times: ArrayLike<number>, lines: ArrayLike<number>[], range: [number, number]): void {
+  show(times: ArrayLike<number>, lines: ArrayLike<number>[], range: [number, number], episodes: Episodes | null = null): void {
     this.lines = [times, ...lines];
     this.range = range;
+    this.episodes = episodes;
     this.update();
   }
+
+  /** Shades where the carriage sticks or rests against a stop, under grid and lines. */
+  private readonly shade = ({ ctx, bbox, valToPos }: uPlot): void => {
+    if (!this.episodes) return;
+    const fill = (intervals: [number, number][], colour: string) => {
+      ctx.fillStyle = css(colour);
+      for (const interval of intervals) {
+        const [from, to] = interval.map((time) => clamp(valToPos(time, "x", true), bbox.left, bbox.left + bbox.width));
+        ctx.fillRect(from, bbox.top, Math.max(to - from, 0), bbox.height);
+      }
+    };
+    ctx.save();
+    fill(this.episodes.sticking, "--stick");
+    fill(this.episodes.stops, "--stop");
+    ctx.restore();
+  };
+
+  /** Points down to where the carriage breaks away. */
+  private readonly point = ({ ctx, bbox, valToPos }: uPlot): void => {
+    if (!this.episodes) return;
+    const size = 5 * devicePixelRatio;
+    ctx.save();
+    ctx.fillStyle = css("--held");
+    for (const time of this.episodes.breakAways) {
+      const x = valToPos(time, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.beginPath();
+      ctx.moveTo(x - size, bbox.top);
+      ctx.lineTo(x + size, bbox.top);
+      ctx.lineTo(x, bbox.top + 1.6 * size);
+      ctx.fill();
+    }
+    ctx.restore();
+  };
 
   protected data(): uPlot.AlignedData {
     return this.lines as unknown as uPlot.AlignedData;
@@ -138,14 +187,15 @@ export class TimeChart extends Chart {
         x: { time: false, range: () => this.range },
         y: { range: (_: uPlot, low: number, high: number) => airy(low, high, this.look.span ?? 1) },
       },
-      axes: [{ ...axis("t in s"), size: 30 }, axis(this.look.up)],
+      axes: [{ ...axis("Time in s"), size: 34 }, axis(this.look.up)],
+      hooks: { drawClear: [this.shade], draw: [this.point] },
       series: [{}, ...this.look.lines.map(stroke)],
       bands,
     } satisfies Omit<uPlot.Options, "width" | "height">;
   }
 }
 
-/** One quantity over another: a path, with a dot where it is now. */
+/** One quantity over another: a path, with a gap where a value is NaN and a dot where it is now. */
 export class PathChart extends Chart {
   private paths: [ArrayLike<number>, ArrayLike<number>][] = this.look.lines.map(() => [[], []]);
 
@@ -170,7 +220,7 @@ export class PathChart extends Chart {
       mode: 2 as const,
       cursor: { show: false },
       scales: { x: { time: false, range: range(1e-3) }, y: { range: range(this.look.span ?? 1) } },
-      axes: [{ ...axis(this.look.across ?? ""), size: 30 }, axis(this.look.up)],
+      axes: [{ ...axis(this.look.across ?? ""), size: 34 }, axis(this.look.up)],
       series: [{}, ...series],
     } satisfies Omit<uPlot.Options, "width" | "height">;
   }
@@ -193,7 +243,14 @@ export class PathChart extends Chart {
       plot.valToPos(up[row], "y", true),
     ];
     ctx.beginPath();
-    for (let row = 0; row < across.length; row += 1) ctx.lineTo(...place(row));
+    let isGap = true;
+    for (let row = 0; row < across.length; row += 1) {
+      if (Number.isNaN(across[row])) isGap = true;
+      else if (isGap) {
+        ctx.moveTo(...place(row));
+        isGap = false;
+      } else ctx.lineTo(...place(row));
+    }
     ctx.stroke();
     ctx.beginPath();
     ctx.arc(...place(across.length - 1), 4 * devicePixelRatio, 0, 2 * Math.PI);

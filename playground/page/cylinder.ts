@@ -84,11 +84,11 @@ export class Cylinder {
     this.b.style.setProperty("--fullness", `${(fullness(pressureB) * 100).toFixed(1)}%`);
     this.spool.setAttribute("transform", `translate(${144 + 14 * Math.max(-1, Math.min(1, spool))} 0)`);
     this.carriage.classList.toggle("held", sticking === 1);
-    this.stuck.textContent = sticking === 1 ? "STUCK" : "";
+    this.stuck.textContent = sticking === 1 ? "STICKS" : "";
     // The force on the carriage points against the motion that it opposes.
     this.arrow.setAttribute("d", arrow(piston + ROD + 25, 14, -friction * NEWTON));
     [flowA, flowB].forEach((flow, index) => this.flows[index].setAttribute("d", wedge(flow)));
-    const state = sticking === 1 ? "stuck" : "free to move";
+    const state = sticking === 1 ? "sticks" : "slides";
     this.root.setAttribute("aria-label", `${this.title}: carriage at ${(position * 1000).toFixed(1)} mm, ${state}`);
   }
 }

@@ -9,11 +9,15 @@ import { Run, STEP, type Exchange, type Member } from "./run";
 import { signalEditor, type Scale } from "./signal-editor";
 
 const SPEEDS = [
+  [60, "60:1"],
   [1, "Real time"],
   [0.25, "1:4"],
   [0.05, "1:20"],
   [0.01, "1:100"],
 ] as const;
+
+/** By how much the charts show more than at real time, at most. */
+const LONGEST = 5;
 
 export abstract class LivePage implements Page {
   readonly root = element("div", { class: "page" });
@@ -131,7 +135,7 @@ export abstract class LivePage implements Page {
   }
 
   private show(run: Run): void {
-    const span = this.window * Math.max(this.clock.speed, 0.02);
+    const span = this.window * Math.min(Math.max(this.clock.speed, 0.02), LONGEST);
     const end = Math.max(run.time, span);
     const first = Math.max(run.recording.rows - Math.ceil(span / STEP) - 1, 0);
     this.scene(run);

@@ -37,7 +37,7 @@ class Playground implements FitContext {
   private link = 0;
 
   constructor(readonly library: Library) {
-    this.settings = new Settings(library.tables);
+    this.settings = new Settings();
     this.parameters = new Parameters(
       this,
       (of, { name }, value) => this.change(of, name, value),

@@ -19,33 +19,35 @@ const number = (value: number): string => String(value);
 
 const IMPORTS = "import numpy as np\nimport pneumatic_servo as ps\n\n";
 
-/** An input over the times `t`: a formula, or else a column of the downloaded file, which has the drawing and the slider. */
-function course(signal: Signal, csv: string, column: string): string {
-  if (isFormula(signal)) {
-    const { level, amplitude, period } = signal;
-    return `u = ${level} + ${amplitude} * np.sin(2 * np.pi * t / ${period})\n`;
-  }
-  return `u = np.genfromtxt("${csv}", delimiter=",", names=True, deletechars="")["${column}"]\n`;
-}
+/** The downloaded file, and one of its columns. */
+const table = (csv: string): string => `table = np.genfromtxt("${csv}", delimiter=",", names=True, deletechars="")\n`;
+const column = (name: string): string => `table[${JSON.stringify(name)}]`;
 
-/** One model with one input. */
+/** An input over the times `t` by a formula. */
+const formula = ({ level, amplitude, period }: Signal): string =>
+  `u = ${level} + ${amplitude} * np.sin(2 * np.pi * t / ${period})\n`;
+
+/**
+ * Runs of one model with one input, which is a formula or, with a drawing, a slider or a feedback, a column of the
+ * downloaded file. Of each run: its name in the program, its values, and what its columns begin with.
+ */
 export function oneModel(
   tables: Tables,
   name: string,
-  runs: readonly (readonly [string, ReadonlyMap<string, number>])[],
-  input: { variable: string; column: string; signal: Signal },
+  runs: readonly (readonly [string, ReadonlyMap<string, number>, string])[],
+  input: { variable: string; signal: Signal },
   rows: number,
   csv: string,
 ): string {
   const from = isFormula(input.signal) ? "" : `  # as many rows as ${csv} has`;
   const lines = [
     `t = np.arange(${rows}) * 1e-3${from}\n`,
-    course(input.signal, csv, input.column),
+    isFormula(input.signal) ? formula(input.signal) : table(csv),
     `plant = ps.Model(${JSON.stringify(name)})\n`,
     ...runs.map(
-      ([variable, values]) =>
+      ([variable, values, prefix]) =>
         `${variable} = plant.simulate(${dictionary(tables, name, values)}, ` +
-        `inputs={${JSON.stringify(input.variable)}: (t, u)}, stop=t[-1], step=1e-3)\n`,
+        `inputs={${JSON.stringify(input.variable)}: (t, ${isFormula(input.signal) ? "u" : column(prefix + input.variable)})}, stop=t[-1], step=1e-3)\n`,
     ),
   ];
   return IMPORTS + lines.join("");
@@ -61,7 +63,7 @@ export function closedLoop(
   csv: string,
 ): string {
   return `${IMPORTS}t = np.arange(${rows}) * 1e-3
-${course(signal, csv, "controller.referencePosition")}plant = ps.Model(${JSON.stringify(cylinder[0])}).start(${dictionary(tables, ...cylinder)})
+${isFormula(signal) ? formula(signal) : `${table(csv)}u = ${column("controller.referencePosition")}\n`}plant = ps.Model(${JSON.stringify(cylinder[0])}).start(${dictionary(tables, ...cylinder)})
 controller = ps.Model(${JSON.stringify(controller[0])}).start(${dictionary(tables, ...controller, '"referencePosition": u[0]')})
 position = []
 for reference in u:

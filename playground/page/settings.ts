@@ -1,6 +1,6 @@
 // Everything that a link restores.
 
-import { isSettable, model, type Model, type Tables, type Variable } from "./tables";
+import { isSettable, model, type Tables, type Variable } from "./tables";
 import { EXPERIMENTS, type ExperimentName } from "./fit/signals";
 import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
 
@@ -24,8 +24,8 @@ const BENCH_LAW = 17;
 
 export class Settings {
   view: View = "stick-slip";
-  /** The law that is compared with that of the cylinder. */
-  secondLaw = 14;
+  /** The law that is compared with that of the cylinder: SmoothCoulomb, which creeps where a set-valued law sticks. */
+  secondLaw = 4;
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
   experiment: ExperimentName = "rig";
   free: readonly string[] | null = null;
@@ -37,17 +37,17 @@ export class Settings {
     [CONTROLLER]: new Map(),
   };
 
-  constructor(tables: Tables) {
+  constructor() {
     this.values[BENCH].set("friction.law", BENCH_LAW);
     const rising = Array.from({ length: POINTS }, (_, index) => (2 * index) / (POINTS - 1) - 1);
     const nested = Array.from({ length: POINTS }, (_, index) => nestedLoops(index / (POINTS - 1)));
-    const voltage = { ...usual(model(tables, CYLINDER), "valveVoltage"), points: rising };
+    const voltage: Signal = { kind: "sine", level: 5, amplitude: 0.6, period: 4, points: rising, centring: 1 };
     this.signals = {
       "stick-slip": { ...voltage },
       "two-laws": { ...voltage },
-      presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested },
+      presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested, centring: 0 },
       fit: { ...voltage }, // which nothing moves by
-      "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising },
+      "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising, centring: 0 },
     };
   }
 
@@ -68,9 +68,9 @@ export class Settings {
       link.set("experiment", this.experiment);
       if (this.free) link.set("free", this.free.join(" "));
     } else {
-      const { kind, level, amplitude, period, points } = this.signal;
+      const { kind, level, amplitude, period, points, centring } = this.signal;
       link.set("signal", kind);
-      for (const [name, value] of Object.entries({ level, amplitude, period })) link.set(name, String(value));
+      for (const [name, value] of Object.entries({ level, amplitude, period, centring })) link.set(name, String(value));
       if (kind === "drawn") link.set("points", points.map((point) => Math.round(point * 1000)).join(" "));
     }
     if (this.view === "two-laws") link.set("second", String(this.secondLaw));
@@ -91,6 +91,8 @@ export class Settings {
     if (!view) return link.size ? [`the link names no page of the playground: ${fragment}`] : [];
     this.view = view;
     const signal = this.signals[view];
+    // A link that states the input states the centring, too, unless there is none.
+    if (link.has("signal")) signal.centring = 0;
     this.experiment = EXPERIMENTS.find((candidate) => candidate === link.get("experiment")) ?? "rig";
     this.free = null;
     for (const of of this.models) this.forget(of);
@@ -133,7 +135,7 @@ export class Settings {
     }
     const value = text.trim() === "" ? NaN : Number(text);
     if (!Number.isFinite(value)) return `${key} = ${text} is no number`;
-    if (key === "level" || key === "amplitude" || key === "period") {
+    if (key === "level" || key === "amplitude" || key === "period" || key === "centring") {
       if (key === "period" && value <= 0) return `period = ${text} s must be positive`;
       signal[key] = value;
       return null;
@@ -148,14 +150,6 @@ export class Settings {
     this.give(of, known, value);
     return null;
   }
-}
-
-/** An input as it moves in the default experiment of a model. */
-function usual(of: Model, input: string): Omit<Signal, "points"> {
-  const course = of.experiment.signals.find((signal) => signal.input === input)?.course;
-  if (!course || !("Sine" in course)) throw new Error(`${input} is no sine in the default experiment of ${of.name}`);
-  const { mean, amplitude, frequency } = course.Sine;
-  return { kind: "sine", level: mean, amplitude, period: 1 / frequency };
 }
 
 /** A large loop with a small one on each of its branches, from -1 to 1 over a fraction of the time. */

@@ -13,6 +13,8 @@ export interface Scale {
   level: [number, number];
   amplitude: [number, number];
   period: [number, number];
+  /** Of the feedback in V/m that keeps a carriage away from its end stops, where there is one. */
+  centring?: [number, number];
 }
 
 const NAMES: readonly (readonly [Kind, string])[] = [
@@ -58,9 +60,25 @@ function controls(signal: Signal, scale: Scale, onChange: () => void): HTMLEleme
       onChange();
     });
   const shared = [part("Amplitude", "amplitude"), part("Period", "period")];
+  const centring =
+    scale.centring &&
+    slider({
+      label: "Centring",
+      unit: "V/m",
+      title: "Feedback that draws the carriage back to where it began; with 0 the loop is open and drifts into an end stop",
+      min: scale.centring[0],
+      max: scale.centring[1],
+      step: 0.1,
+      value: signal.centring,
+      onChange: (value) => {
+        signal.centring = value;
+        onChange();
+      },
+    });
+  if (centring) shared.push(centring);
   switch (signal.kind) {
     case "constant":
-      return [part("Value", "level")];
+      return [part("Value", "level"), ...(centring ? [centring] : [])];
     case "sine":
     case "ramp":
       return [part("Mean", "level"), ...shared];

@@ -16,6 +16,8 @@ export interface Signal {
   period: number;
   /** A drawing over one period, from -1 to 1. */
   points: number[];
+  /** Feedback in V/m that draws the carriage back to where the run began: an open loop drifts into an end stop. */
+  centring: number;
 }
 
 /** A fraction of 0 to 1 along a list of points, on straight lines between them. */
@@ -46,5 +48,5 @@ export function at(signal: Signal, time: number): number {
   }
 }
 
-/** Whether it can be stated by a formula, from the beginning of a run. */
-export const isFormula = (signal: Signal): boolean => signal.kind === "sine";
+/** Whether it can be stated by a formula of the time, from the beginning of a run. */
+export const isFormula = (signal: Signal): boolean => signal.kind === "sine" && signal.centring === 0;

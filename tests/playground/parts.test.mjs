@@ -32,7 +32,7 @@ const ramp = (phase) => (2 / Math.PI) * Math.asin(Math.sin(2 * Math.PI * phase))
 test("inputs follow their formulas", async () => {
   const { at, along } = await part("signal");
   const points = Array.from({ length: 101 }, (_, index) => (index === 25 ? 1 : index / 200));
-  const of = (kind) => ({ kind, level: 5, amplitude: 2, period: 4, points });
+  const of = (kind) => ({ kind, level: 5, amplitude: 2, period: 4, points, centring: 0 });
   for (const time of [0, 0.3, 1, 1.7, 2, 2.4, 3, 3.9, 4, 7.3, 401.2]) {
     const phase = time / 4;
     assert.equal(at(of("constant"), time), 5);
@@ -47,6 +47,23 @@ test("inputs follow their formulas", async () => {
     assert.ok(Math.abs(value - (5 + 2 * expected)) < 1e-9, `drawn at ${time} s: ${value}`);
   }
   assert.deepEqual([along([1, 3], 0), along([1, 3], 0.25), along([1, 3], 1)], [1, 1.5, 3]);
+});
+
+test("the input of a cylinder is drawn back to where the run began", async () => {
+  const { CentredInput } = await part("centring");
+  const input = new CentredInput(() => ({ kind: "constant", level: 5, amplitude: 0, period: 1, points: [], centring: 2 }), 1);
+  const read = (position) => ({ read: () => [NaN, position] });
+  assert.deepEqual([input.at(0, read(0.3), 0), input.at(1, read(0.4), 0), input.at(2, read(0.2), 0)], [5, 4.8, 5.2]);
+});
+
+test("sticking, break-away and end stop are found in a recording, and a path has a gap where the velocity jumps", async () => {
+  const { Recording } = await part("record");
+  const { episodes, withoutJumps } = await part("episodes");
+  const recording = new Recording(["time", "position", "sticking"]);
+  const rows = [[0.1, 1], [0.1, 1], [0.2, 0], [0.5, 0], [0.4, 0], [0.3, 1], [0.3, 1]];
+  rows.forEach(([position, sticking], row) => recording.push([row, position, sticking]));
+  assert.deepEqual(episodes(recording, 0, 0.5), { sticking: [[0, 2], [5, 6]], breakAways: [2], stops: [[3, 4]] });
+  assert.deepEqual([...withoutJumps(Float64Array.of(0, 1, 2, 9, 10, 9.5))], [0, 1, NaN, 9, 10, 9.5]);
 });
 
 /** Shows frames every 16 ms for some time; steps take some time each. */

@@ -85,6 +85,28 @@ test("pause holds the time, a step takes 1 ms, restart goes back to 0", async ()
   await close();
 });
 
+/** In m; that of the cylinder's default. */
+const STROKE = 0.5;
+const TEN_MINUTES = 600;
+for (const view of VIEWS.filter((candidate) => candidate !== "presliding")) {
+  test(`${view} as it opens keeps the carriage off the end stops for ten minutes`, async () => {
+    const { page, close } = await open(browser, `#view=${view}`);
+    await page.getByRole("button", { name: "60:1" }).click();
+    // The file has the last 90 s at least: from the start on the first time, and of a drift all on the second.
+    for (const end of [80, TEN_MINUTES]) {
+      await runFor(page, end);
+      const [head, ...rows] = (await download(page, "CSV")).text.trimEnd().split("\n").map((line) => line.split(","));
+      const places = head.flatMap((name, place) => (name.endsWith("position") && !name.startsWith("controller") ? [place] : []));
+      const positions = places.flatMap((place) => rows.map((row) => Number(row[place])));
+      const [low, high] = positions.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [1, 0]);
+      assert.ok(rows.length >= 80_000 && low > 0 && high < STROKE, `${low} to ${high} m in ${rows.length} rows`);
+      assert.ok(high - low > 0.01, `the carriage moves by ${high - low} m`);
+      await page.getByRole("button", { name: "Play" }).click();
+    }
+    await close();
+  });
+}
+
 test("everything is reached by the keyboard", async () => {
   const { page, close } = await open(browser);
   await page.keyboard.press("Space");

@@ -27,7 +27,7 @@ export function resultTables(context: FitContext, answer: Answer): HTMLElement {
   const left = element(
     "table",
     { class: "left" },
-    head("Signal", "Left (rms)", "Left where held out", "Unit"),
+    head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
     element("tbody", {}, ...[...answer.rms].map(([signal, rms]) => leftRow(signal, rms, answer.holdOutRms.get(signal)))),
   );
   const state = answer.converged ? "The search has converged" : "The search has not converged";

@@ -4,6 +4,7 @@ import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
 import { Cylinder, SHOWN } from "../cylinder";
 import { element, slider } from "../dom";
+import { episodes, withoutJumps } from "../episodes";
 import { lawChoice } from "../law-choice";
 import { LivePage } from "../live";
 import { closedLoop } from "../python";
@@ -45,20 +46,20 @@ export class ClosedLoop extends LivePage {
   };
   protected readonly window = 8;
   private readonly cylinder = new Cylinder("Cylinder");
-  private readonly readouts = new Readouts(["Position", "Error", "Error, mean square root", "Breaks away", "Voltage"]);
+  private readonly readouts = new Readouts(["Position", "Error", "RMS error", "Break-aways", "Voltage"]);
   private readonly position = position([
     { label: "reference", colour: "--line-2", dashed: true },
     { label: "position", colour: "--line-1" },
-  ]);
+  ], { episodes: true });
   private readonly error = new TimeChart({
     title: "Position error",
-    up: "mm",
+    up: "Error in mm",
     lines: [{ label: "error", colour: "--line-1" }],
     span: 0.2,
   });
   private readonly voltage = new TimeChart({
     title: "Valve voltage",
-    up: "V",
+    up: "Voltage in V",
     lines: [{ label: "voltage", colour: "--line-3" }],
     span: 0.5,
   });
@@ -107,12 +108,15 @@ export class ClosedLoop extends LivePage {
   protected plots({ recording }: Run, first: number, range: [number, number]): (() => void)[] {
     const column = thinning(recording, first);
     const time = column("time");
+    const stroke = this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
+    const marks = episodes(recording, first, stroke, "plant.");
+    const velocity = withoutJumps(recording.column("plant.velocity", first)).map((value) => value * MM);
     const [wanted, is] = ["controller.referencePosition", "plant.position"].map((name) => column(name, MM));
     return [
-      () => this.position.show(time, [wanted, is], range),
+      () => this.position.show(time, [wanted, is], range, marks),
       () => this.error.show(time, [wanted.map((value, index) => value - is[index])], range),
       () => this.voltage.show(time, [column("plant.valveVoltage")], range),
-      () => this.over.show([column("plant.velocity", MM), column("plant.frictionForce")]),
+      () => this.over.show([velocity, recording.column("plant.frictionForce", first)]),
     ];
   }
 
@@ -165,7 +169,7 @@ export class ClosedLoop extends LivePage {
       if (row > 0 && sticking[row - 1] === 1 && sticking[row] === 0) breaks += 1;
     }
     const root = Math.sqrt(squares / is.length);
-    this.readouts.show("Error, mean square root", `${(root * MM).toFixed(3)} mm`);
-    this.readouts.show("Breaks away", `${breaks} times in ${Math.min(time, JUDGED).toFixed(0)} s`);
+    this.readouts.show("RMS error", `${(root * MM).toFixed(3)} mm`);
+    this.readouts.show("Break-aways", `${breaks} in ${Math.min(time, JUDGED).toFixed(0)} s`);
   }
 }

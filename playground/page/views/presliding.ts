@@ -35,14 +35,14 @@ export class Presliding implements Page {
   private readonly verdict = element("div", { class: "verdict", "aria-live": "polite" });
   private readonly loops = new PathChart({
     title: "Friction over displacement",
-    across: "x in µm",
-    up: "N",
+    across: "Displacement in µm",
+    up: "Friction force in N",
     lines: [{ label: "friction force", colour: "--line-1" }],
     span: 0.01,
   });
   private readonly displacement = new TimeChart({
     title: "Displacement",
-    up: "µm",
+    up: "Displacement in µm",
     lines: [{ label: "displacement", colour: "--line-2" }],
     span: 0.1,
   });
@@ -104,12 +104,12 @@ export class Presliding implements Page {
     const { library } = this.context;
     const { recording } = this.run;
     const values = this.values();
-    const input = { variable: "driveVelocity", column: "driveVelocity", signal: this.signal };
+    const input = { variable: "driveVelocity", signal: this.signal };
     return {
       name: "presliding",
       csv: recording.csv(),
       ssv: library.ssv("Playground", "Set in the playground", [{ model: BENCH, prefix: "", values }], new Date()),
-      python: oneModel(library.tables, BENCH, [["run", values]], input, recording.rows, "presliding.csv"),
+      python: oneModel(library.tables, BENCH, [["run", values, ""]], input, recording.rows, "presliding.csv"),
     };
   }
 

@@ -2,7 +2,9 @@
 
 import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
+import { CentredInput } from "../centring";
 import { Cylinder, SHOWN } from "../cylinder";
+import { episodes, withoutJumps } from "../episodes";
 import { lawChoice } from "../law-choice";
 import { LivePage } from "../live";
 import { oneModel } from "../python";
@@ -21,6 +23,7 @@ export const VOLTAGE: Scale = {
   level: [0, 10],
   amplitude: [0, 5],
   period: [0.1, 10],
+  centring: [0, 4],
 };
 
 /** What the charts need besides the drawing. */
@@ -29,20 +32,20 @@ export const WATCHED = ["valveVoltage", ...SHOWN];
 export class StickSlip extends LivePage {
   readonly driven = [`${CYLINDER}.valveVoltage`];
   protected readonly scale = VOLTAGE;
-  protected readonly window = 3;
+  protected readonly window = 8;
   private readonly cylinder = new Cylinder("Cylinder");
   private readonly readouts = new Readouts(["Position", "Velocity", "Friction", "Chamber A", "Chamber B", "Valve"]);
-  private readonly position = position([{ label: "position", colour: "--line-1" }]);
+  private readonly position = position([{ label: "position", colour: "--line-1" }], { episodes: true });
   private readonly pressures = new TimeChart({
     title: "Pressures",
-    up: "bar",
+    up: "Absolute pressure in bar",
     lines: [
       { label: "chamber A", colour: "--line-1" },
-      { label: "chamber B", colour: "--line-2" },
+      { label: "chamber B", colour: "--line-2", dashed: true },
     ],
     span: 0.1,
   });
-  private readonly friction = friction([FRICTION]);
+  private readonly friction = friction([FRICTION], { episodes: true });
   private readonly over = frictionOverVelocity([FRICTION]);
 
   constructor(context: Context) {
@@ -58,14 +61,15 @@ export class StickSlip extends LivePage {
     return [{ prefix: "", model: CYLINDER, values: settings.values[CYLINDER], first, watched: WATCHED }];
   }
 
+  private readonly input = new CentredInput(() => this.context.settings.signal, WATCHED.indexOf("position"));
   protected readonly exchange: Exchange = (time, run) =>
-    run.set(0, new Map([["valveVoltage", at(this.context.settings.signal, time)]]));
+    run.set(0, new Map([["valveVoltage", this.input.at(time, run, 0)]]));
 
   protected scene({ recording }: Run): void {
     const now = (name: string) => recording.last(name);
-    this.cylinder.show(SHOWN.map(now), this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5);
+    this.cylinder.show(SHOWN.map(now), this.stroke);
     this.readouts.show("Position", `${(now("position") * MM).toFixed(2)} mm`);
-    this.readouts.show("Velocity", now("sticking") === 1 ? "stuck" : `${(now("velocity") * MM).toFixed(1)} mm/s`);
+    this.readouts.show("Velocity", now("sticking") === 1 ? "sticks" : `${(now("velocity") * MM).toFixed(1)} mm/s`);
     this.readouts.show("Friction", `${now("frictionForce").toFixed(2)} N`);
     this.readouts.show("Chamber A", `${(now("chamberA.pressure") * BAR).toFixed(3)} bar`);
     this.readouts.show("Chamber B", `${(now("chamberB.pressure") * BAR).toFixed(3)} bar`);
@@ -75,25 +79,31 @@ export class StickSlip extends LivePage {
   protected plots({ recording }: Run, first: number, range: [number, number]): (() => void)[] {
     const column = thinning(recording, first);
     const time = column("time");
+    const marks = episodes(recording, first, this.stroke);
+    const velocity = withoutJumps(recording.column("velocity", first)).map((value) => value * MM);
     const [a, b] = ["chamberA.pressure", "chamberB.pressure"];
     return [
-      () => this.position.show(time, [column("position", MM)], range),
+      () => this.position.show(time, [column("position", MM)], range, marks),
       () => this.pressures.show(time, [column(a, BAR), column(b, BAR)], range),
-      () => this.friction.show(time, [column("frictionForce")], range),
-      () => this.over.show([column("velocity", MM), column("frictionForce")]),
+      () => this.friction.show(time, [column("frictionForce")], range, marks),
+      () => this.over.show([velocity, recording.column("frictionForce", first)]),
     ];
+  }
+
+  private get stroke(): number {
+    return this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
   }
 
   protected filesOf({ recording }: Run): Files {
     const { settings, library } = this.context;
     const values = settings.values[CYLINDER];
-    const input = { variable: "valveVoltage", column: "valveVoltage", signal: settings.signal };
+    const input = { variable: "valveVoltage", signal: settings.signal };
     const parts = [{ model: CYLINDER, prefix: "", values }];
     return {
       name: "stick-slip",
       csv: recording.csv(),
       ssv: library.ssv("Playground", "Set in the playground", parts, new Date()),
-      python: oneModel(library.tables, CYLINDER, [["run", values]], input, recording.rows, "stick-slip.csv"),
+      python: oneModel(library.tables, CYLINDER, [["run", values, ""]], input, recording.rows, "stick-slip.csv"),
     };
   }
 }

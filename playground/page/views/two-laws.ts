@@ -2,8 +2,10 @@
 
 import { TimeChart } from "../charts";
 import type { Context, Files } from "../context";
+import { CentredInput } from "../centring";
 import { Cylinder, SHOWN } from "../cylinder";
 import { element } from "../dom";
+import { withoutJumps } from "../episodes";
 import { lawChoice, secondLawChoice } from "../law-choice";
 import { LivePage } from "../live";
 import { oneModel } from "../python";
@@ -26,13 +28,13 @@ const LINES = [
 export class TwoLaws extends LivePage {
   readonly driven = [`${CYLINDER}.valveVoltage`];
   protected readonly scale = VOLTAGE;
-  protected readonly window = 3;
+  protected readonly window = 8;
   private readonly cylinders = ["First law", "Second law"].map((title) => new Cylinder(title));
-  private readonly readouts = new Readouts(["First is at", "Second is at", "Difference", "Largest so far", "Held"]);
+  private readonly readouts = new Readouts(["First is at", "Second is at", "Difference", "Largest so far", "Sticks"]);
   private readonly position = position(LINES, { marked: true });
   private readonly difference = new TimeChart({
-    title: "Position under the second law less that under the first",
-    up: "mm",
+    title: "Position difference, second law less first",
+    up: "Difference in mm",
     lines: [{ label: "difference", colour: "--line-3" }],
     span: 0.1,
   });
@@ -66,9 +68,9 @@ export class TwoLaws extends LivePage {
     }));
   }
 
+  private readonly input = new CentredInput(() => this.context.settings.signal, WATCHED.indexOf("position"));
   protected readonly exchange: Exchange = (time, run) => {
-    const voltage = new Map([["valveVoltage", at(this.context.settings.signal, time)]]);
-    run.members.forEach((_, index) => run.set(index, voltage));
+    run.members.forEach((_, index) => run.set(index, new Map([["valveVoltage", this.input.at(time, run, index)]])));
   };
 
   protected scene(run: Run): void {
@@ -85,7 +87,7 @@ export class TwoLaws extends LivePage {
     this.readouts.show("Second is at", `${(b * MM).toFixed(2)} mm`);
     this.readouts.show("Difference", `${((b - a) * MM).toFixed(3)} mm`);
     this.readouts.show("Largest so far", `${(this.largestDifference(run) * MM).toFixed(3)} mm`);
-    this.readouts.show("Held", heldA && heldB ? "both" : heldA ? "first" : heldB ? "second" : "neither");
+    this.readouts.show("Sticks", heldA && heldB ? "both" : heldA ? "first" : heldB ? "second" : "neither");
   }
 
   protected plots({ recording, members }: Run, first: number, range: [number, number]): (() => void)[] {
@@ -93,7 +95,10 @@ export class TwoLaws extends LivePage {
     const time = column("time");
     const both = (name: string, factor?: number) => members.map(({ prefix }) => column(prefix + name, factor));
     const [one, other] = both("position", MM);
-    const path = (index: number) => [both("velocity", MM)[index], both("frictionForce")[index]] as [Column, Column];
+    const path = (index: number): [Column, Column] => {
+      const whole = (name: string) => recording.column(members[index].prefix + name, first);
+      return [withoutJumps(whole("velocity")).map((value) => value * MM), whole("frictionForce")];
+    };
     return [
       () => this.position.show(time, [one, other], range),
       () => this.difference.show(time, [one.map((value, index) => other[index] - value)], range),
@@ -105,10 +110,10 @@ export class TwoLaws extends LivePage {
   protected filesOf({ recording }: Run): Files {
     const { settings, library } = this.context;
     const variants = this.variants();
-    const input = { variable: "valveVoltage", column: `${variants[0][0]}.valveVoltage`, signal: settings.signal };
+    const input = { variable: "valveVoltage", signal: settings.signal };
     const parts = [{ model: CYLINDER, prefix: "", values: variants[0][1] }];
     const about = `Set in the playground; compared with ${variants[1][0]}`;
-    const runs = variants.map(([, values], index) => [["first", "second"][index], values] as const);
+    const runs = variants.map(([name, values], index) => [["first", "second"][index], values, `${name}.`] as const);
     return {
       name: "two-laws",
       csv: recording.csv(),
