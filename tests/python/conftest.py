@@ -7,7 +7,6 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
-import bounds
 import pytest
 from client import Client
 from fmpy import read_model_description
@@ -20,13 +19,6 @@ ROOT = Path(__file__).parents[2]
 def _interrupts() -> None:
     """Let tests send interrupts: what a shell runs in the background ignores them, and so do its children."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    if bounds.used:
-        terminalreporter.section("room that bounds leave")
-        for line in bounds.report():
-            terminalreporter.write_line(line)
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,6 @@ from collections.abc import Iterator, Set
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-import pytest
-
 PACKAGE = Path(__file__).parents[2] / "python" / "pneumatic_servo"
 
 
@@ -50,35 +48,3 @@ def circle(package: Path) -> list[str]:
 def test_no_files_import_each_other() -> None:
     assert len(modules(PACKAGE)) > 90
     assert not circle(PACKAGE)
-
-
-@pytest.mark.parametrize(
-    "second",
-    [
-        "from plant.first import A",
-        "from plant import first",
-        "import plant.first",
-        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from plant.first import A",
-        "def later():\n    from plant.first import A",
-        "from importlib import import_module\nA = import_module('plant.first')",
-    ],
-)
-def test_a_circle_is_found(tmp_path: Path, second: str) -> None:
-    plant = tmp_path / "plant"
-    plant.mkdir()
-    for name, text in {
-        "__init__": "from plant.first import A",
-        "first": "from plant.second import B",
-        "second": "",
-    }.items():
-        (plant / f"{name}.py").write_text(text, encoding="utf-8")
-    assert not circle(plant)
-    (plant / "second.py").write_text(second, encoding="utf-8")
-    assert sorted(circle(plant)[1:]) == ["plant.first", "plant.second"]
-
-
-def test_what_a_package_hands_on_is_imported_from_it(tmp_path: Path) -> None:
-    (tmp_path / "plant").mkdir()
-    (tmp_path / "plant/__init__.py").write_text("from plant.first import A", encoding="utf-8")
-    (tmp_path / "plant/first.py").write_text("def later():\n    from plant import A", encoding="utf-8")
-    assert sorted(circle(tmp_path / "plant")[1:]) == ["plant", "plant.first"]

@@ -108,3 +108,12 @@ def test_plans_are_held_against_what_is_then_found(tmp_path: Path) -> None:
     # One second and the wider of two intervals: within a half.
     assert all(0.75 < float(row["of the fits (%)"]) / float(row["foretold (%)"]) < 1.5 for row in rows)
     assert (tmp_path / "plans.png").stat().st_size > 10_000
+
+
+def test_gallery_draws_a_law_and_the_drive_follows_its_reference(tmp_path: Path) -> None:
+    run("gallery.py", "--laws", "LuGre", "Stribeck", "--output", tmp_path)
+    drawn = {file.relative_to(tmp_path).as_posix() for file in tmp_path.rglob("*.png")}
+    laws = {f"{model}/{name}.png" for model in ("FrictionBench", "Festoon") for name in ("laws", "LuGre", "Stribeck")}
+    assert laws | {"PositionController/PositionController.png"} <= drawn
+    printed = run("drive.py", "--output", tmp_path)
+    assert printed.count("rms error") == 2 and (tmp_path / "PneumaticServoDrive/PneumaticServoDrive.png").is_file()
