@@ -24,7 +24,8 @@
 macro_rules! export_fmu {
     ($models:expr) => {
         /// The models that this library serves. What packs the library into FMUs says which source it comes from.
-        pub static LIBRARY: $crate::Library = $crate::Library::new($models, option_env!("FMU_SOURCE_FINGERPRINT"));
+        pub static LIBRARY: $crate::Library =
+            $crate::Library::new($models, || $models, option_env!("FMU_SOURCE_FINGERPRINT"));
 
         /// The functions of FMI 2.0 for these models.
         pub static FMI2: $crate::fmi2::exports::Functions = {

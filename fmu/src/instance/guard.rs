@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn instantiation_is_refused_with_a_reason() {
-        static LIBRARY: Library = Library::new(models::ALL, None);
+        static LIBRARY: Library = Library::new(models::ALL, || models::ALL, None);
         let guid = crate::guid(&models::ALL[0]);
         let kind = Kind::CoSimulation;
         let wanted =

@@ -7,7 +7,7 @@ use pneumatic_servo::model::Model;
 
 /// The models that a shared library serves; [`export_fmu!`](crate::export_fmu) makes it.
 pub struct Library {
-    models: &'static [Model],
+    models: fn() -> &'static [Model],
     source: Option<&'static str>,
     /// Made at the first use and never changed.
     layouts: OnceLock<Vec<Layout>>,
@@ -16,9 +16,12 @@ pub struct Library {
 impl Library {
     /// A library of models from a source with a fingerprint, if they are not those of [`pneumatic_servo`].
     ///
+    /// `models` are checked; `list` gives the same again when they are used. A `static` that held them itself would be a copy of
+    /// those of another crate, whose code would be compiled once more.
+    ///
     /// # Panics
     /// Without a model, and when a name is no identifier of C or is that of two models: in a `static`, when it is compiled.
-    pub const fn new(models: &'static [Model], source: Option<&'static str>) -> Self {
+    pub const fn new(models: &'static [Model], list: fn() -> &'static [Model], source: Option<&'static str>) -> Self {
         assert!(!models.is_empty(), "a library of FMUs needs a model");
         let mut index = 0;
         while index < models.len() {
@@ -35,12 +38,12 @@ impl Library {
             }
             index += 1;
         }
-        Self { models, source, layouts: OnceLock::new() }
+        Self { models: list, source, layouts: OnceLock::new() }
     }
 
     /// The models.
-    pub const fn models(&self) -> &'static [Model] {
-        self.models
+    pub fn models(&self) -> &'static [Model] {
+        (self.models)()
     }
 
     /// The layout of the model with a GUID.
@@ -55,7 +58,7 @@ impl Library {
     }
 
     fn layouts(&self) -> &[Layout] {
-        self.layouts.get_or_init(|| self.models.iter().map(|model| Layout::new(model, self.source)).collect())
+        self.layouts.get_or_init(|| self.models().iter().map(|model| Layout::new(model, self.source)).collect())
     }
 }
 
@@ -91,7 +94,7 @@ mod tests {
     fn names_must_be_identifiers_and_different() {
         // Names may begin as others, whichever comes first.
         static GOOD: [Model; 4] = [named("A_1"), named("A"), named("A_1b"), named("_b")];
-        assert_eq!(Library::new(&GOOD, None).models().len(), 4);
+        assert_eq!(Library::new(&GOOD, || &GOOD, None).models().len(), 4);
         static BAD: [[Model; 2]; 6] = [
             [named("A"), named("A")],
             [named("A"), named("")],
@@ -102,15 +105,18 @@ mod tests {
         ];
         for models in &BAD {
             let names = models.each_ref().map(|model| model.name);
-            assert!(std::panic::catch_unwind(|| Library::new(models, None).models().len()).is_err(), "{names:?}");
+            assert!(
+                std::panic::catch_unwind(|| Library::new(models, || &[], None).models().len()).is_err(),
+                "{names:?}"
+            );
         }
-        assert!(std::panic::catch_unwind(|| Library::new(&[], None).models().len()).is_err());
+        assert!(std::panic::catch_unwind(|| Library::new(&[], || &[], None).models().len()).is_err());
     }
 
     #[test]
     fn a_model_is_found_by_the_guid_of_its_source_only() {
         static MODELS: [Model; 2] = [named("A"), named("B")];
-        static LIBRARY: Library = Library::new(&MODELS, Some("0123"));
+        static LIBRARY: Library = Library::new(&MODELS, || &MODELS, Some("0123"));
         for model in &MODELS {
             let own = crate::guid_of_source(model, Some("0123"));
             assert_eq!(LIBRARY.find(&own).expect("a layout").model.name, model.name);
