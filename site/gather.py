@@ -1,6 +1,6 @@
 """Lays out the pages of the site as Sphinx reads them: those of the repository, and those made of its products.
 
-The pages of the models are those inside the FMUs, the gallery shows the figures of `cargo xtask gallery`, and the
+The pages of the models are those inside the FMUs, the gallery shows the figures of `studies/gallery.py`, and the
 command line tells its own help. Nothing is written twice.
 """
 

@@ -1,8 +1,19 @@
 //! The default experiment of a model: run here, or read from the results of a host.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Context, Result, ensure};
 use pneumatic_servo::model::{Model, Start};
 use pneumatic_servo::variables::Variable;
+
+/// The default experiments of models, for programs that do not link the plant.
+///
+/// # Errors
+/// When they cannot be written as JSON.
+pub fn stated(models: &[Model]) -> Result<String> {
+    let all: BTreeMap<_, _> = models.iter().map(|model| (model.name, model.experiment)).collect();
+    Ok(serde_json::to_string_pretty(&all)? + "\n")
+}
 
 /// A variable over time, in its SI unit.
 pub struct Curve {

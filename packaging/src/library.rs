@@ -10,6 +10,8 @@ use crate::description::Version;
 use crate::files;
 use crate::gates::{self, Reach};
 use crate::platform::{Binary, Platform};
+use crate::process::heading;
+use crate::tools;
 use crate::workspace::Workspace;
 
 /// A shared library.
@@ -90,6 +92,21 @@ impl Library {
     }
 }
 
+/// Builds the library of each platform.
+///
+/// # Errors
+/// When a tool is missing, a build fails or a library does not pass the gates.
+pub fn build(workspace: &Workspace, platforms: &BTreeSet<Platform>) -> Result<Vec<Library>> {
+    let missing = platforms.iter().map(|&platform| Ok((platform.folder(), build::missing(platform)?)));
+    tools::require(missing.collect::<Result<Vec<_>>>()?)?;
+    let mut libraries = Vec::new();
+    for &platform in platforms {
+        heading(&format!("Build the shared library for {platform}"));
+        libraries.push(Library::for_everybody(workspace, platform)?);
+    }
+    Ok(libraries)
+}
+
 /// Where `cargo xtask build` leaves the library of a platform and `cargo xtask join` finds it.
 pub fn kept(workspace: &Workspace, platform: Platform) -> PathBuf {
     let name = format!("pneumatic_servo_fmu.{}", platform.extension());
@@ -126,12 +143,7 @@ pub fn complete(
 
 #[cfg(test)]
 mod tests {
-    #[cfg(target_os = "linux")]
-    use std::path::Path;
-
     use super::*;
-    #[cfg(target_os = "linux")]
-    use crate::stand_in::{self, StandIn};
 
     #[test]
     fn every_processor_has_a_folder_of_its_own_in_fmi_3() {
@@ -157,57 +169,6 @@ mod tests {
         })?;
         let found: Vec<_> = libraries.iter().map(|library| (library.platform, library.bytes[0])).collect();
         assert_eq!(found, [(Platform::Linux64, 1), (Platform::Win64, 2), (Platform::Darwin64, 1)]);
-        Ok(())
-    }
-
-    /// A machine that builds a library for Linux, with a standard library for its target or without.
-    #[cfg(target_os = "linux")]
-    fn builder(folder: &Path, targets: &[&str]) -> Result<StandIn> {
-        let library = folder.join("built.so");
-        files::write(&library, gates::made::linux())?;
-        let machine =
-            StandIn::new(move |command| command.says("rustc --release").then(|| stand_in::built(command, &library)));
-        Ok(machine.compiling_for(&folder.join("sysroot"), targets))
-    }
-
-    /// By Zig where its tools are there: tests then ask what users get.
-    #[test]
-    #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
-    fn tests_ask_the_library_that_is_handed_out_if_it_can_be_built() -> Result<()> {
-        let folder = files::scratch("library-for-tests");
-        let workspace = Workspace::of_a_test(&folder);
-        let build = |machine: StandIn| machine.does(|| Library::for_tests(&workspace));
-        const TARGETS: &[&str] = &["x86_64-unknown-linux-gnu"];
-        let without = builder(&folder.join("without"), &[])?;
-        let with = builder(&folder.join("with"), TARGETS)?;
-        let no_python = builder(&folder.join("with"), TARGETS)?.lacking("python3").lacking("python");
-        for (machine, program) in [(without, "cargo"), (with, "cargo-zigbuild"), (no_python, "cargo")] {
-            let (built, started) = build(machine);
-            assert_eq!(built?.bytes, gates::made::linux());
-            let builds = started.iter().filter(|it| it.says("rustc --release --package pneumatic-servo-builtin"));
-            let programs: Vec<_> = builds.filter_map(|it| it.path.file_name()).collect();
-            assert_eq!(programs, [program]);
-        }
-        std::fs::remove_dir_all(&folder)?;
-        Ok(())
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn a_library_is_kept_where_join_looks_for_it() -> Result<()> {
-        let folder = files::scratch("library-kept");
-        let workspace = Workspace::of_a_test(&folder);
-        let (built, _) = builder(&folder, &[])?.does(|| Library::for_this_machine(&workspace));
-        let file = built?.keep(&workspace)?;
-        assert_eq!(file, kept(&workspace, Platform::Linux64));
-        assert_eq!(file, folder.join("binaries/linux64/pneumatic_servo_fmu.so"));
-        assert_eq!(files::read(&file)?, gates::made::linux());
-        // What does not pass the gates is none.
-        let damaged = StandIn::new(|command| {
-            command.says("rustc --release").then(|| stand_in::built(command, "Cargo.toml".as_ref()))
-        });
-        assert!(damaged.does(|| Library::for_this_machine(&workspace)).0.is_err());
-        std::fs::remove_dir_all(&folder)?;
         Ok(())
     }
 

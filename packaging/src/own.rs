@@ -4,14 +4,13 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Result;
-use clap::Parser;
-use pneumatic_servo::model::Model;
+use anyhow::{Context, Result, ensure};
+use pneumatic_servo::model::{Model, Setup};
 
 use crate::package::Package;
 use crate::product::{Parts, Product};
-use crate::workspace::{self, ENVIRONMENTS, Workspace};
-use crate::{ended, fingerprint, lock, not_begun, process, soundness};
+use crate::workspace::{self, Workspace};
+use crate::{commands, fingerprint, lock};
 
 /// The crate whose models are packed, as [`package_fmus!`](crate::package_fmus) fills it in.
 #[derive(Clone, Copy, Debug)]
@@ -77,32 +76,29 @@ macro_rules! package_fmus {
     };
 }
 
-/// Builds the FMUs of this crate, validates them and runs the default experiment of each.
-///
-/// Results are in target/fmu: an FMU per model, its results as CSV and its figure; in target/fmu/fmi3 the same FMUs for FMI 3.0.
-#[derive(Parser)]
-struct Arguments {
-    #[command(flatten)]
-    package: Package,
-}
-
 /// Packs the models of a crate; what the command line of the program says, after its name, is what `cargo xtask package` takes.
 pub fn package(of: &Crate, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => ended(run(of, &arguments.package)),
-        Err(told) => not_begun(&told),
-    }
+    commands::run_of_a_crate(arguments.into_iter().skip(1), |package| run(of, package))
 }
 
-/// Nothing is built or written before the models are known to be sound.
+/// Nothing is built or written before the models are known to start.
 fn run(of: &Crate, package: &Package) -> Result<()> {
-    soundness::check(of.models)?;
-    for wrong in soundness::wrong_slopes(of.models) {
-        eprintln!("warning: {wrong}; a plain number to the left of a parameter loses its slope");
-    }
+    of.models.iter().try_for_each(ensure_sound)?;
     let workspace = around(of)?;
     let _alone = lock::hold(&workspace.target)?;
     package.run(&workspace)
+}
+
+/// Refuses a model that says nothing of itself, does not start with its defaults, or whose default experiment is none. The
+/// checks of `pneumatic_servo::conformance` are for the tests of the crate.
+fn ensure_sound(model: &'static Model) -> Result<()> {
+    let name = model.name;
+    ensure!(!model.description.is_empty(), "{name} has no description");
+    let started = Setup::of(model).start(0.0).with_context(|| format!("{name} does not start with its defaults"))?;
+    drop(started);
+    let problems = model.experiment.problems((model.variables)());
+    ensure!(problems.is_empty(), "{name}: {}", problems.join("; "));
+    Ok(())
 }
 
 fn around(of: &Crate) -> Result<Workspace> {
@@ -118,115 +114,34 @@ fn around(of: &Crate) -> Result<Workspace> {
     Workspace::around(folder, product)
 }
 
-/// Packs the model of one's own among the examples, as its author does; its FMUs are in target/own/fmu. What compiles the
-/// program is the target directory of the project, where most of it is compiled already. The library is compiled without
-/// optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
-///
-/// # Errors
-/// When that fails.
-pub fn check(workspace: &Workspace) -> Result<()> {
-    process::heading("A model of one's own: pack its FMU");
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--profile", "quick", "--features", "package", "--example", "package"]);
-    cargo.args(["--manifest-path", "examples/own/model/Cargo.toml", "--target-dir"]).arg(&workspace.target);
-    cargo.env("CARGO_TARGET_DIR", workspace.target.join("own")).env(ENVIRONMENTS, &workspace.environments);
-    cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0").env("CARGO_PROFILE_RELEASE_LTO", "off");
-    process::run(cargo.current_dir(&workspace.home))
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
 
-    use anyhow::Context;
     use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
-
+    use pneumatic_servo::model::Experiment;
     use pneumatic_servo::models::position_controller;
+    use pneumatic_servo::variables::ParameterError;
 
     use super::*;
     use crate::files;
-    use crate::stand_in::{self, StandIn, Started};
 
-    static SOUND: [Model; 1] = [position_controller::MODEL];
-    static UNSOUND: [Model; 1] = [Model { description: "", ..position_controller::MODEL }];
-    const OWN: Crate = Crate {
-        models: &SOUND,
-        folder: concat!(env!("CARGO_MANIFEST_DIR"), "/../ssp"),
-        name: "quarter-car",
-        version: "1.2.3",
-        licence: "MIT",
-    };
-
-    /// A machine on which no library can be built, and whose target directory is another one.
-    fn machine(target: &Path) -> StandIn {
-        let target = target.to_owned();
-        StandIn::new(move |command| match command {
-            // What the fingerprint asks is of all packages.
-            _ if command.says("--no-deps") => Some(stand_in::metadata(&workspace::home(), &target, &[])),
-            _ => command.says("rustc --release").then_some(stand_in::Answer::Fails),
-        })
-    }
-
+    /// Named with what is wrong, before anything is built.
     #[test]
-    fn a_crate_is_packed_if_its_models_are_sound() -> Result<()> {
-        let folder = files::scratch("own");
-        let failure = format!("{:?}", ExitCode::FAILURE);
-        let pack = |models, words: &str| {
-            let arguments = words.split(' ').map(OsString::from);
-            let (code, started) = machine(&folder).does(|| package(&Crate { models, ..OWN }, arguments));
-            (format!("{code:?}"), started)
-        };
-        let (code, started) = pack(&SOUND, "package");
-        assert_eq!(code, failure);
-        let [built] = &started[..] else { panic!("{started:?}") };
-        assert!(
-            built.says("--package quarter-car") && built.variable("FMU_SOURCE_FINGERPRINT").len() == 32,
-            "{built:?}"
-        );
-        for (models, words, expected) in [
-            (&UNSOUND, "package", failure),
-            (&SOUND, "package --platforms amiga", format!("{:?}", ExitCode::from(2))),
-            (&SOUND, "package --help", format!("{:?}", ExitCode::SUCCESS)),
+    fn models_that_do_not_start_or_show_nothing_are_refused() {
+        static SOUND: Model = position_controller::MODEL;
+        static SILENT: Model = Model { description: "", ..SOUND };
+        static UNFIT: Model = Model { start: |_| Err(ParameterError::new("lag", 1.0, "it must fit the gap")), ..SOUND };
+        static BLIND: Model = Model { experiment: Experiment { panels: &[], ..SOUND.experiment }, ..SOUND };
+        assert!(ensure_sound(&SOUND).is_ok());
+        for (model, expected) in [
+            (&SILENT, "PositionController has no description"),
+            (&UNFIT, "lag = 1 is refused: it must fit the gap"),
+            (&BLIND, "shows nothing"),
         ] {
-            let (code, started) = pack(models, words);
-            assert_eq!((code, started.len()), (expected, 0), "{words}");
+            let problem = ensure_sound(model).map_or_else(|problem| format!("{problem:#}"), |()| String::new());
+            assert!(problem.contains(expected), "{problem}");
         }
-        Ok(std::fs::remove_dir_all(&folder)?)
-    }
-
-    #[test]
-    fn what_is_packed_is_what_the_crate_says_of_itself() -> Result<()> {
-        let target = files::scratch("own-product");
-        let (workspace, _) = machine(&target).with(ENVIRONMENTS, "/shared").does(|| around(&OWN));
-        let Workspace { product, environments, .. } = workspace?;
-        assert_eq!((&*product.package, &*product.version, &*product.licence), ("quarter-car", "1.2.3", "MIT"));
-        assert!(!product.is_of_the_project() && product.models[0].name == "PositionController");
-        assert_eq!(environments, Path::new("/shared"));
-        let folders: Vec<_> = product.parts.folders().collect();
-        assert_eq!(
-            folders,
-            [&*Path::new(OWN.folder).join("modelDescription"), &*workspace::home().join("modelDescription")]
-        );
-        Ok(())
-    }
-
-    /// The example is packed as its author does it, in a folder of its own, with the environments that are there already.
-    #[test]
-    fn the_example_is_packed_by_its_own_program() {
-        let workspace = Workspace::of_a_test(Path::new("/target"));
-        let (outcome, started) = StandIn::new(|_| None).does(|| check(&workspace));
-        assert!(outcome.is_ok());
-        let [cargo] = &started[..] else { panic!("{started:?}") };
-        assert!(
-            cargo.line().starts_with("cargo run ") && cargo.says("--features package --example package"),
-            "{cargo:?}"
-        );
-        assert_eq!(cargo.after("--manifest-path"), "examples/own/model/Cargo.toml");
-        assert_eq!(cargo.folder.as_deref(), Some(&*workspace::home()));
-        assert_eq!((cargo.after("--target-dir"), cargo.variable("CARGO_TARGET_DIR")), ("/target", "/target/own"));
-        assert_eq!(cargo.variable(ENVIRONMENTS), "/target/environments");
-        let fails = StandIn::new(|_: &Started| Some(stand_in::Answer::Fails));
-        assert!(fails.does(|| check(&workspace)).0.is_err());
     }
 
     /// What is downloaded, of a lock file: names with versions.
@@ -250,10 +165,10 @@ mod tests {
     /// A shared library has no hash in its file's name: that of a crate from outside, compiled into the same folder, would
     /// overwrite the library that this program is made of.
     #[test]
-    fn nothing_that_this_program_is_made_of_is_a_shared_library() -> Result<()> {
+    fn nothing_that_cargo_xtask_is_made_of_is_a_shared_library() -> Result<()> {
         let metadata = MetadataCommand::new().no_deps().current_dir(workspace::home()).exec()?;
         let ours = |name: &str| metadata.packages.iter().find(|it| it.name.as_str() == name);
-        let mut names = vec![env!("CARGO_PKG_NAME").to_owned()];
+        let mut names = ["xtask", "xtask-developer"].map(str::to_owned).to_vec();
         let mut seen = 0;
         while let Some(name) = names.get(seen) {
             let package = ours(name).with_context(|| format!("no package {name}"))?;

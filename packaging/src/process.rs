@@ -2,7 +2,7 @@
 
 use std::cell::{OnceCell, RefCell};
 use std::ffi::{OsStr, OsString};
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, ExitStatus, Output, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -12,9 +12,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{Metadata, MetadataCommand};
 
-#[cfg(test)]
-use crate::stand_in;
-
 /// How long nobody says anything at most.
 const SILENCE: Duration = Duration::from_secs(4);
 
@@ -22,9 +19,6 @@ const SILENCE: Duration = Duration::from_secs(4);
 pub fn cargo() -> Command {
     Command::new(variable("CARGO").unwrap_or_else(|| "cargo".into()))
 }
-
-/// The features of the plant that this program is compiled with: what has the same finds it compiled in `target/quick`.
-pub const FEATURES_OF_THIS: [&str; 2] = ["--features", "pneumatic-servo/sensitivities"];
 
 /// Whether a machine runs the checks, for which what cannot be checked is an error (the variable `CI` is set).
 pub fn under_ci() -> bool {
@@ -135,12 +129,8 @@ pub fn both<A: Send, B>(
     second: impl FnOnce() -> Result<B>,
 ) -> Result<(A, B)> {
     let together = failed();
-    #[cfg(test)]
-    let machine = stand_in::present();
     std::thread::scope(|scope| {
         let first = scope.spawn(move || {
-            #[cfg(test)]
-            stand_in::put(machine);
             FAILED.with(|failed| failed.set(together).ok());
             let outcome = noted(first());
             end_section();
@@ -186,7 +176,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// When it cannot be started; the message holds the command line.
 pub fn status(command: &mut Command) -> Result<ExitStatus> {
     go_on()?;
-    let status = with_progress(&brief(command), || ended(command));
+    let status = with_progress(&brief(command), || command.status());
     status.with_context(|| format!("cannot start `{}`", line(command)))
 }
 
@@ -206,13 +196,13 @@ pub fn output(command: &mut Command) -> Result<String> {
 /// When it cannot be started; the message holds the command line.
 pub fn caught(command: &mut Command) -> Result<Output> {
     go_on()?;
-    let output = with_progress(&brief(command), || printed(command));
+    let output = with_progress(&brief(command), || command.output());
     output.with_context(|| format!("cannot start `{}`", line(command)))
 }
 
 /// Whether a command can be started and ends well; nothing of it is shown.
 pub fn works(command: &mut Command) -> bool {
-    ended(command.stdout(Stdio::null()).stderr(Stdio::null())).is_ok_and(|status| status.success())
+    command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
 /// What Cargo tells of packages.
@@ -223,44 +213,21 @@ pub fn metadata(command: &MetadataCommand) -> Result<Metadata> {
     Ok(MetadataCommand::parse(output(&mut command.cargo_command())?)?)
 }
 
-/// Starts a command, and waits for its end.
-fn ended(command: &mut Command) -> io::Result<ExitStatus> {
-    #[cfg(test)]
-    if let Some(output) = stand_in::answer(command) {
-        return Ok(output.status);
-    }
-    command.status()
-}
-
-/// Starts a command, and waits for its end and what it prints.
-fn printed(command: &mut Command) -> io::Result<Output> {
-    #[cfg(test)]
-    if let Some(output) = stand_in::answer(command) {
-        return Ok(output);
-    }
-    command.output()
-}
-
-/// Where a program is that would be started, if it is on the search path.
+/// Where a program is that would be started, if it is on the search path, or at the path that is its name.
 pub fn find(program: &str) -> Option<PathBuf> {
-    find_all(program).into_iter().next()
-}
-
-/// Where programs of a name are, in the order of the search path.
-pub fn find_all(program: &str) -> Vec<PathBuf> {
-    #[cfg(test)]
-    if let Some(found) = stand_in::find_all(program) {
-        return found;
+    let is_program = |file: &PathBuf| file.is_file();
+    if program.contains(['/', '\\']) {
+        return Some(PathBuf::from(program)).filter(is_program);
     }
-    which::which_all(program).map_or_else(|_| Vec::new(), Iterator::collect)
+    let names =
+        if cfg!(windows) { vec![format!("{program}.exe"), program.to_owned()] } else { vec![program.to_owned()] };
+    let folders = variable("PATH").unwrap_or_default();
+    let of = |folder: PathBuf| names.iter().map(move |name| folder.join(name)).collect::<Vec<_>>();
+    std::env::split_paths(&folders).flat_map(of).find(is_program)
 }
 
 /// The value of a variable of the environment.
 pub fn variable(name: &str) -> Option<OsString> {
-    #[cfg(test)]
-    if let Some(value) = stand_in::variable(name) {
-        return value;
-    }
     std::env::var_os(name)
 }
 
@@ -283,7 +250,6 @@ mod tests {
     use anyhow::bail;
 
     use super::*;
-    use crate::stand_in::{Answer, StandIn, Started};
 
     #[test]
     fn a_long_command_is_named_briefly() {
@@ -292,68 +258,6 @@ mod tests {
             brief(command.args(["-m", "/a/b/check.py", "Model.fmu", "Other.fmu"])),
             "python3 check.py Model.fmu"
         );
-    }
-
-    /// With the variable `CI`, unless that is empty or says false.
-    #[test]
-    fn what_is_left_out_is_an_error_where_nothing_may_be() {
-        let outcome = |machine: StandIn| machine.does(|| leave_out("Playground", "npm is missing")).0;
-        for is_allowed in [machine(), machine().with("CI", ""), machine().with("CI", "false")] {
-            assert!(outcome(is_allowed).is_ok());
-        }
-        let problem = outcome(machine().with("CI", "1")).map_err(|error| error.to_string());
-        assert!(problem.is_err_and(|text| text.starts_with("Playground: npm is missing")));
-    }
-
-    fn machine() -> StandIn {
-        StandIn::new(|command| command.says("sh fail").then_some(Answer::Fails))
-    }
-
-    /// A stand-in gets what would be started, and the real machine nothing; both threads of two have it.
-    #[test]
-    fn what_is_started_on_a_stand_in_is_noted_and_nothing_more() {
-        let (outcome, started) = machine().lacking("qemu").with("CI", "1").does(|| {
-            assert_eq!((find("qemu"), find("no-such").is_some(), variable("CI").is_some()), (None, true, true));
-            assert!(works(&mut Command::new("no-such")) && !works(Command::new("sh").arg("fail")));
-            both(|| output(&mut Command::new("one")), || run(Command::new("other").env("A", "b").current_dir("/")))
-        });
-        assert!(outcome.is_ok_and(|(printed, ())| printed.is_empty()));
-        let mut lines: Vec<_> = started.iter().map(Started::line).collect();
-        lines.sort_unstable();
-        assert_eq!(lines, ["no-such", "one", "other", "sh fail"]);
-        assert!(started.iter().any(|it| it.variable("A") == "b" && it.folder.as_deref() == Some("/".as_ref())));
-        assert!(find("no-such").is_none() && run(&mut Command::new("no-such")).is_err());
-    }
-
-    /// Whichever of two has failed, that is told, and not what was given up for it.
-    #[test]
-    fn what_was_given_up_is_not_the_cause() {
-        let wait = || {
-            while go_on().is_ok() {
-                std::thread::yield_now();
-            }
-            run(&mut Command::new("other"))
-        };
-        for is_first in [true, false] {
-            let (outcome, started) = machine().does(|| {
-                let fails = || run(Command::new("sh").arg("fail"));
-                if is_first { both(fails, wait) } else { both(wait, fails) }
-            });
-            assert!(outcome.is_err_and(|error| error.to_string().starts_with("`sh fail` failed")), "{is_first}");
-            assert_eq!(started.len(), 1, "{started:?}");
-        }
-    }
-
-    #[test]
-    fn what_cargo_does_not_tell_is_an_error() {
-        let answered = |answer: fn() -> Answer| {
-            let ask = || metadata(MetadataCommand::new().no_deps()).map(|it| it.workspace_root.into_string());
-            StandIn::new(move |_| Some(answer())).does(ask).0.map_err(|error| error.to_string())
-        };
-        let told = || stand_in::metadata("/root".as_ref(), "/target".as_ref(), &[]);
-        assert_eq!(answered(told), Ok("/root".to_owned()));
-        assert!(answered(|| Answer::Fails).is_err_and(|error| error.contains("metadata") && error.contains("failed")));
-        assert!(answered(|| stand_in::DONE).is_err());
     }
 
     #[test]

@@ -53,12 +53,6 @@ impl Workspace {
         Self { root: home(), home: home(), target, environments, product: Product::of_the_project(&home()) }
     }
 
-    /// One whose sources are in a folder of a test, too: those that the test writes.
-    #[cfg(test)]
-    pub fn made_up(folder: &Path) -> Self {
-        Self { root: folder.join("root"), ..Self::of_a_test(&folder.join("target")) }
-    }
-
     /// The same source with a target directory of its own below this one's, so that two builds can run at a time.
     pub fn inside(&self, folder: &str) -> Self {
         Self { target: self.target.join(folder), ..self.clone() }
@@ -67,11 +61,6 @@ impl Workspace {
     /// Where the FMUs go, with the results of their default experiments.
     pub fn fmus(&self) -> PathBuf {
         self.target.join("fmu")
-    }
-
-    /// Where the results of all laws, the catalogue and the comparison go.
-    pub fn gallery(&self) -> PathBuf {
-        self.target.join("gallery")
     }
 
     /// Where generated descriptions and hand-written parts of the project's FMUs are kept.
@@ -107,20 +96,6 @@ pub fn cargo_home() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stand_in::{self, StandIn};
-
-    /// Where Cargo says; the environments where the user says.
-    #[test]
-    fn folders_are_where_cargo_and_the_user_put_them() -> Result<()> {
-        let ask = |machine: StandIn| machine.does(Workspace::of_the_project).0;
-        let cargo = || StandIn::new(|_| Some(stand_in::metadata("/root".as_ref(), "/elsewhere".as_ref(), &[])));
-        let workspace = ask(cargo())?;
-        assert_eq!((&*workspace.root, &*workspace.target), ("/root".as_ref(), "/elsewhere".as_ref()));
-        assert_eq!(workspace.environments, workspace.target);
-        assert_eq!(ask(cargo().with(ENVIRONMENTS, "/shared"))?.environments, Path::new("/shared"));
-        assert!(ask(StandIn::new(|_| Some(stand_in::Answer::Fails))).is_err());
-        Ok(())
-    }
 
     /// What others read and write there is named in their documentation.
     #[test]
@@ -128,8 +103,7 @@ mod tests {
         let workspace = Workspace::of_a_test(Path::new("/target"));
         assert!(workspace.descriptions().join("experiments.json").is_file());
         assert!(workspace.python().join("check.py").is_file());
-        let [fmus, gallery] = [workspace.fmus(), workspace.gallery()];
-        assert_eq!([&*fmus, &*gallery], [Path::new("/target/fmu"), Path::new("/target/gallery")]);
+        assert_eq!(workspace.fmus(), Path::new("/target/fmu"));
         assert_eq!(workspace.inside("a").target, Path::new("/target/a"));
         assert_eq!(workspace.inside("a").environments, workspace.environments);
     }

@@ -88,46 +88,6 @@ pub fn windows(symbols: u8, debugging: u32) -> Vec<u8> {
     bytes
 }
 
-/// A library of Linux for this processor, which exports all functions of FMI and needs nothing.
-pub fn linux() -> Vec<u8> {
-    let names = super::exports::standard();
-    let processor = if cfg!(target_arch = "aarch64") { LINUX_ARM } else { LINUX_INTEL };
-    linux_with(processor, names.iter().map(String::as_str))
-}
-
-/// Processors, as Linux counts them.
-pub const LINUX_INTEL: u16 = 62;
-pub const LINUX_ARM: u16 = 183;
-
-/// A library of Linux for a processor, which exports some functions and needs nothing.
-pub fn linux_with<'a>(processor: u16, exports: impl IntoIterator<Item = &'a str>) -> Vec<u8> {
-    const HEADER: usize = 64;
-    const SYMBOL: usize = 24;
-    // The first symbol and the first name are none.
-    let (mut symbols, mut names) = (vec![0; SYMBOL], vec![0]);
-    for name in exports {
-        // A function for all, in the first section; where it is and how long does not matter.
-        symbols.extend((names.len() as u32).to_le_bytes());
-        symbols.extend([0x12, 0, 1, 0]);
-        symbols.extend([0; 16]);
-        names.extend(name.bytes().chain([0]));
-    }
-    names.resize(names.len().next_multiple_of(8), 0);
-    let end = HEADER + symbols.len() + names.len();
-    let mut bytes = b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0".to_vec();
-    bytes.extend(processor.to_le_bytes());
-    bytes.extend(little(&[1, 0, 0, 0, 0, end as u32, 0, 0]));
-    bytes.extend([64_u16, 0, 0, 64, 3, 2].iter().flat_map(|half| half.to_le_bytes()));
-    let section = |kind: u32, start: usize, size: usize, [link, info, entry]: [u32; 3]| {
-        let (start, size) = (start as u32, size as u32);
-        little(&[0, kind, 0, 0, 0, 0, start, 0, size, 0, link, info, 1, 0, entry, 0])
-    };
-    let table = section(11, HEADER, symbols.len(), [2, 1, SYMBOL as u32]);
-    let strings = section(3, HEADER + symbols.len(), names.len(), [0; 3]);
-    let parts = [bytes, symbols, names, section(0, 0, 0, [0; 3]), table, strings];
-    parts.concat()
-}
-
 fn little(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }

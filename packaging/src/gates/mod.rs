@@ -5,7 +5,7 @@ mod exports;
 mod facts;
 mod mach_o;
 #[cfg(test)]
-pub mod made;
+mod made;
 mod paths;
 mod pe;
 mod read;

@@ -2,9 +2,7 @@
 
 mod build_description;
 mod model_header;
-mod translate;
 
-use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use anyhow::{Context, Error, Result, bail};
@@ -12,6 +10,7 @@ use pneumatic_servo::model::Model;
 
 use crate::build::wasm;
 use crate::description::Version;
+pub use crate::package::Sources;
 use crate::workspace::Workspace;
 
 /// How large the sources may be.
@@ -33,14 +32,6 @@ impl FromStr for Size {
             _ => bail!("`{text}` is no size of the sources; there are small and full"),
         }
     }
-}
-
-/// The sources of an FMU.
-pub struct Sources {
-    /// The files by their names.
-    pub files: BTreeMap<String, String>,
-    /// Those that an importer compiles.
-    pub compiled: Vec<String>,
 }
 
 /// What the C around the module asks of it besides the functions of FMI.
@@ -73,7 +64,7 @@ pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], mo
         // The plant without FMI rests on the functions of FMI 2.0, and is compiled by who wants it.
         by_hand.extend(["loop.c", "loop.h"]);
     }
-    let code = translate::translate(module, model.name, &roots(versions))
+    let code = wasm_as_c::translate(module, model.name, &roots(versions))
         .with_context(|| format!("the module of {}", model.name))?;
     compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
     let mut files = code;

@@ -20,11 +20,6 @@ pub fn fmus() -> PathBuf {
     product("FMU_FOLDER", "fmu")
 }
 
-/// The folder with what they do under every friction law.
-pub fn gallery() -> PathBuf {
-    product("GALLERY_FOLDER", "gallery")
-}
-
 /// A folder that `cargo xtask` leaves, wherever the variable says it is.
 fn product(variable: &str, name: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

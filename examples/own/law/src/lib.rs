@@ -1,21 +1,26 @@
-//! Two friction laws of one's own. In one line each they join the laws of the library, and the cylinder and the friction bench
-//! have them all.
+//! Friction laws of one's own, one of each kind. In one line each they join the laws of the library, and the cylinder and the
+//! friction bench have them all.
 
 mod hyperbolic_stribeck;
 mod loaded_dahl;
+mod rooted_coulomb;
+mod two_bristles;
 
 use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
 use pneumatic_servo::pneumatics::actuator::Actuator;
 use pneumatic_servo::prelude::*;
 
 laws! {
-    /// The laws of the library and two more.
+    /// The laws of the library and four more.
     pub mod catalogue {
         ..builtin;
         1000 HyperbolicStribeck "hyperbolicStribeck" StickSlip<hyperbolic_stribeck::HyperbolicStribeck>,
             "Hyperbolic Stribeck curve with true stiction";
         1001 LoadedDahl "loadedDahl" OneBristle<loaded_dahl::LoadedDahl>,
             "Dahl's bristle with a stiffness in proportion to the load";
+        1002 RootedCoulomb "rootedCoulomb" OfVelocity<rooted_coulomb::RootedCoulomb>,
+            "Coulomb friction smoothed by a root (creeps)";
+        1003 TwoBristles "twoBristles" two_bristles::TwoBristles, "Two of Dahl's bristles side by side";
     }
 }
 

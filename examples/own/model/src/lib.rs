@@ -214,4 +214,3 @@ impl System<2> for QuarterCar {
         (-1..=1).contains(side)
     }
 }
-

@@ -1,0 +1,253 @@
+//! The command lines of what packs FMUs: `package`, `build` and `join`.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use anyhow::{Context, Result, ensure};
+use lexopt::Arg::{Long, Short};
+use lexopt::{Parser, ValueExt};
+
+use crate::library::{self, Library};
+use crate::lock;
+use crate::package::{self, Package};
+use crate::platform::{Binary, Platform, Platforms};
+use crate::workspace::Workspace;
+
+/// What the arguments of `package` are.
+const PACKAGE: &str = "\
+  --platforms NAMES         for linux64,win64,darwin64 or all; otherwise for machines like this one
+  --binary PLATFORM=PATH    a library that was built elsewhere, taken instead of building one
+  --sources[=small|full]    add sources in C, for any other target: small, or larger and faster ones";
+
+/// The help of a command of `cargo xtask`, or of all of them.
+fn help(command: &str) -> String {
+    match command {
+        "package" => format!(
+            "Build the FMUs and the SSP, validate them and run the default experiment of each.\n\n\
+             Usage: cargo xtask package [OPTIONS]\n\n{PACKAGE}\n\n\
+             Results are in target/fmu: an FMU per model, its results as CSV and its figure, and the SSP; in target/fmu/fmi3 \
+             the same\nFMUs for FMI 3.0. Other platforms: docs/platforms.md; sources in C: docs/target.md."
+        ),
+        "build" => "Build shared libraries, the first half of `package`; they are left in target/binaries.\n\n\
+             Usage: cargo xtask build --platforms NAMES\n\n  --platforms NAMES    linux64,win64,darwin64 or all"
+            .to_owned(),
+        _ => "Put shared libraries that are built into the FMUs, the second half of `package`.\n\n\
+             Usage: cargo xtask join [--platforms NAMES] [--binary PLATFORM=PATH]...\n\n  \
+             --platforms NAMES         platforms whose libraries are in target/binaries\n  \
+             --binary PLATFORM=PATH    a library that was built elsewhere, from the same source"
+            .to_owned(),
+    }
+}
+
+/// The names of the commands.
+pub const NAMES: [&str; 3] = ["package", "build", "join"];
+
+/// What a command is told.
+#[derive(Debug, Default, PartialEq)]
+pub struct Options {
+    /// For which platforms.
+    pub platforms: Option<Platforms>,
+    /// Libraries that were built elsewhere.
+    pub binaries: Vec<Binary>,
+    /// How large sources in C may be, if there are to be any: `small` or `full`.
+    pub sources: Option<String>,
+}
+
+/// What a command line asks for.
+#[derive(Debug, PartialEq)]
+pub enum Asked {
+    /// The help.
+    Help,
+    /// To be done with these options.
+    Do(Options),
+}
+
+impl Options {
+    /// Reads a command line behind the name of the command.
+    ///
+    /// # Errors
+    /// Names the argument that is unknown, without its value or wrong.
+    pub fn read(arguments: impl IntoIterator<Item = OsString>) -> Result<Asked> {
+        let mut parser = Parser::from_args(arguments);
+        let mut options = Self::default();
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Short('h') | Long("help") => return Ok(Asked::Help),
+                Long("platforms") => options.platforms = Some(value(&mut parser, "--platforms")?),
+                Long("binary") => options.binaries.push(value(&mut parser, "--binary")?),
+                Long("sources") => {
+                    let size = parser.optional_value().map(|size| size.string()).transpose()?;
+                    options.sources = Some(size.unwrap_or_else(|| "small".to_owned()));
+                }
+                other => return Err(other.unexpected().into()),
+            }
+        }
+        Ok(Asked::Do(options))
+    }
+
+    /// Those of `package`.
+    ///
+    /// # Errors
+    /// When sources are asked for that this program cannot make, or their size is none.
+    pub fn package(self) -> Result<Package> {
+        let Self { platforms, binaries, sources } = self;
+        #[cfg(not(feature = "sources"))]
+        ensure!(sources.is_none(), "--sources needs the feature `sources` of pneumatic-servo-packaging");
+        Ok(Package {
+            platforms,
+            binaries,
+            #[cfg(feature = "sources")]
+            sources: sources.as_deref().map(str::parse).transpose()?,
+        })
+    }
+}
+
+/// The value behind an argument.
+fn value<T: FromStr<Err = anyhow::Error>>(parser: &mut Parser, name: &str) -> Result<T> {
+    let text = parser.value()?.string()?;
+    text.parse().with_context(|| format!("{name} {text}"))
+}
+
+/// Does a command of `cargo xtask` for the FMUs of the project.
+pub fn run(command: &str, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match Options::read(arguments).and_then(|asked| planned(command, asked)) {
+        Ok(None) => {
+            println!("{}", help(command));
+            ExitCode::SUCCESS
+        }
+        Ok(Some(work)) => ended(alone(work)),
+        Err(problem) => misspelt(&problem, &format!("cargo xtask {command} --help")),
+    }
+}
+
+/// Does something in the workspace of the project once no other command works in it.
+fn alone(work: Work) -> Result<()> {
+    let workspace = Workspace::of_the_project()?;
+    let _alone = lock::hold(&workspace.target)?;
+    work(&workspace)
+}
+
+/// What is to be done in a workspace.
+type Work = Box<dyn FnOnce(&Workspace) -> Result<()>>;
+
+/// What a command is to do, or nothing where its help is asked for.
+fn planned(command: &str, asked: Asked) -> Result<Option<Work>> {
+    let Asked::Do(options) = asked else { return Ok(None) };
+    if command == "package" {
+        let package = options.package()?;
+        return Ok(Some(Box::new(move |workspace| package.run(workspace))));
+    }
+    ensure!(options.sources.is_none(), "--sources is an option of `package`");
+    if command == "build" {
+        ensure!(options.binaries.is_empty(), "--binary is an option of `package` and `join`");
+        let Platforms(platforms) = options.platforms.context("--platforms is missing")?;
+        return Ok(Some(Box::new(move |workspace| build(workspace, &platforms))));
+    }
+    ensure!(options.platforms.is_some() || !options.binaries.is_empty(), "--platforms or --binary is missing");
+    Ok(Some(Box::new(move |workspace| join(workspace, &options))))
+}
+
+/// Packs the models of a crate of somebody else: a program that has these options alone.
+pub(crate) fn run_of_a_crate(
+    arguments: impl IntoIterator<Item = OsString>,
+    work: impl FnOnce(&Package) -> Result<()>,
+) -> ExitCode {
+    let package = Options::read(arguments).and_then(|asked| match asked {
+        Asked::Help => Ok(None),
+        Asked::Do(options) => options.package().map(Some),
+    });
+    match package {
+        Ok(None) => {
+            println!("Build the FMUs of this crate, validate them and run their default experiments.\n\n{PACKAGE}");
+            ExitCode::SUCCESS
+        }
+        Ok(Some(package)) => ended(work(&package)),
+        Err(problem) => misspelt(&problem, "--help"),
+    }
+}
+
+/// Leaves the library of each platform below `target/binaries`.
+fn build(workspace: &Workspace, platforms: &BTreeSet<Platform>) -> Result<()> {
+    for library in library::build(workspace, platforms)? {
+        println!("{}", library.keep(workspace)?.display());
+    }
+    Ok(())
+}
+
+/// Takes the libraries that were handed in, and those that `build` left.
+fn join(workspace: &Workspace, options: &Options) -> Result<()> {
+    let handed_in = library::handed_in(workspace, &options.binaries)?;
+    let wanted = options.platforms.iter().flat_map(|Platforms(platforms)| platforms.clone()).collect();
+    let kept = |&platform: &Platform| {
+        let file = library::kept(workspace, platform);
+        let built = Library::read(workspace, &Binary { platform, file });
+        built.with_context(|| {
+            format!("build it with `cargo xtask build --platforms {platform}` or add `--binary {platform}=PATH`")
+        })
+    };
+    let libraries = library::complete(handed_in, wanted, |missing| missing.iter().map(kept).collect())?;
+    package::join(workspace, &libraries)
+}
+
+/// Tells what is wrong with a command line.
+pub fn misspelt(problem: &anyhow::Error, help: &str) -> ExitCode {
+    eprintln!("error: {problem:#}\n\nFor more information, try `{help}`.");
+    ExitCode::from(2)
+}
+
+/// Tells what went wrong.
+pub fn ended(outcome: Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(line: &str) -> Result<Asked> {
+        Options::read(line.split_whitespace().map(OsString::from))
+    }
+
+    #[test]
+    fn options_are_read() -> Result<()> {
+        let asked = read("--platforms linux64,win64 --binary darwin64=a.dylib --sources=full")?;
+        let options = Options {
+            platforms: Some("linux64,win64".parse()?),
+            binaries: vec!["darwin64=a.dylib".parse()?],
+            sources: Some("full".to_owned()),
+        };
+        assert_eq!(asked, Asked::Do(options));
+        let Asked::Do(options) = read("--sources")? else { unreachable!("no help is asked for") };
+        assert_eq!(options.sources.as_deref(), Some("small"));
+        assert_eq!(read("--help")?, Asked::Help);
+        Ok(())
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let problem = |command: &str, line: &str| {
+            let planned = read(line).and_then(|asked| planned(command, asked));
+            planned.err().map(|problem| format!("{problem:#}")).unwrap_or_default()
+        };
+        for (command, line, expected) in [
+            ("package", "--platform all", "--platform"),
+            ("package", "--platforms amiga", "amiga"),
+            ("package", "--binary", "--binary"),
+            ("package", "linux64", "linux64"),
+            ("build", "", "--platforms is missing"),
+            ("build", "--platforms all --sources", "--sources is an option of `package`"),
+            ("join", "", "--platforms or --binary is missing"),
+        ] {
+            assert!(problem(command, line).contains(expected), "{command} {line}: {}", problem(command, line));
+        }
+        assert_eq!(problem("join", "--platforms all"), "");
+    }
+}

@@ -1,0 +1,111 @@
+//! `cargo xtask describe`: the committed descriptions and experiments, and the tables of README and docs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo_packaging::description::{self, Stamp, Version};
+use pneumatic_servo_packaging::workspace::Workspace;
+use pneumatic_servo_packaging::{experiment, files};
+
+use crate::tables;
+
+/// Rewrite what the variable tables say: XML and experiments below modelDescription, tables of README and docs.
+#[derive(Args)]
+pub struct Describe {}
+
+impl Describe {
+    /// Writes `modelDescription/<Model>.xml` and `fmi3/<Model>.xml` for every model, `experiments.json`, and the tables of README and docs.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        for (file, text) in committed()? {
+            write(&workspace.descriptions().join(file), &text)?;
+        }
+        write(&workspace.descriptions().join("experiments.json"), &experiment::stated(models::ALL)?)?;
+        for page in tables::pages() {
+            let file = workspace.root.join(page);
+            let text = files::text(&file)?;
+            write(&file, &tables::renewed(page, &text)?)?;
+        }
+        Ok(())
+    }
+}
+
+fn write(file: &Path, text: &str) -> Result<()> {
+    files::write(file, text)?;
+    println!("{}", file.display());
+    Ok(())
+}
+
+/// The descriptions without what changes from build to build, by their files.
+fn committed() -> Result<BTreeMap<PathBuf, String>> {
+    let [guid, date, version, licence] =
+        ["@guid@", "@generationDateAndTime@", env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
+    let stamp = Stamp { guid, date, version, licence, sources: Vec::new() };
+    let all = Version::ALL.into_iter().flat_map(|version| models::ALL.iter().map(move |model| (version, model)));
+    let file = |(version, model): (Version, &Model)| {
+        let file = Path::new(version.folder()).join(format!("{}.xml", model.name));
+        Ok((file, description::xml(model, version, &stamp)?))
+    };
+    all.map(file).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::Context;
+    use pneumatic_servo_packaging::workspace;
+
+    use super::*;
+
+    fn assert_committed(name: &Path, expected: &str) -> Result<()> {
+        let file = workspace::home().join("modelDescription").join(name);
+        let found = files::text(&file)?;
+        assert!(found == expected, "{} is out of date: run `cargo xtask describe`", file.display());
+        Ok(())
+    }
+
+    /// What is missing or was changed by hand is written anew, and is then as it is in the repository.
+    #[test]
+    fn descriptions_and_tables_are_written() -> Result<()> {
+        let repository = workspace::home();
+        let root = std::env::temp_dir().join(format!("describe-{}", std::process::id()));
+        for page in tables::pages() {
+            let text = files::text(repository.join(page))?;
+            files::write(
+                &root.join(page),
+                text.replace("`friction.law`", "`friction.other`").replace("LuGre", "Logre"),
+            )?;
+        }
+        let parts = pneumatic_servo_packaging::product::Product::of_the_project(&root);
+        let [home, target, environments] = [root.clone(), root.join("target"), root.join("environments")];
+        let workspace = Workspace { root: root.clone(), home, target, environments, product: parts };
+        Describe {}.run(&workspace)?;
+        for name in ["PneumaticServoCylinder.xml", "fmi3/FrictionBench.xml", "experiments.json"] {
+            let written = files::text(root.join("modelDescription").join(name))?;
+            assert!(written == files::text(repository.join("modelDescription").join(name))?, "{name}");
+        }
+        let table = |text: &str| {
+            text.split("<!-- laws: ").nth(1).and_then(|rest| rest.split("<!-- end -->").next()).map(str::to_owned)
+        };
+        let [written, expected] = [&root, &repository].map(|place| files::text(place.join("docs/friction-laws.md")));
+        assert_eq!(table(&written?).context("a table")?, table(&expected?).context("a table")?);
+        std::fs::remove_dir_all(&root)?;
+        Ok(())
+    }
+
+    #[test]
+    fn committed_descriptions_are_up_to_date() -> Result<()> {
+        assert_eq!(committed()?.len(), 2 * models::ALL.len(), "for two versions");
+        committed()?.iter().try_for_each(|(file, text)| assert_committed(file, text))
+    }
+
+    #[test]
+    fn committed_experiments_are_up_to_date() -> Result<()> {
+        assert_committed(Path::new("experiments.json"), &experiment::stated(models::ALL)?)
+    }
+}

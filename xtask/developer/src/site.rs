@@ -1,0 +1,103 @@
+//! `cargo xtask site`: everything there is to read, as one folder that needs no server: `target/site`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use pneumatic_servo_packaging::package;
+use pneumatic_servo_packaging::process::{self, heading};
+use pneumatic_servo_packaging::tools::{self, Tool};
+use pneumatic_servo_packaging::venv::{Requirements, Venv};
+use pneumatic_servo_packaging::workspace::Workspace;
+
+use crate::playground;
+use crate::wheel;
+
+/// Build the site into target/site and check its links; needs `package`.
+///
+/// The landing page with the live plant, starting points, tutorial, all pages of docs, the models, the gallery of the
+/// laws, the references of Python and Rust, and a search, without a server: open target/site/index.html.
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  cargo xtask package && cargo xtask site     about eight minutes, five of which are the gallery")]
+pub struct Site {
+    /// Show the figures of target/gallery as they are, instead of drawing them anew.
+    #[arg(long)]
+    keep_gallery: bool,
+}
+
+impl Site {
+    /// Draws the gallery, which installs the Python package, and builds the site.
+    ///
+    /// # Errors
+    /// When the FMUs or a tool are missing, or a page is wrong.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let page = playground::page(workspace)?;
+        let venv = Venv::prepare(workspace, Requirements::SITE)?;
+        wheel::install(&venv, &wheel::build(workspace)?)?;
+        if !self.keep_gallery {
+            heading("Site: draw the gallery");
+            let mut study = venv.command();
+            study.arg(workspace.root.join("studies/gallery.py")).arg("--output").arg(gallery(workspace));
+            process::run(&mut study)?;
+        }
+        println!("{}", build(workspace, &venv, &page)?.display());
+        Ok(())
+    }
+}
+
+/// Where the figures of all laws are.
+fn gallery(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("gallery")
+}
+
+/// Builds the site of the products that are there, and looks at it in Chromium; where a tool is missing, that is an error
+/// under CI and otherwise said. The environment has the package.
+///
+/// # Errors
+/// When a tool is missing under CI, or a page is wrong.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    let mut missing = playground::needed()?;
+    missing.extend(Tool::unless_found("chromium", "chromium"));
+    if let Err(problem) = tools::require([("the site", missing)]) {
+        return process::leave_out("Site", &problem.to_string());
+    }
+    let venv = Venv::prepare(workspace, Requirements::SITE)?;
+    let site = build(workspace, &venv, &workspace.target.join("playground/index.html"))?;
+    heading("Site: look at it in Chromium, and elsewhere where there are other browsers");
+    let tests = workspace.root.join("tests/site");
+    playground::install(&tests)?;
+    process::run(playground::npm().args(["test", "--silent"]).current_dir(&tests).env("SITE", site))
+}
+
+/// Lays out the pages, makes the site of them and checks its links.
+fn build(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<PathBuf> {
+    for fmu in package::fmus(workspace) {
+        ensure!(fmu.is_file(), "{} is missing: run `cargo xtask package` first", fmu.display());
+    }
+    heading("Site: documentation of the crate");
+    let rustdoc = workspace.target.join("site-rustdoc");
+    let mut doc = process::cargo();
+    doc.args(["doc", "--no-deps", "--package", "pneumatic-servo", "--lib"]).current_dir(&workspace.root);
+    process::run(doc.env("CARGO_TARGET_DIR", &rustdoc))?;
+
+    heading("Site: make the pages");
+    let sources = workspace.target.join("site-sources");
+    let site = workspace.target.join("site");
+    if site.exists() {
+        fs::remove_dir_all(&site).with_context(|| format!("cannot remove the old {}", site.display()))?;
+    }
+    let own = workspace.root.join("site");
+    let mut gather = venv.command();
+    gather.arg(own.join("gather.py")).arg("--fmus").arg(workspace.fmus()).arg("--gallery").arg(gallery(workspace));
+    gather.arg("--playground").arg(page).arg("--rustdoc").arg(rustdoc.join("doc")).arg("--out").arg(&sources);
+    process::run(&mut gather)?;
+    let mut sphinx = venv.command();
+    sphinx.args(["-m", "sphinx", "--builder", "html", "--fail-on-warning", "--keep-going", "--quiet", "--doctree-dir"]);
+    sphinx.arg(workspace.target.join("site-doctrees"));
+    process::run(sphinx.arg(&sources).arg(&site).env("PATH", venv.path()?))?;
+    process::run(venv.command().arg(own.join("links.py")).arg(&site))?;
+    Ok(site)
+}

@@ -1,0 +1,267 @@
+//! `cargo xtask test`: every check, in the order in which mistakes are cheapest to find.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use pneumatic_servo_packaging::files;
+use pneumatic_servo_packaging::library::Library;
+use pneumatic_servo_packaging::package::Package;
+use pneumatic_servo_packaging::process::{self, heading};
+use pneumatic_servo_packaging::venv::{Requirements, Venv};
+use pneumatic_servo_packaging::workspace::{ENVIRONMENTS, Workspace};
+
+use crate::deny;
+use crate::platform_test;
+use crate::playground;
+use crate::sanitizer;
+use crate::site;
+use crate::sources_test;
+use crate::valgrind;
+use crate::wheel;
+
+/// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
+///
+/// Takes about 35 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
+/// CI set that is an error, but for the address sanitizer's nightly compiler and cargo-deny, which no package manager has.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask test                 everything that the tools of this machine allow
+  CI=1 cargo xtask test            everything, or an error; .ci/run installs what that needs on Debian
+  cargo xtask test --times         and say how long each stage has taken
+  cargo xtask test --platforms     build the libraries of all platforms, run and compare them, nothing else
+  cargo xtask test --sanitizer     the C interface under the address sanitizer, nothing else
+  cargo xtask test --sources       compile the sources in C for all targets, run and compare them, nothing else
+  cargo xtask test --sources --only cortex-m7,s390x   of them only those of some models or for some targets
+  cargo xtask test --sources --fuzz 10   random calls of the sources in C for ten minutes; with --only of some models")]
+pub struct Test {
+    /// Say at the end when each stage began and how long it took, also after a failure.
+    #[arg(long)]
+    times: bool,
+    /// Only build and compare the libraries of all platforms; a missing tool is an error then.
+    #[arg(long)]
+    platforms: bool,
+    /// Only run the C interface under the address sanitizer of the nightly compiler, which valgrind does not replace in full.
+    #[arg(long, conflicts_with_all = ["platforms", "sources"])]
+    sanitizer: bool,
+    /// Only compile the sources in C for all targets, run and compare them; a missing tool is an error then.
+    #[arg(long, conflicts_with = "platforms")]
+    sources: bool,
+    /// Of the sources in C only those of these models, or for these targets.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "sources")]
+    only: Vec<String>,
+    /// Only make random calls of the sources in C, of all models or of some, for so many minutes.
+    #[arg(long, value_name = "MINUTES", requires = "sources", value_parser = clap::value_parser!(u64).range(1..))]
+    fuzz: Option<u64>,
+}
+
+impl Test {
+    /// Runs the checks; the first failure ends it.
+    ///
+    /// # Errors
+    /// When a tool is missing or a check fails.
+    pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let outcome = match (self.platforms, self.sources, self.fuzz) {
+            _ if self.sanitizer => sanitizer::run(workspace),
+            (true, ..) => platform_test::run(workspace),
+            (_, true, None) => sources_test::run(workspace, &self.only),
+            (_, true, Some(minutes)) => sources_test::fuzz(workspace, Duration::from_secs(60 * minutes), &self.only),
+            _ => run(workspace),
+        };
+        if self.times {
+            print_times();
+        }
+        outcome
+    }
+}
+
+/// Stages in the order in which they began; two run at a time.
+fn print_times() {
+    let sections = process::sections();
+    println!("\nbegan at   took");
+    for process::Section { text, begin, length } in &sections {
+        println!("{:>8} {:>6}  {text}", process::minutes(*begin), process::minutes(*length));
+    }
+    let work = sections.iter().map(|section| section.length).sum();
+    let end = sections.iter().map(|section| section.begin + section.length).max().unwrap_or_default();
+    println!("{:>8} {:>6}  everything", process::minutes(end), process::minutes(work));
+}
+
+fn run(workspace: &Workspace) -> Result<()> {
+    heading("Prepare the Python environment");
+    let venv = Venv::prepare(workspace, Requirements::TESTS)?;
+    let checks = Checks { workspace, bindgen: bindgen(&venv)? };
+
+    heading("Format");
+    checks.cargo(&["fmt", "--all", "--check"])?;
+
+    heading("Python: format and lints");
+    checks.python(&venv, &["ruff", "format", "--check"])?;
+    checks.python(&venv, &["ruff", "check"])?;
+
+    deny::check(workspace)?;
+
+    // Compiling the plant for release is work for one processor, and so are most tests: two at a time need half as long.
+    process::both(|| checks.plant(), || checks.packages(&venv)).map(|_| ())
+}
+
+/// What lints and documentation look at. The benchmark's rivals take longer to compile than everything else together;
+/// `cargo bench` compiles them. Both with the same features: what the packages depend on is then checked once.
+const FEATURES: [&str; 2] = ["--features", "importer/fmi,benchmark/calls"];
+
+/// Tests in Python that start programs: they run beside the others, and take half of the time of all.
+const PROGRAMS: [&str; 7] =
+    ["examples", "pages", "studies", "system_studies", "package_cli", "package_cli_options", "package_executors"];
+
+/// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
+const UNITS: [&str; 9] = [
+    "pneumatic-servo",
+    "pneumatic-servo-fmu",
+    "pneumatic-servo-packaging",
+    "pneumatic-servo-playground",
+    "pneumatic-servo-sources",
+    "pneumatic-servo-ssp",
+    "wasm-as-c",
+    "xtask",
+    "xtask-developer",
+];
+
+/// Runs checks in the repository.
+struct Checks<'a> {
+    workspace: &'a Workspace,
+    bindgen: Vec<(&'static str, OsString)>,
+}
+
+impl Checks<'_> {
+    /// The source, plant and C interface by themselves, what packs them, and the plant on other machines.
+    fn plant(&self) -> Result<()> {
+        heading("Lints");
+        let all = ["--workspace", "--all-targets"];
+        self.cargo(&[&["clippy"], &all[..], &FEATURES, &["--", "--deny", "warnings"]].concat())?;
+        heading("Documentation");
+        self.documentation()?;
+        heading("Unit tests");
+        let packages = UNITS.map(|name| ["--package", name]).concat();
+        let quick = ["test", "--profile", "quick", "--lib", "--bins", "--no-default-features"];
+        self.cargo(&[&quick[..], &crate::FEATURES, &packages].concat())?;
+        heading("Library: published numbers, C interface");
+        self.cargo(&["test", "--test", "*"])?;
+        self.cargo(&["test", "--doc"])?;
+        heading("Crates from outside: laws, valves and models of one's own");
+        self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;
+        self.begun_crates()?;
+        valgrind::check(self.workspace)?;
+        sources_test::run_if_possible(self.workspace)?;
+        platform_test::run_if_possible(self.workspace)
+    }
+
+    /// Everything that is handed out, FMUs, figures, wheel and page, and then in the hands of its users.
+    fn packages(&self, venv: &Venv) -> Result<()> {
+        heading("Build the shared library");
+        let library = Library::for_tests(self.workspace)?;
+        Package::default().finish(self.workspace, &[library])?;
+        self.own_model()?;
+        wheel::install(venv, &wheel::build(self.workspace)?)?;
+        heading("Python: types of the package");
+        self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
+        playground::check(self.workspace, venv)?;
+        site::check(self.workspace)?;
+        heading("Import with the crate fmi");
+        // With the features that the crate fmi asks of others, the plant would be optimized once more for its tables alone.
+        self.cargo(&["test", "--profile", "quick", "--package", "importer", "--features", "fmi"])?;
+        let programs = PROGRAMS.map(|name| format!("tests/python/test_{name}.py"));
+        process::both(
+            || {
+                heading("Programs of examples, pages and studies, commands of the package");
+                self.python(venv, &[&["pytest"], &programs.each_ref().map(String::as_str)[..]].concat())
+            },
+            || {
+                heading("Import with FMPy");
+                let others = programs.each_ref().map(|file| format!("--ignore={file}"));
+                self.python(venv, &[&["pytest", "tests/python"], &others.each_ref().map(String::as_str)[..]].concat())
+            },
+        )?;
+        Ok(())
+    }
+
+    /// Packs the model of one's own among the examples, as its author does; its FMUs are in target/own/fmu. What compiles the
+    /// program is the target directory of the project, where most of it is compiled already. The library is compiled without
+    /// optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
+    fn own_model(&self) -> Result<()> {
+        heading("A model of one's own: pack its FMU");
+        let mut cargo = process::cargo();
+        cargo.args(["run", "--profile", "quick", "--features", "package", "--example", "package"]);
+        cargo.args(["--manifest-path", "examples/own/model/Cargo.toml", "--target-dir"]).arg(&self.workspace.target);
+        cargo.env("CARGO_TARGET_DIR", self.workspace.target.join("own"));
+        cargo.env(ENVIRONMENTS, &self.workspace.environments);
+        cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0").env("CARGO_PROFILE_RELEASE_LTO", "off");
+        process::run(cargo.current_dir(&self.workspace.home))
+    }
+
+    /// Begins a crate of each kind in an empty folder, as a user does, and checks that all compile; the tests of the model run,
+    /// while what the others are begun from has run among the examples. All are members of one workspace, with the versions of
+    /// the other crates from outside: the plant is compiled once for all.
+    fn begun_crates(&self) -> Result<()> {
+        heading("Crates of one's own, begun in an empty folder");
+        let folder = self.workspace.target.join("new");
+        files::renew(&folder)?;
+        xtask::new::write_all(&folder, &self.workspace.home)?;
+        let lock = self.workspace.home.join("examples/own/Cargo.lock");
+        std::fs::copy(&lock, folder.join("Cargo.lock")).with_context(|| format!("cannot copy {}", lock.display()))?;
+        for arguments in [&["check", "--workspace", "--all-targets"][..], &["test", "--package", "own-begun-model"]] {
+            let mut cargo = process::cargo();
+            cargo.args(arguments).arg("--target-dir").arg(&self.workspace.target).current_dir(&folder);
+            process::run(&mut cargo)?;
+        }
+        Ok(())
+    }
+
+    fn cargo(&self, arguments: &[&str]) -> Result<()> {
+        process::run(self.prepared(process::cargo().args(arguments)))
+    }
+
+    fn documentation(&self) -> Result<()> {
+        let mut cargo = process::cargo();
+        cargo.args(["doc", "--workspace", "--no-deps"]).args(FEATURES).env("RUSTDOCFLAGS", "--deny warnings");
+        process::run(self.prepared(&mut cargo))
+    }
+
+    fn python(&self, venv: &Venv, module: &[&str]) -> Result<()> {
+        process::run(self.prepared(venv.command().arg("-m").args(module)))
+    }
+
+    /// Lets a command find the repository, the FMUs and libclang.
+    fn prepared<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+        command
+            .current_dir(&self.workspace.root)
+            .env("CARGO_TARGET_DIR", &self.workspace.target)
+            .env("FMU_FOLDER", self.workspace.fmus())
+            .envs(self.bindgen.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+/// What the crate `fmi` needs in order to read the C headers of FMI: libclang, and the compiler's own headers.
+fn bindgen(venv: &Venv) -> Result<Vec<(&'static str, OsString)>> {
+    let mut variables = vec![("LIBCLANG_PATH", venv.module("clang")?.join("native").into_os_string())];
+    if cfg!(target_os = "linux") {
+        let mut include = OsString::from("-I");
+        include.push(compiler_headers()?);
+        variables.push(("BINDGEN_EXTRA_CLANG_ARGS", include));
+    }
+    Ok(variables)
+}
+
+fn compiler_headers() -> Result<OsString> {
+    let mut gcc = Command::new("gcc");
+    let answer = process::output(gcc.arg("-print-file-name=include"));
+    let answer = answer.context("gcc was not found; install it (on Debian or Ubuntu: apt install gcc libc6-dev)")?;
+    let folder = Path::new(answer.trim());
+    if !folder.is_absolute() {
+        bail!("gcc has no folder of headers; install it (on Debian or Ubuntu: apt install gcc libc6-dev)");
+    }
+    Ok(folder.into())
+}

@@ -1,0 +1,3 @@
+//! What `cargo xtask` does by itself.
+
+pub mod new;

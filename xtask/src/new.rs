@@ -1,0 +1,557 @@
+//! `cargo xtask new`: crates of one's own, to begin with. What they hold is in the repository already, where tests compile and run
+//! it: laws in `examples/own/law`, a valve and a model in `docs/own.md`.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail, ensure};
+use lexopt::Arg::{Long, Short, Value};
+use lexopt::{Parser, ValueExt};
+use pneumatic_servo::models::{self, pneumatic_servo_cylinder};
+use pneumatic_servo::variables::Kind as Of;
+use pneumatic_servo_packaging::{commands, files, workspace};
+
+const HELP: &str = "\
+Begin a crate of one's own, which runs, is tested and packs FMUs; docs/own.md tells the rest.
+
+Usage: cargo xtask new law NAME FOLDER [--kind velocity|set-valued|bristle|full]
+       cargo xtask new valve NAME FOLDER
+       cargo xtask new model NAME FOLDER
+
+  velocity      a law that is a function of velocity (if no kind is named)
+  set-valued    a break-away force and a curve for sliding
+  bristle       one state, the deflection of a bristle
+  full          any other law, here one with two states
+
+Example:
+  cargo xtask new law QuadraticDrag ../quadratic-drag    then `cargo test` in that folder";
+
+/// What a crate has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A law that is a function of velocity.
+    Velocity,
+    /// A law with a break-away force.
+    SetValued,
+    /// A law of one bristle.
+    Bristle,
+    /// Any other law.
+    Full,
+    /// An actuator of the cylinder.
+    Valve,
+    /// A model.
+    Model,
+}
+
+/// A crate that is to be begun.
+#[derive(Debug, PartialEq)]
+struct New {
+    kind: Kind,
+    name: String,
+    folder: PathBuf,
+}
+
+/// Begins a crate as a command line says.
+pub fn run(words: &[OsString]) -> ExitCode {
+    match New::read(words) {
+        Ok(None) => {
+            println!("{HELP}");
+            ExitCode::SUCCESS
+        }
+        Ok(Some(new)) => commands::ended(new.begin(&workspace::home())),
+        Err(problem) => commands::misspelt(&problem, "cargo xtask new --help"),
+    }
+}
+
+impl New {
+    /// Reads a command line; nothing where the help is asked for.
+    fn read(words: &[OsString]) -> Result<Option<Self>> {
+        let mut parser = Parser::from_args(words);
+        let (mut values, mut kind) = (Vec::new(), None);
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Short('h') | Long("help") => return Ok(None),
+                Long("kind") => kind = Some(parser.value()?.string()?),
+                Value(value) => values.push(value.string()?),
+                other => return Err(other.unexpected().into()),
+            }
+        }
+        let [what, name, folder] = <[String; 3]>::try_from(values)
+            .map_err(|values| anyhow::anyhow!("what, a name and a folder are asked for, not {values:?}"))?;
+        let kind = match (&*what, kind.as_deref()) {
+            ("law", None | Some("velocity")) => Kind::Velocity,
+            ("law", Some("set-valued")) => Kind::SetValued,
+            ("law", Some("bristle")) => Kind::Bristle,
+            ("law", Some("full")) => Kind::Full,
+            ("law", Some(other)) => bail!("there is no kind `{other}` of laws"),
+            ("valve", None) => Kind::Valve,
+            ("model", None) => Kind::Model,
+            ("valve" | "model", Some(_)) => bail!("--kind is for laws"),
+            _ => bail!("`{what}` is neither law nor valve nor model"),
+        };
+        Ok(Some(Self { kind, name, folder: folder.into() }))
+    }
+
+    fn begin(&self, home: &Path) -> Result<()> {
+        for file in write(self.kind, &self.name, &self.folder, home)? {
+            println!("{}", file.display());
+        }
+        println!("\nNow: cd {} && cargo test && cargo run --example run", self.folder.display());
+        Ok(())
+    }
+}
+
+/// A crate of each kind below a folder, as members of one workspace.
+///
+/// # Errors
+/// When a file cannot be read or written.
+pub fn write_all(folder: &Path, home: &Path) -> Result<()> {
+    let all = [
+        (Kind::Velocity, "BegunVelocity"),
+        (Kind::SetValued, "BegunSetValued"),
+        (Kind::Bristle, "BegunBristle"),
+        (Kind::Full, "BegunFull"),
+        (Kind::Valve, "BegunValve"),
+        (Kind::Model, "BegunModel"),
+    ];
+    for (kind, name) in all {
+        let member = folder.join(name);
+        write(kind, name, &member, home)?;
+        let manifest = member.join("Cargo.toml");
+        let own = files::text(&manifest)?.replace("[workspace]\n\n", "");
+        files::write(&manifest, own.split("\n[profile").next().unwrap_or_default())?;
+    }
+    files::write(
+        &folder.join("Cargo.toml"),
+        "[workspace]\nmembers = [\"*\"]\nexclude = [\"target\"]\nresolver = \"3\"\n",
+    )
+}
+
+/// Writes a crate whose dependencies are in a clone of the repository, and says which files it has.
+///
+/// # Errors
+/// When the name would not compile, the folder is there already, or a file cannot be read or written.
+fn write(kind: Kind, name: &str, folder: &Path, home: &Path) -> Result<Vec<PathBuf>> {
+    ensure_free(kind, name, home)?;
+    ensure!(!folder.exists(), "{} is there already", folder.display());
+    let snake = words(name).join("_");
+    let path = |part: &str| {
+        let path = home.join(part);
+        Ok::<_, anyhow::Error>(format!(
+            "{:?}",
+            path.to_str().with_context(|| format!("{} is no text", path.display()))?
+        ))
+    };
+    let places = [
+        ("@Name@", name.to_owned()),
+        ("@group@", group(name)),
+        ("@crate_name@", format!("own_{snake}")),
+        ("@crate@", format!("own-{}", words(name).join("-"))),
+        ("@plant@", path("")?),
+        ("@fmu@", path("fmu")?),
+        ("@packaging@", path("packaging")?),
+    ];
+    let fill = |text: &str| places.iter().fold(text.to_owned(), |text, (place, value)| text.replace(place, value));
+    let mut written = Vec::new();
+    for (file, text) in sources(kind, home)?.into_iter().chain(around(kind)) {
+        let file = folder.join(file);
+        files::write(&file, fill(&text))?;
+        written.push(file);
+    }
+    Ok(written)
+}
+
+/// The source of a crate, with places for the name.
+fn sources(kind: Kind, home: &Path) -> Result<Vec<(&'static str, String)>> {
+    let law = |file: &str, name: &str, of: &str| {
+        let text = files::text(home.join("examples/own/law/src").join(file))?;
+        let text = text.replace(name, "@Name@").replace(&group(name), "@group@");
+        Ok(vec![("src/lib.rs", CATALOGUE.replace("@Of@", of)), ("src/law.rs", text)])
+    };
+    match kind {
+        Kind::Velocity => law("rooted_coulomb.rs", "RootedCoulomb", "OfVelocity<law::@Name@>"),
+        Kind::SetValued => law("hyperbolic_stribeck.rs", "HyperbolicStribeck", "StickSlip<law::@Name@>"),
+        Kind::Bristle => law("loaded_dahl.rs", "LoadedDahl", "OneBristle<law::@Name@>"),
+        Kind::Full => law("two_bristles.rs", "TwoBristles", "law::@Name@"),
+        Kind::Valve => of_page(
+            home,
+            "LaggedSpool",
+            "//! An actuator of one's own: the cylinder has it beside those of the library.",
+        ),
+        Kind::Model => of_page(home, "Room", "//! A model of one's own."),
+    }
+}
+
+/// The program of `docs/own.md` that is about a type, without its `main`.
+fn of_page(home: &Path, name: &str, comment: &str) -> Result<Vec<(&'static str, String)>> {
+    let page = files::text(home.join("docs/own.md"))?;
+    let programs =
+        page.split("```rust\n").skip(1).filter_map(|rest| rest.split_once("```")).map(|(program, _)| program);
+    let program = programs.filter_map(|program| program.split_once("\nfn main()")).find(|(it, _)| it.contains(name));
+    let (program, _) = program.with_context(|| format!("docs/own.md has no program about {name}"))?;
+    let program = program.replace(name, "@Name@").replace(&group(name), "@group@").replace("pub static", "pub const");
+    let models = if program.contains("const CYLINDER") { "CYLINDER" } else { "MODEL" };
+    Ok(vec![("src/lib.rs", format!("{comment}\n\n{program}\npneumatic_servo_fmu::export_fmu!(&[{models}]);\n"))])
+}
+
+/// All that is beside the source.
+fn around(kind: Kind) -> Vec<(&'static str, String)> {
+    let (what, title, test, run) = match kind {
+        Kind::Valve => ("An actuator of one's own in the cylinder", "actuator", VALVE_TEST, VALVE_RUN),
+        Kind::Model => ("A model of one's own", "model", MODEL_TEST, MODEL_RUN),
+        _ => ("A friction law of one's own in the cylinder and the friction bench", "law", LAW_TEST, LAW_RUN),
+    };
+    let manifest = MANIFEST.replace("@what@", what);
+    let readme = README.replace("@what@", what).replace("@title@", title);
+    vec![
+        ("Cargo.toml", manifest),
+        ("README.md", readme),
+        (".gitignore", "/target\n".to_owned()),
+        ("tests/promises.rs", test.to_owned()),
+        ("examples/run.rs", run.to_owned()),
+        ("examples/package.rs", PACKAGE.to_owned()),
+    ]
+}
+
+const MANIFEST: &str = r#"[package]
+name = "@crate@"
+description = "@what@"
+version = "0.1.0"
+edition = "2024"
+publish = false
+
+[workspace]
+
+[lib]
+crate-type = ["cdylib", "rlib"]
+
+[features]
+# `cargo run --features package --example package` packs the FMUs. What that takes is compiled for nothing else.
+package = ["dep:pneumatic-servo-packaging"]
+
+[dependencies]
+pneumatic-servo = { path = @plant@ }
+pneumatic-servo-fmu = { path = @fmu@ }
+pneumatic-servo-packaging = { path = @packaging@, optional = true }
+
+[[example]]
+name = "package"
+required-features = ["package"]
+
+[profile.dev]
+debug = "line-tables-only"
+"#;
+
+const README: &str = "\
+# @Name@
+
+@what@, begun with `cargo xtask new`. The page `docs/own.md` of the library tells what the parts of its source mean.
+
+```sh
+cargo test                                          # what is promised of every @title@
+cargo run --example run                             # a run, printed
+cargo run --features package --example package      # FMUs, validated and run, in target/fmu
+```
+";
+
+const PACKAGE: &str = "\
+//! Packs the FMUs: `cargo run --features package --example package`.
+
+pneumatic_servo_packaging::package_fmus!(@crate_name@::LIBRARY);
+";
+
+const CATALOGUE: &str = r#"//! A friction law of one's own. In one line it joins the laws of the library, and the cylinder and the friction bench have it.
+
+mod law;
+
+use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
+use pneumatic_servo::pneumatics::actuator::Actuator;
+use pneumatic_servo::prelude::*;
+
+laws! {
+    /// The laws of the library and one more.
+    pub mod catalogue {
+        ..builtin;
+        1000 @Name@ "@group@" @Of@, "Say in one sentence what it is";
+    }
+}
+
+/// The cylinder with all these laws.
+pub const CYLINDER: Model = pneumatic_servo_cylinder::model::<catalogue::Friction, Actuator>();
+
+/// The friction bench with all these laws.
+pub const BENCH: Model = friction_bench::model::<catalogue::Friction>();
+
+pneumatic_servo_fmu::export_fmu!(&[CYLINDER, BENCH]);
+"#;
+
+const LAW_TEST: &str = r#"//! What the law promises. Add what you know of it: closed forms, published numbers.
+
+use @crate_name@::CYLINDER;
+use @crate_name@::catalogue::Friction;
+use pneumatic_servo::conformance::{Claims, law};
+use pneumatic_servo::prelude::*;
+
+/// Exact derivatives, saved states, steps, a solver outside; it is odd. Say what energy it stores at most (`stored`).
+#[test]
+fn law_keeps_what_laws_promise() {
+    law::<Friction>("@Name@", Claims { odd: true, stored: None });
+}
+
+#[test]
+fn cylinder_moves_under_it() -> Result<(), Box<dyn std::error::Error>> {
+    let mut plant = Setup::of(&CYLINDER).set("friction.law", "@Name@")?.set("valveVoltage", 6.5)?.start(0.0)?;
+    plant.advance_to(0.3)?;
+    assert!(plant.get("position")? > 0.26);
+    Ok(())
+}
+"#;
+
+const LAW_RUN: &str = r#"//! Prints how the cylinder moves under the law.
+
+use @crate_name@::CYLINDER;
+use pneumatic_servo::prelude::*;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut plant = Setup::of(&CYLINDER).set("friction.law", "@Name@")?.start(0.0)?;
+    plant.set("valveVoltage", 6.0)?;
+    for step in 1..=10 {
+        plant.advance_to(0.05 * f64::from(step))?;
+        println!("{:.2} s  {:.6} m  {:.3} N", plant.time(), plant.get("position")?, plant.get("frictionForce")?);
+    }
+    Ok(())
+}
+"#;
+
+const VALVE_TEST: &str = r#"//! What the actuator promises. Add what you know of it: closed forms, the steady flow.
+
+use @crate_name@::CYLINDER;
+use pneumatic_servo::conformance;
+use pneumatic_servo::prelude::*;
+
+#[test]
+fn cylinder_keeps_what_models_promise() -> Result<(), Box<dyn std::error::Error>> {
+    conformance::run(&Setup::of(&CYLINDER).set("actuation", "@Name@")?.set("valveVoltage", 6.0)?);
+    Ok(())
+}
+
+/// Both ways, and no air is lost.
+#[test]
+fn carriage_moves_both_ways() -> Result<(), Box<dyn std::error::Error>> {
+    let setup = Setup::of(&CYLINDER).set("actuation", "@Name@")?.set("supplyPressure", 6e5)?;
+    let mut plant = setup.set("balance.enabled", true)?.start(0.0)?;
+    for (voltage, until, ahead) in [(8.0, 0.4, 1.0), (2.0, 1.0, -1.0)] {
+        let before = plant.get("position")?;
+        plant.set("valveVoltage", voltage)?;
+        plant.advance_to(until)?;
+        assert!(ahead * (plant.get("position")? - before) > 0.05, "{voltage} V");
+    }
+    assert!(plant.get("balance.massResidual")?.abs() < 1e-9);
+    Ok(())
+}
+"#;
+
+const VALVE_RUN: &str = r#"//! Prints how the cylinder moves with the actuator.
+
+use @crate_name@::CYLINDER;
+use pneumatic_servo::prelude::*;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut plant = Setup::of(&CYLINDER).set("actuation", "@Name@")?.start(0.0)?;
+    plant.set("valveVoltage", 6.0)?;
+    for step in 1..=10 {
+        plant.advance_to(0.05 * f64::from(step))?;
+        println!("{:.2} s  {:.6} m  {:.0} Pa", plant.time(), plant.get("position")?, plant.get("chamberA.pressure")?);
+    }
+    Ok(())
+}
+"#;
+
+const MODEL_TEST: &str = r#"//! What the model promises. Add what you know of it: closed forms, published numbers, balances.
+
+use @crate_name@::MODEL;
+use pneumatic_servo::conformance;
+use pneumatic_servo::prelude::*;
+
+#[test]
+fn model_keeps_what_models_promise() {
+    conformance::run(&Setup::of(&MODEL));
+}
+
+/// Once it is warm, to half a kelvin on both sides.
+#[test]
+fn thermostat_keeps_the_temperature() -> Result<(), Box<dyn std::error::Error>> {
+    let mut room = Setup::of(&MODEL).start(0.0)?;
+    room.advance_to(7200.0)?;
+    for minute in 1..=120 {
+        room.advance_to(7200.0 + 60.0 * f64::from(minute))?;
+        let temperature = room.get("temperature")?;
+        assert!((temperature - 293.15).abs() < 0.5 + 1e-6, "{temperature} K");
+    }
+    Ok(())
+}
+"#;
+
+const MODEL_RUN: &str = r#"//! Prints a run of the model.
+
+use @crate_name@::MODEL;
+use pneumatic_servo::prelude::*;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut room = Setup::of(&MODEL).start(0.0)?;
+    for hour in 1..=4 {
+        room.advance_to(3600.0 * f64::from(hour))?;
+        println!("{:.0} s  {:.3} K", room.time(), room.get("temperature")?);
+    }
+    Ok(())
+}
+"#;
+
+/// Refuses a name that would not compile, or that something of the library has.
+fn ensure_free(kind: Kind, name: &str, home: &Path) -> Result<()> {
+    let letters =
+        name.starts_with(|first: char| first.is_ascii_uppercase()) && name.chars().all(|it| it.is_ascii_alphanumeric());
+    ensure!(letters, "`{name}` is no name of a type: it begins with a capital letter, and letters and digits follow");
+    ensure!(!STANDARD.contains(&name), "`{name}` is a name of Rust; the crate would not compile");
+    let texts = [vec![("", files::text(home.join("src/prelude.rs"))?)], sources(kind, home)?].concat();
+    let is_used = texts.iter().any(|(_, text)| names(text).contains(name));
+    ensure!(!is_used, "`{name}` means something else in the crate: its source or the prelude of the library has it");
+    ensure!(models::find(name).is_none(), "`{name}` is a model of the library");
+    let table = (pneumatic_servo_cylinder::MODEL.variables)();
+    for choice in table.parameters() {
+        if let Of::Enumeration(of) = choice.kind {
+            let is_taken = of.items.iter().any(|(_, item, _)| *item == name);
+            ensure!(!is_taken, "`{name}` is in the library: {} has it", choice.name);
+        }
+    }
+    let group = group(name);
+    let [of_law, of_valve] = [format!("friction.{group}."), format!("{group}.")];
+    let twin = table.iter().find(|it| it.name.starts_with(&of_law) || it.name.starts_with(&of_valve));
+    match twin {
+        Some(twin) => bail!("`{name}` would have its variables in the group of {}", twin.name),
+        None => Ok(()),
+    }
+}
+
+/// Names that Rust knows without a `use`, and its keyword among the names of types.
+const STANDARD: [&str; 30] = [
+    "Self", "Option", "Some", "None", "Result", "Ok", "Err", "Vec", "String", "Box", "Copy", "Send", "Sized", "Sync",
+    "Unpin", "Drop", "Fn", "FnMut", "FnOnce", "AsMut", "AsRef", "From", "Into", "Default", "Iterator", "Clone",
+    "ToOwned", "ToString", "Debug", "Extend",
+];
+
+/// The names with a capital letter in a source, without its comments.
+fn names(text: &str) -> BTreeSet<&str> {
+    let code = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+    let words = code.flat_map(|line| line.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_'));
+    words.filter(|word| word.starts_with(|first: char| first.is_ascii_uppercase())).collect()
+}
+
+/// The group of the parameters: `quadraticDrag`.
+fn group(name: &str) -> String {
+    format!("{}{}", name[..1].to_lowercase(), &name[1..])
+}
+
+/// The words of a name in capitals: `quadratic`, `drag`.
+fn words(name: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    let mut before = ' ';
+    for letter in name.chars() {
+        if words.is_empty() || letter.is_ascii_uppercase() && !before.is_ascii_uppercase() {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut() {
+            word.push(letter.to_ascii_lowercase());
+        }
+        before = letter;
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(line: &str) -> Result<Option<New>> {
+        New::read(&line.split(' ').map(OsString::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_command_line_says_what_is_begun() -> Result<()> {
+        let new = |kind, name: &str| Some(New { kind, name: name.to_owned(), folder: "drag".into() });
+        assert_eq!(read("law Drag drag")?, new(Kind::Velocity, "Drag"));
+        assert_eq!(read("law Drag drag --kind set-valued")?, new(Kind::SetValued, "Drag"));
+        assert_eq!(read("--kind=full law Drag drag")?, new(Kind::Full, "Drag"));
+        assert_eq!(read("valve Spool drag")?, new(Kind::Valve, "Spool"));
+        assert_eq!(read("law --help")?, None);
+        for (line, expected) in [
+            ("law Drag", "a folder"),
+            ("law Drag drag --kind sticky", "`sticky`"),
+            ("model Room drag --kind full", "--kind is for laws"),
+            ("pump Drag drag", "`pump` is neither"),
+            ("law Drag drag --fast", "--fast"),
+        ] {
+            let problem = read(line).map_or_else(|problem| format!("{problem:#}"), |_| String::new());
+            assert!(problem.contains(expected), "{line}: {problem}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn names_are_taken_apart_where_capitals_begin() {
+        assert_eq!(words("QuadraticDrag").join("_"), "quadratic_drag");
+        assert_eq!(words("LuGre2").join("-"), "lu-gre2");
+        assert_eq!(words("GMS"), ["gms"]);
+    }
+
+    #[test]
+    fn a_crate_is_written_once_with_its_name_everywhere() -> Result<()> {
+        let folder = std::env::temp_dir().join(format!("new-{}", std::process::id()));
+        let home = workspace::home();
+        write_all(&folder, &home)?;
+        let read = |name: &str| files::text(folder.join(name));
+        assert!(read("BegunFull/src/lib.rs")?.contains("1000 BegunFull \"begunFull\" law::BegunFull,"));
+        assert!(read("BegunBristle/src/law.rs")?.contains("impl BristleLaw for BegunBristle"));
+        assert!(read("BegunValve/src/lib.rs")?.contains("impl Actuating for BegunValve"));
+        assert!(read("BegunModel/tests/promises.rs")?.contains("use own_begun_model::MODEL;"));
+        assert!(
+            read("BegunModel/Cargo.toml")?.contains(&format!("packaging = {{ path = {:?}", home.join("packaging")))
+        );
+        for file in ["README.md", ".gitignore", "examples/run.rs", "examples/package.rs"] {
+            assert!(!read(&format!("BegunVelocity/{file}"))?.contains('@'), "{file}");
+        }
+        let again = write(Kind::Model, "BegunModel", &folder.join("BegunModel"), &home);
+        assert!(again.is_err_and(|error| error.to_string().contains("is there already")));
+        Ok(std::fs::remove_dir_all(&folder)?)
+    }
+
+    /// What is no name, what Rust or the source of the crate uses, and what the library has.
+    #[test]
+    fn names_that_do_not_compile_are_refused() -> Result<()> {
+        let home = workspace::home();
+        for name in ["", "drag", "My Law", "Drag-2", "Größe", "Self", "Option", "Friction", "Model", "LuGre", "Gms"] {
+            for kind in [Kind::Velocity, Kind::SetValued, Kind::Bristle, Kind::Full] {
+                assert!(write(kind, name, Path::new("nowhere"), &home).is_err(), "{name}");
+            }
+        }
+        for (kind, name) in [
+            (Kind::Valve, "Inflow"),
+            (Kind::Valve, "ProportionalValve"),
+            (Kind::Valve, "Valve"),
+            (Kind::Model, "State"),
+            (Kind::Model, "Festoon"),
+            (Kind::Model, "Model"),
+        ] {
+            assert!(write(kind, name, Path::new("nowhere"), &home).is_err(), "{name}");
+        }
+        let prelude = files::text(home.join("src/prelude.rs"))?;
+        assert!(names(&prelude).len() > 30);
+        for name in names(&prelude) {
+            assert!(ensure_free(Kind::Velocity, name, &home).is_err(), "{name}");
+        }
+        assert!(ensure_free(Kind::Velocity, "QuadraticDrag", &home).is_ok());
+        Ok(())
+    }
+}
