@@ -117,7 +117,7 @@ fn voltage_just_at_an_end_of_its_range_is_told() {
             assert!(told.is_none_or(|told| told.ends_with(expected)));
         }
         assert_eq!(told(&mut plant, 2), None, "it does not move the end");
-        let step = plant.transition(0.102, &["valve.C"], &["position"]).expect("a step");
+        let step = plant.transition(0.002, &["valve.C"], &["position"]).expect("a step");
         // With play a voltage that rests at the end moves nothing, neither by more nor by less.
         let lost =
             step.lost.iter().find(|(column, _)| *column == step.states.len()).map(|(_, lost)| lost.event.as_str());

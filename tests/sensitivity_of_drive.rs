@@ -132,9 +132,9 @@ fn step_response_has_the_slopes_of_differences() {
     let reference: Vec<f64> = (0..directions).map(|direction| f64::from(u8::from(direction == count))).collect();
     for index in 0..STEPS {
         couple(&mut drive, 0.3);
-        let end = f64::from(index + 1) * PERIOD;
-        let step = drive[0].transition(end, &[], &["position", "velocity"]).expect("a step");
-        let sample = drive[1].transition(end, &names, &["valveVoltage"]).expect("a step");
+        let [time, end] = [index, index + 1].map(|index| f64::from(index) * PERIOD);
+        let step = drive[0].transition(end - time, &[], &["position", "velocity"]).expect("a step");
+        let sample = drive[1].transition(end - time, &names, &["valveVoltage"]).expect("a step");
         assert!(sample.lost.is_empty(), "{:?}", sample.lost);
         let inputs: Vec<&str> = drive[0].table().inputs().map(|input| input.name.as_str()).collect();
         let of_inputs: Vec<Vec<f64>> =

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::failure::refused;
-use crate::simulation::{Simulation, end_of};
+use crate::simulation::{Simulation, check_step};
 use crate::threads::pool;
 use crate::transition::{Asked, Told, untold_of};
 
@@ -19,17 +19,15 @@ pub fn transitions<'py>(
     outputs: Vec<String>,
     workers: usize,
 ) -> PyResult<Vec<Told<'py>>> {
-    let ends: PyResult<Vec<f64>> = simulations.iter().map(|it| end_of(&it.get().plant(py), size)).collect();
-    let work: Vec<(&Simulation, f64)> = simulations.iter().map(Py::get).zip(ends?).collect();
-    if let Some(index) =
-        (0..work.len()).find(|it| work[..*it].iter().any(|(other, _)| std::ptr::eq(*other, work[*it].0)))
-    {
+    simulations.iter().try_for_each(|it| check_step(&it.get().plant(py), size))?;
+    let work: Vec<&Simulation> = simulations.iter().map(Py::get).collect();
+    if let Some(index) = (0..work.len()).find(|it| work[..*it].iter().any(|other| std::ptr::eq(*other, work[*it]))) {
         return Err(refused(format!("simulation {index} is given twice")));
     }
     let (asked, pool) = (Asked { parameters, outputs }, pool(workers)?);
-    let made = |(simulation, end): &(&Simulation, f64)| {
+    let made = |simulation: &&Simulation| {
         let mut plant = simulation.locked();
-        (asked.of(&mut plant, *end), plant.table().inputs().count())
+        (asked.of(&mut plant, size), plant.table().inputs().count())
     };
     let made: Vec<_> = py.detach(|| pool.install(|| work.par_iter().map(made).collect()));
     let tell = |(index, (outcome, inputs)): (usize, (Result<Transition, TransitionError>, usize))| {

@@ -24,11 +24,11 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Takes a plant to a time in s, and tells what that does to small changes.
-    pub fn of(&self, plant: &mut Plant, end: f64) -> Result<Transition, TransitionError> {
+    /// Takes a plant over a step of a size in s, and tells what that does to small changes.
+    pub fn of(&self, plant: &mut Plant, size: f64) -> Result<Transition, TransitionError> {
         let [by, of] =
             [&self.parameters, &self.outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
-        plant.transition(end, &by, &of)
+        plant.transition(size, &by, &of)
     }
 
     /// A transition of a model with so many inputs for Python.

@@ -36,6 +36,14 @@ pub trait Simulation: Differentiable + Send {
     /// [`StepError`] when the end cannot be reached; the state is then that of the last accepted solver step.
     fn advance(&mut self, end: f64) -> Result<(), StepError>;
 
+    /// Integrates over a step of a size in s, which the clock of the host need not resolve. Does not allocate.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    fn step(&mut self, size: f64) -> Result<(), StepError> {
+        self.advance(self.time() + size)
+    }
+
     /// Whether everything that is carried on from step to step is a finite number.
     fn is_finite(&self) -> bool;
 

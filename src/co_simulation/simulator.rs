@@ -90,6 +90,12 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         outcome.map_err(|error| error.later(self.session.start))
     }
 
+    fn step(&mut self, size: f64) -> Result<(), StepError> {
+        let outcome = self.run.advance(self.run.time() + size);
+        self.session.time = self.session.start + self.run.time();
+        outcome.map_err(|error| error.later(self.session.start))
+    }
+
     fn is_finite(&self) -> bool {
         self.run.state().0.iter().all(|value| value.is_finite())
     }

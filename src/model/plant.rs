@@ -41,6 +41,13 @@ pub struct Saved {
     slopes: Vec<f64>,
 }
 
+/// The end of a step: a time in s, or a size in s from the present time.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Until {
+    Time(f64),
+    After(f64),
+}
+
 impl Plant {
     /// A started simulation of a model, with the parameters and inputs it was started with.
     pub(crate) fn new(
@@ -167,12 +174,13 @@ impl Plant {
         &self.computed
     }
 
-    /// Integrates over a step of a size in s.
+    /// Integrates over a step of a size in s. A late clock, such as one in seconds since 1970, resolves the times at the ends of steps
+    /// only to fractions of a microsecond; the steps have their sizes all the same.
     ///
     /// # Errors
     /// As [`advance_to`](Self::advance_to).
     pub fn step(&mut self, size: f64) -> Result<(), StepError> {
-        self.advance_to(self.time() + size)
+        self.advance(Until::After(size))
     }
 
     /// Integrates to a time in s, which is not in the past.
@@ -180,9 +188,16 @@ impl Plant {
     /// # Errors
     /// [`StepError`] when it cannot be reached; the state is then that of the last accepted solver step.
     pub fn advance_to(&mut self, end: f64) -> Result<(), StepError> {
+        self.advance(Until::Time(end))
+    }
+
+    pub(super) fn advance(&mut self, until: Until) -> Result<(), StepError> {
         let start = self.time();
         self.is_computed = false;
-        let outcome = self.simulation.advance(end);
+        let outcome = match until {
+            Until::Time(end) => self.simulation.advance(end),
+            Until::After(size) => self.simulation.step(size),
+        };
         self.followed.copy_from_slice(&self.inputs);
         if self.companion.is_some() || self.aside.is_some() {
             let marks = self.simulation.take_trail();
@@ -191,7 +206,10 @@ impl Plant {
             }
         }
         if self.slopes.iter().any(|slope| *slope != 0.0) {
-            let duration = self.time() - start;
+            let duration = match (until, &outcome) {
+                (Until::After(size), Ok(())) => size,
+                _ => self.time() - start,
+            };
             for (input, slope) in self.inputs.iter_mut().zip(&mut self.slopes) {
                 *input += std::mem::take(slope) * duration;
             }

@@ -1,5 +1,6 @@
 //! Steps of a plant as linear maps, and gradients of whole runs by the chain of them backwards.
 
+use super::plant::Until;
 use super::{Plant, Saved};
 use crate::sensitivity::{
     Along, DirectionError, Gradient, NoDerivative, Slopes, States, Tangents, Transition, TransitionError, columns,
@@ -29,7 +30,7 @@ pub struct Steps<'a> {
 }
 
 impl Plant {
-    /// Integrates to a time in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
+    /// Integrates over a step of a size in s, and tells what that does to small changes of states, memory, inputs and parameters, of which the
     /// last are given by their names, and what these do to outputs at its end.
     ///
     /// # Errors
@@ -37,11 +38,11 @@ impl Plant {
     /// derivative has a column of what are no numbers, and [`Transition::lost`] tells why.
     pub fn transition(
         &mut self,
-        end: f64,
+        size: f64,
         parameters: &[&str],
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
-        self.linearised(Some(end), parameters, outputs)
+        self.linearised(Some(Until::After(size)), parameters, outputs)
     }
 
     /// How a scalar of a run from here on changes with what is added to the inputs over each step, with the present states and
@@ -89,7 +90,8 @@ impl Plant {
                     return Ok(None);
                 }
                 self.set_inputs(&steps.inputs[index]);
-                transitions.push((self.time(), self.linearised(Some(steps.ends[index]), parameters, outputs)?));
+                transitions
+                    .push((self.time(), self.linearised(Some(Until::Time(steps.ends[index])), parameters, outputs)?));
             }
             for (index, (time, transition)) in all.zip(transitions).rev() {
                 let weights: Vec<f64> = (0..outputs.len()).map(|output| weight(index + 1, output)).collect();
@@ -154,7 +156,7 @@ impl Plant {
             }
             self.set_inputs(inputs);
             let time = self.time();
-            let transition = self.linearised(Some(*end), parameters, outputs)?;
+            let transition = self.linearised(Some(Until::Time(*end)), parameters, outputs)?;
             tangent.check(&transition, time)?;
             refuse_rounded(&transition, *end, |output| (true, outputs[output]))?;
             rows.push(tangent.outputs(&transition, added, seeds));
@@ -198,21 +200,21 @@ impl Plant {
         Ok(Columns { along, states, names, outputs: places })
     }
 
-    /// The linear map of a step to a time in s, or of none.
+    /// The linear map of a step, or of none.
     fn linearised(
         &mut self,
-        end: Option<f64>,
+        until: Option<Until>,
         parameters: &[&str],
         outputs: &[&str],
     ) -> Result<Transition, TransitionError> {
         let Columns { along, states, names, outputs } = self.columns(parameters, outputs)?;
         let companion = self.companion_along(&along, false).map_err(|_| self.unlike(parameters))?;
-        let mut companion = match end {
+        let mut companion = match until {
             None => companion,
-            Some(end) => {
+            Some(until) => {
                 self.aside = Some(companion);
                 self.simulation.leave_trail(true);
-                let outcome = self.advance_to(end);
+                let outcome = self.advance(until);
                 if self.companion.is_none() {
                     self.simulation.leave_trail(false);
                 }
