@@ -8,7 +8,7 @@ const RATIO: f64 = 3.0;
 const RATIO_OF_CHAIN: f64 = 5.0;
 /// The largest number of explicit steps before the implicit method is tried again.
 const MOST_PATIENCE: u32 = 64;
-/// Bounds of the reach of the midpoint rule in s, and by what it grows in each communication step.
+/// Bounds of the reach of the midpoint rule in s at the begin of a communication step, and by what it grows in each.
 const SHORTEST_REACH: f64 = 1e-6;
 const LONGEST_REACH: f64 = 0.1;
 const RECOVERY: f64 = 1.1;
@@ -79,12 +79,12 @@ impl Choice {
 
     /// Notes that the midpoint rule can take no step beyond a size in s.
     pub fn limit_midpoint(&mut self, size: f64) {
-        self.reach = size.clamp(SHORTEST_REACH, LONGEST_REACH);
+        self.reach = size.clamp(f64::MIN_POSITIVE, LONGEST_REACH);
     }
 
     /// Notes that the end of a communication step, or a sample, is reached.
     pub fn arrive(&mut self) {
-        self.reach = (RECOVERY * self.reach).min(LONGEST_REACH);
+        self.reach = (RECOVERY * self.reach.max(SHORTEST_REACH)).min(LONGEST_REACH);
         if self.is_implicit {
             self.is_implicit = false;
             self.patience /= 2;
@@ -96,7 +96,8 @@ impl Choice {
         self.patience <= MOST_PATIENCE
             && self.short <= MOST_PATIENCE
             && self.given_up_at.is_finite()
-            && (SHORTEST_REACH..=LONGEST_REACH).contains(&self.reach)
+            && self.reach > 0.0
+            && self.reach <= LONGEST_REACH
     }
 }
 
@@ -162,6 +163,16 @@ mod tests {
             choice.limit_midpoint(size);
             assert!(choice.is_sound(), "after {size}");
         }
+    }
+
+    /// What remains behind an event may be shorter than the shortest reach with which a communication step begins.
+    #[test]
+    fn midpoint_rule_does_not_try_again_what_it_has_given_up() {
+        let mut choice = Choice::default();
+        choice.limit_midpoint(1e-7);
+        assert!(choice.is_sound() && !choice.tries_midpoint(5e-7, 1.0));
+        choice.arrive();
+        assert!(choice.tries_midpoint(1e-6, 1.0));
     }
 
     #[test]
