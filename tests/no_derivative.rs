@@ -194,3 +194,24 @@ fn names_of_no_direction_are_refused() {
         assert!(found.starts_with(expected), "{found}");
     }
 }
+
+/// A mass that sets out from rest slides at once; with any less velocity it would have to stop first. The force on it is none the worse.
+#[test]
+fn velocity_of_a_mass_that_sets_out_from_rest_is_told() {
+    for law in ["Coulomb", "CoulombStiction", "Stribeck", "Polito"] {
+        for (name, place) in [("velocity0", "the start"), ("velocity", "stop")] {
+            for (velocity, is_told) in [(0.0, true), (0.01, false)] {
+                let mut plant = mass_under(20.0, law, &[("velocity0", velocity.into())]);
+                plant.carry_sensitivities(&[name, "appliedForce"]).expect("directions");
+                plant.advance_to(1e-3).expect("advances");
+                let told = [0, 1].map(|direction| told(&mut plant, direction));
+                assert_eq!(told[0].is_some(), is_told, "{law}, {name}, {velocity} m/s: {told:?}");
+                if let Some(told) = &told[0] {
+                    let expected = format!("from t = 0 s on, at {place}: the modes differ from one side");
+                    assert!(told.contains(&expected), "{told}");
+                }
+                assert_eq!(told[1], None, "{law}: the force");
+            }
+        }
+    }
+}

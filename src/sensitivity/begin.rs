@@ -1,6 +1,7 @@
 //! How slopes begin.
 
-use super::{Along, Companion, Differentiable, Driven, Slopes, Way};
+use super::equations::At;
+use super::{Along, Companion, Differentiable, Driven, Equations, NoDerivative, Slopes, Way};
 use crate::hybrid::Indicator;
 use crate::variables::{Role, Table};
 
@@ -49,8 +50,10 @@ pub fn begin(begin: Begin, directions: &[Along]) -> Result<Companion, Along> {
             }
             Along::Input(_) => return Err(*along),
             Along::State(state) => {
-                slopes.states[begin.run.state_index(state).ok_or(*along)?] = 1.0;
+                let index = begin.run.state_index(state).ok_or(*along)?;
+                slopes.states[index] = 1.0;
                 slopes = Slopes::new(slopes.states, slopes.memory);
+                slopes.lost = at_a_limit(equations.as_ref(), At { time, x: &x, u: begin.followed }, index);
                 Way::still(count)
             }
             Along::Memory(number) => {
@@ -73,6 +76,22 @@ pub fn begin(begin: Begin, directions: &[Along]) -> Result<Companion, Along> {
     let mut companion = Companion::new([equations, spare], (time, x, inputs), tolerance, (nominals, names), ways);
     companion.set_inputs(begin.inputs[0], begin.inputs[1]);
     Ok(companion)
+}
+
+/// Why there is no derivative by a state: the mode is exactly at its limit, to one side of which it ends.
+fn at_a_limit(equations: &dyn Equations, at: At, state: usize) -> Option<NoDerivative> {
+    /// Share of its scale by which the state is moved.
+    const SHARE: f64 = 1e-9;
+    let here = equations.indicators(at);
+    let sides = [SHARE, -SHARE].map(|share| {
+        let mut x = at.x.to_vec();
+        x[state] += share * equations.scales()[state];
+        equations.indicators(At { x: &x, ..at })
+    });
+    let ends = |event: &usize| here[*event] == 0.0 && sides.iter().any(|side| side[*event] < 0.0);
+    let event = (0..here.len()).find(ends)?;
+    let reason = "the modes differ from one side of it to the other".to_owned();
+    Some(NoDerivative { time: at.time, event: equations.event_name(event).to_owned(), reason })
 }
 
 /// The direction of a parameter, if there are equations beside the present ones.

@@ -150,7 +150,13 @@ impl Way {
             beside.extend([1.0, -1.0].map(|sign| (present, along(inputs, &self.inputs, sign * offset))));
         }
         let still = Slopes::new(vec![0.0; x.len()], vec![0.0; base.count()]);
-        if !beside.iter().all(|(equations, inputs)| equations.start(inputs).1.is_alike(&base)) {
+        // A side or direction is no number that varies: it must be the same.
+        let sides: Vec<usize> =
+            present.told().iter().enumerate().filter(|(_, leaf)| leaf.is_side).map(|(place, _)| place).collect();
+        let is_alike = |memory: &Leaves| {
+            memory.is_alike(&base) && sides.iter().all(|place| memory.value(*place) == base.value(*place))
+        };
+        if !beside.iter().all(|(equations, inputs)| is_alike(&equations.start(inputs).1)) {
             let reason = "the modes differ from one side of it to the other".to_owned();
             return Slopes { lost: Some(NoDerivative { time: 0.0, event: "the start".to_owned(), reason }), ..still };
         }
