@@ -1,14 +1,20 @@
-"""Files that appear as a whole or not at all."""
+"""Files that appear as a whole or not at all; devices and pipes, which are written to as they are."""
 
 from __future__ import annotations
 
 import csv
 import os
+import re
+import stat
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
+
+STREAMS = {"/dev/stdout": 1, "/dev/stderr": 2}
+DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/fd/(\d+)")
 
 
 @contextmanager
@@ -24,18 +30,64 @@ def opened(file: Path) -> Iterator[TextIO]:
 
 def check_place(file: Path) -> None:
     """Refuse a file that cannot be written because of its place, by the name that was given."""
-    if not file.parent.is_dir():
-        raise FileNotFoundError(f"{file}: there is no folder {file.parent}")
+    if is_stream(file):
+        return
+    folder = _target(file).parent
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{file}: there is no folder {folder}")
     if file.is_dir():
         raise IsADirectoryError(f"{file}: it is a folder; name a file")
 
 
+def is_stream(file: Path) -> bool:
+    """Tell whether a name stands for an open descriptor, a device, a pipe or a socket, not for a regular file."""
+    if _descriptor(file) is not None:
+        return True
+    return file.exists() and not file.is_file() and not file.is_dir()
+
+
+def is_standard_output(file: Path | None) -> bool:
+    """Tell whether a name stands for the standard output of this process."""
+    return file is not None and _descriptor(file) == STREAMS["/dev/stdout"]
+
+
 @contextmanager
 def whole(file: Path) -> Iterator[Path]:
-    """Yield a name in the same folder; what is written there takes the file's name once all of it is."""
+    """Yield the name of a new file; once all of it is written, the given name has its content.
+
+    A regular file is replaced at once, with the mode and owner that it had; a symbolic link stays, and its target is
+    replaced. A device, a pipe or ``/dev/stdout`` gets the content when it is complete.
+    """
     check_place(file)
+    if is_stream(file):
+        with _part(file, Path(tempfile.gettempdir())) as part:
+            yield part
+            _send(part, file)
+        return
+    target = _target(file)
+    before = target.stat() if target.exists() else None
+    if before is not None and not os.access(target, os.W_OK):
+        raise PermissionError(f"{file}: it may not be written; it is read-only")
+    with _part(file, target.parent) as part:
+        yield part
+        if before is None:
+            # Temporary files are for their owner only.
+            umask = os.umask(0)
+            os.umask(umask)
+            part.chmod(0o666 & ~umask)
+        else:
+            part.chmod(stat.S_IMODE(before.st_mode))
+            if sys.platform != "win32":
+                with suppress(PermissionError):
+                    os.chown(part, before.st_uid, before.st_gid)
+        part.replace(target)
+
+
+@contextmanager
+def _part(file: Path, folder: Path) -> Iterator[Path]:
+    """Yield an empty file with the ending of another; it is removed in the end, if it is still there."""
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=file.parent)
+        handle, name = tempfile.mkstemp(prefix=f".{file.stem}-", suffix=file.suffix, dir=folder)
     except OSError as error:
         # It would name the temporary file, which nobody knows.
         raise type(error)(error.errno, error.strerror, str(file)) from None
@@ -43,13 +95,37 @@ def whole(file: Path) -> Iterator[Path]:
     part = Path(name)
     try:
         yield part
-        # Temporary files are for their owner only; this one is to be as others are.
-        umask = os.umask(0)
-        os.umask(umask)
-        part.chmod(0o666 & ~umask)
-        part.replace(file)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _target(file: Path) -> Path:
+    """Return the regular file that a name leads to, which need not exist."""
+    return Path(os.path.realpath(file)) if file.is_symlink() else file
+
+
+def _descriptor(file: Path) -> int | None:
+    name = os.path.normpath(file)
+    match = DESCRIPTOR.fullmatch(name)
+    return int(match[1]) if match else STREAMS.get(name)
+
+
+def _send(part: Path, file: Path) -> None:
+    """Write a content to a stream."""
+    sys.stdout.flush()
+    number = _descriptor(file)
+    try:
+        # A descriptor is shared: opened by its name, a regular file behind it would begin anew.
+        stream = os.open(file, os.O_WRONLY) if number is None else os.dup(number)
+        try:
+            with part.open("rb") as source:
+                while block := memoryview(source.read(1 << 16)):
+                    while block:
+                        block = block[os.write(stream, block) :]
+        finally:
+            os.close(stream)
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(file)) from None
 
 
 def write_csv(file: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

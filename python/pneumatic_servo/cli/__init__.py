@@ -7,6 +7,7 @@ Exit codes: 0 done, 1 a run could not go on or a fit did not converge, 2 somethi
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import sys
 import warnings
@@ -14,6 +15,7 @@ from collections.abc import Sequence
 
 from pneumatic_servo.cli import compare, configure, fit, fmu, linearise, plan, play, series, simulate, variables
 from pneumatic_servo.errors import MissingPackage, NotConverged, PlantWarning
+from pneumatic_servo.files import is_standard_output
 from pneumatic_servo.unfinished import SimulationError
 from pneumatic_servo.words import ON_COMMAND_LINE
 
@@ -85,7 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.simplefilter("always", PlantWarning)
             warnings.showwarning = _show
-            options.run(options)
+            # A table that goes to the standard output is alone there.
+            tables = is_standard_output(getattr(options, "out", None))
+            with contextlib.redirect_stdout(sys.stderr) if tables else contextlib.nullcontext():
+                options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:
         return _unread()
