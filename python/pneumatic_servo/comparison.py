@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,16 +34,20 @@ class Comparison:
         The laws.
     runs : Runs
         A run for each.
+    notes : tuple of str
+        In which levels of friction the laws are unlike, so that they are not models of one contact: other values, or
+        none, since a law has no such parameter.
     """
 
     laws: tuple[str, ...]
     runs: Runs
+    notes: tuple[str, ...] = ()
 
     @staticmethod
-    def of_begun(laws: Sequence[str], runs: Runs) -> Comparison | None:
+    def of_begun(laws: Sequence[str], runs: Runs, notes: Sequence[str] = ()) -> Comparison | None:
         """Return the comparison of those laws whose runs have begun, if there are any."""
         begun = [place for place, rows in enumerate(runs.rows) if rows > 0]
-        return Comparison(tuple(laws[place] for place in begun), runs.of(begun)) if begun else None
+        return Comparison(tuple(laws[place] for place in begun), runs.of(begun), tuple(notes)) if begun else None
 
     def __getitem__(self, law: str) -> Run:
         """Return the run under a law."""
@@ -88,7 +93,8 @@ class Comparison:
         return draw_laws(dict(zip(self.laws, self.runs, strict=True)), names or RECORDED[:3])
 
     def _repr_html_(self) -> str:
-        return table(COLUMNS, ([law, *(f"{fact:.6g}" for fact in facts)] for law, *facts in self.rows()))
+        notes = "".join(f"<p>{escape(note)}</p>" for note in self._unlike())
+        return table(COLUMNS, ([law, *(f"{fact:.6g}" for fact in facts)] for law, *facts in self.rows())) + notes
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.laws)
@@ -97,7 +103,10 @@ class Comparison:
         width = max(len(law) for law in self.laws)
         head = f"{'law':{width}}" + "".join(f"{column:>22}" for column in COLUMNS[1:])
         body = (f"{law:{width}}" + "".join(f"{fact:22.6g}" for fact in facts) for law, *facts in self.rows())
-        return "\n".join([head, *body])
+        return "\n".join([head, *body, *self._unlike()])
+
+    def _unlike(self) -> list[str]:
+        return [f"unlike in {note}" for note in self.notes]
 
 
 def check_laws(laws: Sequence[str]) -> tuple[str, ...]:

@@ -7,9 +7,16 @@ where a data sheet says nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
+from itertools import groupby
 from pathlib import Path
+
+from pneumatic_servo.effects import LAW
+from pneumatic_servo.model_description import ModelDescription
+from pneumatic_servo.values import is_number
+from pneumatic_servo.variables import Variable, Variables
 
 AMBIENT = 101_325.0
 """Ambient pressure in Pa, by which pressures above ambient become absolute."""
@@ -35,9 +42,12 @@ class Entry:
     assumption: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DataSheet:
     """What data sheets say of a cylinder, its valve, its hoses and its load; in the units they use.
+
+    Every run takes it in place of parameters. Friction is stated for all laws that have static or Coulomb friction;
+    `kept` is what no data sheet states, and stays as on the small rig.
 
     Attributes
     ----------
@@ -53,8 +63,8 @@ class DataSheet:
         Sonic conductance in dm3/(s bar).
     critical_ratio : float
         Critical pressure ratio of the valve.
-    hose : tuple of float, optional
-        Inner diameter and length in mm of the hoses to both chambers.
+    hose : tuple of float or str, optional
+        Inner diameter and length in mm of the hoses to both chambers: ``(4, 1500)`` or ``"4x1500"``.
     clearance : float
         Length in mm of bore that stands for the dead volume at each end.
     min_pressure : float, optional
@@ -68,7 +78,7 @@ class DataSheet:
     >>> sheet = ps.DataSheet(bore=32, rod=12, stroke=200, mass=5, qn=700, supply=6)
     >>> round(sheet.settings["supplyPressure"])
     701325
-    >>> run = ps.Model().simulate(sheet.settings, inputs={"valveVoltage": 6}, stop=0.1)
+    >>> run = ps.Model().simulate(sheet, inputs={"valveVoltage": 6}, stop=0.1)
     """
 
     bore: float
@@ -81,12 +91,13 @@ class DataSheet:
     cv: float | None = None
     conductance: float | None = None
     critical_ratio: float = 0.3
-    hose: tuple[float, float] | None = None
+    hose: tuple[float, float] | str | None = None
     clearance: float = 5.0
     min_pressure: float | None = None
     supply: float | None = None
 
     def __post_init__(self) -> None:
+        self._check_numbers()
         given = [name for name in FLOWS if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(f"the flow of the valve is given by exactly one of {', '.join(FLOWS)}, not by {given}")
@@ -113,6 +124,25 @@ class DataSheet:
         if not 0.0 <= self.critical_ratio < 1.0:
             raise ValueError(f"critical_ratio = {self.critical_ratio}: it must be at least 0 and below 1")
 
+    def _check_numbers(self) -> None:
+        """Refuse what is no number, by the name of its field."""
+        for name, unit in UNITS.items():
+            value = getattr(self, name)
+            if value is not None and not is_number(value):
+                where = f" in {unit}" if unit else ""
+                raise ValueError(f"{name} = {value!r} is refused: it must be a number{where}")
+        if self.hose is not None:
+            diameter, length = _hose(self.hose)
+            (least, most), (shortest, longest) = HOSES
+            if not (least <= diameter <= most and shortest <= length <= longest):
+                as_m = diameter if diameter >= least else 1e3 * diameter, 1e3 * length
+                is_meant = least <= as_m[0] <= most and shortest <= as_m[1] <= longest and length < shortest
+                hint = f"; did you mean {as_m[0]:g}x{as_m[1]:g}, which is {length:g} m long?" if is_meant else ""
+                raise ValueError(
+                    f"hose = {self.hose!r} is refused: it is an inner diameter of {least:g} to {most:g} mm and a "
+                    f"length of {shortest:g} to {longest:g} mm{hint}"
+                )
+
     def _check_magnitudes(self) -> None:
         """Refuse what is in another unit than data sheets use."""
         for name, (low, high, unit, meant) in MAGNITUDES.items():
@@ -125,6 +155,18 @@ class DataSheet:
                     f"{name} = {value:g} {unit} is refused: it must be from {low:g} to {high:g} {unit}"
                     + (hint if is_meant else "")
                 )
+
+    @property
+    def kept(self) -> dict[str, float]:
+        """What the numbers do not state, and stays at the values of the small rig that are the defaults."""
+        names = [
+            *KEPT,
+            *(() if self.min_pressure else (own.name for own in _of_meaning("static friction", "Coulomb friction"))),
+            *(() if self.supply else ("supplyPressure",)),
+            *(() if self.hose else ("hoseA.length", "hoseB.length")),
+        ]
+        variables = _variables()
+        return {name: float(variables[name].default or 0.0) for name in names}
 
     @property
     def settings(self) -> dict[str, float]:
@@ -156,7 +198,7 @@ class DataSheet:
         )
         yield from self._dead_volumes()
         if self.hose is not None:
-            diameter, length = self.hose
+            diameter, length = _hose(self.hose)
             for side in "AB":
                 yield Entry(f"hose{side}.diameter", diameter * 1e-3, "inner diameter of the hose")
                 yield Entry(
@@ -186,14 +228,67 @@ class DataSheet:
     def _friction(self, pressure: float) -> Iterator[Entry]:
         force = pressure * 1e5 * math.pi / 4.0 * (self.bore**2 - self.rod_a**2) * 1e-6
         assumption = "chamber B is vented, the piston unloaded"
-        yield Entry("friction.stribeck.Fs", force, "minimum pressure times piston area", assumption=assumption)
-        yield Entry(
-            "friction.stribeck.Fc", 0.75 * force, "3/4 Fs", assumption="the ratio of the default set, 8.3 N to 11 N"
-        )
+        for own in _of_meaning("static friction"):
+            yield Entry(own.name, force, "minimum pressure times piston area", assumption=assumption)
+        ratio = "the ratio of the default set, 8.3 N to 11 N"
+        for own in _of_meaning("Coulomb friction"):
+            yield Entry(own.name, 0.75 * force, "3/4 Fs", assumption=ratio)
+        for own in _of_meaning("static excess"):
+            yield Entry(own.name, 0.25 * force, "Fs - Fc", assumption=ratio)
 
+
+@cache
+def _variables() -> Variables:
+    return ModelDescription("PneumaticServoCylinder").variables
+
+
+def _of_meaning(*meanings: str) -> list[Variable]:
+    """Return the friction parameters of meanings, in N, the default law first."""
+    law = _variables()[LAW].default
+    found = [
+        own for own in _variables().values() if own.meaning in meanings and own.unit == "N" and "[" not in own.name
+    ]
+    return sorted(found, key=lambda own: own.counts_for != (LAW, law))
+
+
+def laws_without_levels() -> list[str]:
+    """Return the laws that have neither static nor Coulomb friction among their parameters."""
+    having = {"None"} | {
+        own.counts_for[1] for own in _of_meaning("static friction", "Coulomb friction") if own.counts_for
+    }
+    return [law for law in _variables()[LAW].items if law not in having]
+
+
+def _hose(given: tuple[float, float] | str) -> tuple[float, float]:
+    """Return inner diameter and length in mm."""
+    try:
+        diameter, length = given.lower().split("x") if isinstance(given, str) else given
+        return float(diameter), float(length)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"hose = {given!r} is refused: it must be inner diameter and length in mm, (4, 1500) or '4x1500'"
+        ) from None
+
+
+UNITS = {
+    "bore": "mm", "stroke": "mm", "mass": "kg", "rod": "mm", "rod_a": "mm", "qn": "l/min", "kv": "m3/h",
+    "cv": "gal/min", "conductance": "dm3/(s.bar)", "critical_ratio": "", "clearance": "mm",
+    "min_pressure": "bar above ambient", "supply": "bar above ambient",
+}  # fmt: skip
+"""Units of the numbers."""
+
+HOSES = (0.5, 100.0), (20.0, 1e5)
+"""Inner diameters and lengths of hoses in mm."""
+
+KEPT = (
+    "friction.stribeck.sigma2", "friction.stribeck.vs", "valve.deadZone", "valve.leakage", "valve.bandwidth",
+    "valve.hysteresis", "chamberA.pressure0", "chamberB.pressure0", "thermal.heatTransfer",
+)  # fmt: skip
+"""What data sheets seldom state; viscous friction and Stribeck velocity stand for those of all laws."""
 
 MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
     "bore": (1.0, 1000.0, "mm", ("m", 1e3)),
+    "conductance": (1e-3, 1e3, "dm3/(s.bar)", ("m3/(s.Pa)", 1e8)),
     "stroke": (1.0, 20_000.0, "mm", ("m", 1e3)),
     "supply": (0.1, 100.0, "bar", ("Pa", 1e-5)),
     "min_pressure": (1e-4, 20.0, "bar", ("Pa", 1e-5)),
@@ -244,12 +339,32 @@ FLOWS: dict[str, tuple[str, str, str, Callable[[float, float], float]]] = {
 """Ways in which data sheets state the flow of a valve: formula, standard, assumption, and the conductance."""
 
 
-def table(entries: list[Entry], unit: Callable[[str], str]) -> str:
-    """Return the entries as a text, with the units of the variables."""
+def table(entries: Sequence[Entry], unit: Callable[[str], str]) -> str:
+    """Return the entries as a text, with the units of the variables; laws of one value share a line."""
     lines = []
-    for entry in entries:
-        lines.append(f"{entry.name} = {entry.value:.6g} {unit(entry.name)}".rstrip())
-        lines.append(f"    {entry.formula}" + (f"   [{entry.standard}]" if entry.standard else ""))
-        if entry.assumption:
-            lines.append(f"    assumed: {entry.assumption}")
+    for _, group in groupby(entries, key=lambda entry: (entry.value, entry.formula, entry.assumption)):
+        first, *others = list(group)
+        shared = f" (and of {len(others)} parameters of other laws)" if others and "friction." in first.name else ""
+        listed = [first] if shared else [first, *others]
+        lines += [f"{entry.name} = {entry.value:.6g} {unit(entry.name)}".rstrip() + shared for entry in listed]
+        lines.append(f"    {first.formula}" + (f"   [{first.standard}]" if first.standard else ""))
+        if first.assumption:
+            lines.append(f"    assumed: {first.assumption}")
     return "\n".join(lines)
+
+
+def kept_table(sheet: DataSheet, unit: Callable[[str], str]) -> str:
+    """Return what stays as on the small rig, as a text."""
+    kept = {name: value for name, value in sheet.kept.items() if not name.startswith("friction.") or name in FIRST}
+    lines = [f"{name} = {value:.6g} {unit(name)}".rstrip() for name, value in kept.items()]
+    laws = ", ".join(laws_without_levels())
+    return "\n".join([
+        "not stated, and as on the small rig (cylinder.bore = 16 mm) unless you set it:",
+        *(f"    {line}" for line in lines),
+        "    chambers start vented: with the rod side filled a motion begins slower; set chamberB.pressure0",
+        f"    the friction of {laws}, which have no static or Coulomb friction to state",
+    ])  # fmt: skip
+
+
+FIRST = ("friction.stribeck.Fs", "friction.stribeck.Fc", "friction.stribeck.sigma2", "friction.stribeck.vs")
+"""Friction parameters that stand for those of all laws."""

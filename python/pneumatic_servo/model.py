@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol, runtime_checkable
 
-from pneumatic_servo import _native, defaults, noticed, progress, values
+from pneumatic_servo import _native, defaults, effects, noticed, progress, values
 from pneumatic_servo.checks import names, whole_number
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
@@ -35,9 +35,21 @@ from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.unfinished import Interrupted, SimulationError
 from pneumatic_servo.variables import Value, Variables
 
-Parameters = Mapping[str, Any] | str | Path
+
+@runtime_checkable
+class HasSettings(Protocol):
+    """What has parameters by name: a `DataSheet`, a `Fit`, a `Linearisation`, an earlier `Run`."""
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Parameters and start values by name, as every run takes them."""
+        ...
+
+
+Parameters = Mapping[str, Any] | str | Path | HasSettings
 """Parameters and start values of inputs: numbers in SI units, ``"6 bar"``, ``(6, "bar")`` or quantities of pint; items
-of enumerations by name; true or false. Or the name of an SSV file that has them."""
+of enumerations by name; true or false. Or the name of an SSV file that has them, or what has ``settings``: a
+`DataSheet`, a `Fit`, a `Linearisation`, an earlier `Run`."""
 
 
 class Model(ModelDescription):
@@ -95,10 +107,12 @@ class Model(ModelDescription):
         0.1
         """
         begin = values.seconds("time", time)
-        settings = self._fitted(self._settings(parameters))
+        given = self._settings(parameters)
+        settings = self._fitted(given)
         with self._with_units():
             native = self._native.start(list(settings.items()), begin)
         self._tell_saturated(settings)
+        effects.tell(self.variables, given)
         noticed.tell(self.variables, native.notices())
         return Simulation(native, self, settings)
 
@@ -182,7 +196,7 @@ class Model(ModelDescription):
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
-        settings = self._fitted(settings)
+        given, settings = settings, self._fitted(settings)
         with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
             found, rows, failure, ended, notices, extremes, told = _native.simulate(
                 self._native, list(settings.items()), driven, grid.numbers, list(recorded), by, tell
@@ -197,6 +211,7 @@ class Model(ModelDescription):
         if ended is not None:
             _raise(ended, run)
         self._tell_saturated(settings)
+        effects.tell(self.variables, given)
         for name, (low, high) in zip(inputs, extremes, strict=True):
             noticed.tell_saturation(self.inputs[name], low, high)
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
@@ -283,6 +298,7 @@ class Model(ModelDescription):
             raise ValueError(f"the inputs are for {number} runs, the parameters for {len(runs)}")
         for settings in runs:
             self._refuse_twice(settings, inputs)
+        given = [{**shared, **own} for own in runs]
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
@@ -293,6 +309,7 @@ class Model(ModelDescription):
         for run, name, value, remark in done.noticed:
             noticed.tell(self.variables, [(name, value, remark)], f"run {run} of {len(runs)}: ")
         tell_unusual(self.inputs, driven, grid)
+        effects.tell_runs(self.variables, given)
         noticed.tell_size(self.variables, [{**shared, **own} for own in runs])
         return found
 
@@ -385,6 +402,7 @@ class Model(ModelDescription):
         for name in ("friction.law", "friction.lawNumber"):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
+        unlike = effects.unlike(self.variables, laws, given)
         try:
             runs = self.simulate_many(
                 [{"friction.law": law} for law in laws],
@@ -398,9 +416,10 @@ class Model(ModelDescription):
             )
         except Interrupted as interrupted:
             if isinstance(interrupted.finished, Runs):
-                interrupted.finished = Comparison.of_begun(laws, interrupted.finished)
+                interrupted.finished = Comparison.of_begun(laws, interrupted.finished, unlike)
             raise
-        return Comparison(laws, runs)
+        effects.tell_laws(self.variables, laws, given)
+        return Comparison(laws, runs, tuple(unlike))
 
     def linearise(
         self,
@@ -460,6 +479,8 @@ class Model(ModelDescription):
         """Return values by name as the plant takes them, from a mapping or from an SSV file."""
         if isinstance(given, Path) or (isinstance(given, str) and given.lower().endswith(".ssv")):
             given = read_ssv(given, self)
+        elif isinstance(given, HasSettings):
+            given = given.settings
         return values.settings(argument, self.variables, given)  # type: ignore[arg-type]
 
     def _fitted(

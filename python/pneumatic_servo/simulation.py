@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks, noticed, values
+from pneumatic_servo import _native, checks, effects, noticed, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.sensitivities import Transition
@@ -70,6 +70,7 @@ class Simulation:
         self._native = native
         self._model = model
         self._settings = dict(settings)
+        self._told: set[str] = set()
         # Bound once, because loops call them every step; the methods of the class say what they do.
         self.__dict__.update(step=native.step, set_one=native.set_one, get_one=native.get)
 
@@ -143,6 +144,10 @@ class Simulation:
 
     def _tell(self, new: Mapping[str, Value]) -> None:
         self._model._tell_saturated(new)
+        fresh = [name for name in new if name not in self._told and name not in self._model.inputs]
+        if fresh:
+            self._told.update(fresh)
+            effects.tell(self._model.variables, {**self._settings, **new}, fresh)
         noticed.tell(self._model.variables, self._native.notices())
 
     def save(self) -> SavedState:

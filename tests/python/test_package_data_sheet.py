@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pneumatic_servo as ps
 import pytest
 from bounds import assert_close
-from pneumatic_servo.data_sheet import DataSheet, nominal_flow
+from pneumatic_servo.data_sheet import DataSheet, laws_without_levels, nominal_flow
 
 COMMAND = [sys.executable, "-c", "import sys; from pneumatic_servo.cli import main; sys.exit(main())"]
 NAMESPACE = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
@@ -80,7 +83,7 @@ def test_sheet_that_makes_no_sense_is_refused(values: dict[str, float], words: s
         DataSheet(**CYLINDER | values)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("flow", "assumed"), [({"qn": 700.0}, True), ({"conductance": 2.75e-8}, False)])
+@pytest.mark.parametrize(("flow", "assumed"), [({"qn": 700.0}, True), ({"conductance": 2.75}, False)])
 def test_critical_ratio_is_an_assumption_where_only_a_nominal_flow_is_known(
     flow: dict[str, float], assumed: bool
 ) -> None:
@@ -107,7 +110,7 @@ def test_command_prints_formulas_and_writes_what_a_run_starts_with(tmp_path: Pat
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ("--bore 32 --stroke 200 --mass 5 --qn 700 --hose 4", "4: it must be two positive numbers"),
+        ("--bore 32 --stroke 200 --mass 5 --qn 700 --hose 4", "hose = '4' is refused: it must be inner diameter"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --kv 1", "not allowed with argument"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 --b 0.4", "unrecognized arguments: --b 0.4"),
         ("--bore 32 --stroke 200 --mass 5 --qn 700 -b 1", "critical_ratio = 1.0: it must be at least 0"),
@@ -118,3 +121,66 @@ def test_command_refuses_by_name(tmp_path: Path, given: str, words: str) -> None
     done = run(tmp_path, *given.split())
     assert done.returncode == 2
     assert words in done.stderr
+
+
+RIG: dict[str, float] = {"bore": 32.0, "rod": 12.0, "stroke": 200.0, "mass": 5.0, "qn": 700.0, "supply": 6.0}
+
+
+def test_friction_of_a_sheet_is_that_of_every_law_that_has_levels() -> None:
+    """After the same break-away pressure all these laws start to slide: 0.4 bar on 8.04 cm2 are 32 N."""
+    sheet = DataSheet(**RIG, min_pressure=0.4)  # type: ignore[arg-type]
+    model = ps.Model()
+    levels = ("static friction", "Coulomb friction")
+    without = set(laws_without_levels())
+    assert without == {"Bristle", "ResetIntegrator", "MaxwellSlip", "DNLRX", "BlimanSorine"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        for law in set(model.parameters["friction.law"].items) - without - {"None"}:
+            started = model.start({**sheet.settings, "friction.law": law})
+            own = {
+                v.meaning: started[v.name] for v in model.parameters.values()
+                if v.counts_for == ("friction.law", law) and v.meaning in levels
+            }  # fmt: skip
+            assert own, law
+            assert all(
+                value == pytest.approx(32.17 if of == levels[0] else 24.13, rel=1e-3) for of, value in own.items()
+            )
+        runs = model.compare(["Stribeck", "LuGre"], sheet, inputs={"valveVoltage": 6.0}, stop=0.3, progress=False).runs
+    forces = [float(np.max(run["frictionForce"])) for run in runs]
+    assert forces[0] == pytest.approx(forces[1], rel=0.02)
+    with pytest.warns(
+        ps.PlantWarning, match="friction.law = MaxwellSlip: it has no Coulomb friction and static friction"
+    ):
+        model.start({**sheet.settings, "friction.law": "MaxwellSlip"})
+
+
+def test_sheet_serves_as_parameters() -> None:
+    sheet = DataSheet(**RIG)  # type: ignore[arg-type]
+    run, same = (ps.Model().simulate(given, stop=0.01, step=1e-3) for given in (sheet, sheet.settings))
+    assert np.array_equal(run["position"], same["position"])
+    assert {"valve.deadZone", "chamberB.pressure0", "friction.lugre.Fs"} <= set(sheet.kept)
+    assert not set(sheet.kept) & set(sheet.settings)
+
+
+@pytest.mark.parametrize(("wrong", "told"), [
+    ({"hose": (4, 2)}, r"hose = \(4, 2\) is refused: .* did you mean 4x2000, which is 2 m long"),
+    ({"hose": (0.004, 2)}, "did you mean 4x2000"),
+    ({"hose": "4"}, "inner diameter and length in mm"),
+    ({"hose": 4}, "inner diameter and length in mm"),
+    ({"bore": "32 mm"}, "bore = '32 mm' is refused: it must be a number in mm"),
+    ({"supply": "6 bar"}, "supply = '6 bar' is refused: it must be a number in bar above ambient"),
+    ({"mass": [5]}, "mass = .* must be a number in kg"),
+    ({"qn": None, "conductance": 1.5e-8}, r"did you give it in m3/\(s.Pa\)"),
+])  # fmt: skip
+def test_numbers_of_a_sheet_are_refused_by_their_fields(wrong: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        DataSheet(**{**RIG, **wrong})
+
+
+def test_hose_is_written_as_on_the_command_line() -> None:
+    assert DataSheet(**RIG, hose="4x1500").settings == DataSheet(**RIG, hose=(4, 1500)).settings  # type: ignore[arg-type]
+
+
+def test_sheet_takes_keywords_only() -> None:
+    with pytest.raises(TypeError):
+        DataSheet(32, 200, 5, qn=700)  # type: ignore[misc]

@@ -69,7 +69,7 @@ def test_pressure_may_have_a_unit(plant: ps.Model, supply: object) -> None:
         ("mass.moving", "900 g", 0.9),
         ("supplyPressure", "5 barg", 601_325.0),
         ("supplyPressure", "5 bar(g)", 601_325.0),
-        ("friction.lugre.sigma0", "12 N/mm", 12_000.0),
+        ("load.stiffness", "12 N/mm", 12_000.0),
     ],
 )
 def test_units_have_their_factors(plant: ps.Model, name: str, text: str, value: float) -> None:

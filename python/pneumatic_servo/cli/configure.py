@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from pneumatic_servo.cli.common import check_outputs
-from pneumatic_servo.data_sheet import DataSheet, table
+from pneumatic_servo.data_sheet import DataSheet, kept_table, table
 from pneumatic_servo.model import Model
 
 NAME = "configure"
@@ -31,7 +31,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-b", type=float, dest="critical_ratio", default=0.3, metavar="B", help="critical pressure ratio (default: 0.3)"
     )
-    parser.add_argument("--hose", type=_hose, metavar="DxL", help="inner diameter and length, for example 4x1500")
+    parser.add_argument("--hose", metavar="DxL", help="inner diameter and length, for example 4x1500")
     parser.add_argument(
         "--clearance", type=float, default=5.0, metavar="MM", help="of bore, as dead volume (default: 5)"
     )
@@ -50,16 +50,6 @@ def run(options: argparse.Namespace) -> None:
     # Whether they fit together is for the model to say.
     model.start(sheet.settings)
     print(table(entries, lambda name: model.variables[name].unit))
+    print(kept_table(sheet, lambda name: model.variables[name].unit))
     if options.out is not None:
         sheet.to_ssv(options.out)
-
-
-def _hose(text: str) -> tuple[float, float]:
-    diameter, cross, length = text.partition("x")
-    try:
-        numbers = float(diameter), float(length)
-    except ValueError:
-        numbers = (0.0, 0.0)
-    if not cross or min(numbers) <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text}: it must be two positive numbers in mm, for example 4x1500")
-    return numbers

@@ -286,6 +286,7 @@ class _Fleet:
         task = task.in_si(model)
         task.check(model)
         self.task = task
+        task.tell(model)
         self.stroke = task.stroke(model)
         common = list(task.settings(model).items())
         self.inputs = list(model.inputs)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import effects, noticed
 from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.errors import Refused
 from pneumatic_servo.model import Model
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.values import checked, number_in, seconds, settings, value_of
@@ -100,6 +103,19 @@ class Task:
                 raise ValueError(f"ranges: {name} is refused: {smallest} is larger than {largest}")
             if name in self.parameters:
                 raise ValueError(f"{name} is given twice, among the ranges and among the parameters")
+
+    def tell(self, model: Model) -> None:
+        """Warn of what is accepted, but hardly meant, as a single run does."""
+        stays = self.settings(model)
+        ends = [{**stays, **{name: pair[end] for name, pair in self.ranges.items()}} for end in (0, 1)]
+        runs = [{**own, "friction.law": law} for own in ends for law in self.laws or (str(stays["friction.law"]),)]
+        effects.tell_runs(model.variables, runs, [*self.parameters, *self.ranges])
+        noticed.tell_size(model.variables, ends)
+        for own in ends if self.ranges else ends[:1]:
+            # Both ends together may be refused where no episode is, which is for the plants to say.
+            with suppress(Refused):
+                noticed.tell(model.variables, model._native.start(list(own.items()), 0.0).notices())
+            model._tell_saturated(own)
 
     @property
     def steps(self) -> int:

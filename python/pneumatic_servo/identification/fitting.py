@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import checks, values
+from pneumatic_servo import checks, effects, values
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
@@ -230,6 +230,7 @@ def _fit(
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
     )
+    effects.tell(kind.table.variables, {**kind.settings, "friction.law": law}, kind.settings)
     records, notes = _load(kind, sources, loss)
     extra = _load(kind, extra_sources, loss)[0] if is_extra else []
     _check_sensors(kind)
@@ -394,6 +395,11 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{said('fit')}: {name} is given twice")
+        need = effects.reason_for(
+            experiment.table.variables, {**experiment.settings, "friction.law": experiment.law}, name
+        )
+        if need:
+            raise ValueError(f"{said('fit', name)}: it has no effect here, since it counts only with {need}")
         if name in experiment.settings:
             raise ValueError(f"{said('fit', name)}: it is also among the known values of {said('settings')}")
     if not free:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from pneumatic_servo.checks import names
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.identification.evidence import Evidence, evidence
-from pneumatic_servo.identification.experiments import Options
+from pneumatic_servo.identification.experiments import EXPERIMENTS, Options
 from pneumatic_servo.identification.fitting import Data, fit, make_experiment
 from pneumatic_servo.identification.parameters import named_by, split, usual
 from pneumatic_servo.identification.result import Fit
@@ -166,8 +167,10 @@ def compare_fits(
     fits: list[Fit] = []
     try:
         for law in laws:
-            own = {**shared, **(settings_of or {}).get(law, {})}
-            free = _free(law, own, (fit_of or {}).get(law, ()), common, experiment)
+            of_others = _of_others(law, laws, experiment)
+            own = {name: value for name, value in shared.items() if name not in of_others}
+            own |= (settings_of or {}).get(law, {})
+            free = _free(law, own, (fit_of or {}).get(law, ()), common, experiment, of_others)
             fits.append(fit(data, experiment=experiment, law=law, fit=free, settings=own, **options))
     except KeyboardInterrupt as error:
         unfinished = getattr(error, "finished", None)
@@ -193,7 +196,12 @@ def _ranking(fits: list[Fit]) -> Ranking:
 
 
 def _free(
-    law: str, settings: Mapping[str, Any], own: str | Sequence[str], common: str | Sequence[str], experiment: str
+    law: str,
+    settings: Mapping[str, Any],
+    own: str | Sequence[str],
+    common: str | Sequence[str],
+    experiment: str,
+    of_others: AbstractSet[str] = frozenset(),
 ) -> list[str]:
     """Return what is free under a law: its own parameters and those that all laws share.
 
@@ -203,7 +211,16 @@ def _free(
     words = [split(given) if isinstance(given, str) else names("fit", given) for given in (own, common)]
     named = {named_by(word) for word in words[1]}
     chosen = words[0] or [name for name in usual(law, table, settings) if name not in named]
-    return [word for word in [*chosen, *words[1]] if named_by(word) not in settings]
+    return [word for word in [*chosen, *words[1]] if named_by(word) not in {*settings, *of_others}]
+
+
+def _of_others(law: str, laws: Sequence[str], experiment: str) -> set[str]:
+    """Return the parameters of the other laws that are fitted, which have no effect under this one."""
+    if experiment not in EXPERIMENTS:
+        return set()
+    others = {("friction.law", other) for other in laws if other != law}
+    variables = EXPERIMENTS[experiment](law, {}, Options()).table.variables
+    return {name for name, variable in variables.items() if variable.counts_for in others}
 
 
 def _last_if_nan(value: float) -> float:

@@ -1,0 +1,144 @@
+"""Values without effect are told by name, with what would make them count."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+
+SHORT: dict[str, Any] = {"stop": 0.01, "step": 1e-3}
+QUIET: dict[str, Any] = {**SHORT, "progress": False}
+
+LOST: dict[str, tuple[Mapping[str, Any], str]] = {
+    "another law": (
+        {"friction.law": "LuGre", "friction.stribeck.Fs": 40.0},
+        "friction.stribeck.Fs has no effect: it counts only with friction.law = Stribeck, and here it is LuGre",
+    ),
+    "another law by number": ({"friction.lawNumber": 13, "friction.lugre.Fs": 40.0}, "and here it is Armstrong"),
+    "exponent of another gas": ({"thermal.exponent": 1.3}, "with thermal.model = Polytropic or PolytropicServo"),
+    "table of a linear valve": ({"valve.tableA.opening[3]": 0.4}, "valve.characteristic = Table"),
+    "point beyond the table": (
+        {"valve.characteristic": "Table", "valve.tableA.points": 5, "valve.tableA.opening[7]": 0.5},
+        "valve.tableA.points of at least 7",
+    ),
+    "dead zone of a table": ({"valve.characteristic": "Table", "valve.deadZone": 0.1}, "characteristic = Linear"),
+    "regulator without one": ({"regulator.tau": 0.1}, "actuation = PressureRegulator, and here it is Prop"),
+    "valve without one": ({"actuation": "SwitchingValves", "valve.C": 3e-9}, "actuation = ProportionalValve"),
+    "element beyond the number": ({"friction.law": "GMS", "friction.gms.k[9]": 2e5}, "friction.gms.N of at least 9"),
+    "hose of no length": ({"hoseA.diameter": 0.006}, "hoseA.length above 0"),
+    "vessel of no volume": ({"supply.C": 2e-8}, "supply.volume above 0"),
+    "rest of no spring": ({"load.rest": 0.1}, "load.stiffness above 0"),
+    "step of an adaptive solver": ({"solver.step": 1e-6}, "a solver.scheme of fixed steps"),
+}
+
+
+@pytest.mark.parametrize("case", LOST)
+def test_value_without_effect_is_told(case: str) -> None:
+    settings, told = LOST[case]
+    with pytest.warns(ps.PlantWarning, match="no effect") as warned:
+        changed = ps.Model().simulate(settings, inputs={"valveVoltage": 6.0}, **SHORT)
+    assert any(told in str(one.message) for one in warned)
+    # It is right about that: without the last of the settings the run has the same bits.
+    same = ps.Model().simulate(dict(list(settings.items())[:-1]), inputs={"valveVoltage": 6.0}, **SHORT)
+    assert np.array_equal(changed["position"], same["position"])
+
+
+@pytest.mark.parametrize("settings", [
+    {"friction.law": "LuGre", "friction.lugre.Fs": 40.0},
+    {"thermal.model": "Polytropic", "thermal.exponent": 1.3},
+    {"hoseA.length": 0.5, "hoseA.diameter": 0.006},
+    {"friction.law": "LuGre", "friction.stribeck.Fs": 11.0},  # its default: nothing is lost
+])  # fmt: skip
+def test_value_that_counts_is_not_told(settings: Mapping[str, Any]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        ps.Model().simulate(settings, inputs={"valveVoltage": 6.0}, **SHORT)
+        for run in ps.parameter_sets().values():
+            ps.Model().start(run)
+
+
+def test_value_without_effect_is_told_once_while_running() -> None:
+    simulation = ps.Model().start({"friction.law": "LuGre"})
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for force in (40.0, 41.0, 42.0):
+            simulation["friction.stribeck.Fs"] = force
+        simulation.set({"friction.lugre.Fs": 12.0})
+    assert len(told) == 1
+    assert "friction.stribeck.Fs has no effect" in str(told[0].message)
+
+
+def test_value_that_counts_in_some_run_is_not_told() -> None:
+    fs = {"friction.stribeck.Fs": [40.0, 41.0]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        ps.Model().simulate_many({**fs, "friction.law": ["LuGre", "Stribeck"]}, **QUIET)
+    with pytest.warns(ps.PlantWarning, match="friction.stribeck.Fs has no effect"):
+        ps.Model().simulate_many({**fs, "friction.law": ["LuGre", "Dahl"]}, **QUIET)
+
+
+def test_environments_tell_what_simulate_tells() -> None:
+    with pytest.warns(ps.PlantWarning, match="did you mean 6 bar"):
+        gymnasium.make("pneumatic_servo/Positioning-v0", parameters={"supplyPressure": 6})
+    with pytest.warns(ps.PlantWarning, match="friction.stribeck.Fs has no effect"):
+        gymnasium.make("pneumatic_servo/Positioning-v0", law="LuGre", ranges={"friction.stribeck.Fs": (9.0, 12.0)})
+
+
+BENCH = {
+    "time": np.arange(0, 4, 0.01),
+    "position": 0.02 * np.sin(2 * np.arange(0, 4, 0.01)),
+    "frictionForce": 7 * np.sign(np.cos(2 * np.arange(0, 4, 0.01))),
+}
+
+
+def fit(law: str, **options: Any) -> ps.Fit:
+    return ps.fit(BENCH, experiment="motion", law=law, starts=0, progress=False, **options)
+
+
+def test_parameter_of_another_law_cannot_be_fitted() -> None:
+    with pytest.raises(ValueError, match=r"fit='friction.lugre.Fs': it has no effect here"):
+        fit("Stribeck", fit=["friction.lugre.Fs"])
+
+
+def test_known_parameter_of_another_law_is_told() -> None:
+    with pytest.warns(ps.PlantWarning, match="friction.stribeck.sigma2 has no effect"):
+        fit("Coulomb", settings={"friction.stribeck.sigma2": 0.0})
+
+
+def test_laws_that_are_fitted_together_have_their_own_parameters() -> None:
+    settings = {"friction.coulomb.sigma2": 0.0, "friction.dahl.sigma0": 1e6}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "no effect", ps.PlantWarning)
+        found = ps.compare_fits(
+            BENCH, ["Coulomb", "Dahl"], experiment="motion", settings=settings, starts=0, progress=False
+        )
+    assert "friction.dahl.sigma0" not in found["Coulomb"].settings
+
+
+def compare(laws: list[str], settings: Mapping[str, Any] | None = None) -> ps.Comparison:
+    return ps.Model().compare(laws, settings, inputs={"valveVoltage": 6.0}, **QUIET)
+
+
+def test_comparison_tells_values_that_one_law_alone_has() -> None:
+    with pytest.warns(ps.PlantWarning, match=r"Fs = 40 N counts for Stribeck alone; .* friction.lugre.Fs = 11 N"):
+        compare(["Stribeck", "LuGre"], {"friction.stribeck.Fs": 40.0})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        compare(["Stribeck", "LuGre"], {"friction.stribeck.Fs": 40.0, "friction.lugre.Fs": 40.0})
+
+
+@pytest.mark.parametrize(("laws", "notes"), [
+    (["Stribeck", "LuGre"], []),
+    (["Stribeck", "Dahl"], ["static friction", "Coulomb friction", "viscous friction: Stribeck 30 N.s/m; Dahl 0"]),
+    (["LuGre", "MaxwellSlip"], ["static friction: LuGre 11 N; MaxwellSlip no such parameter", "Coulomb friction"]),
+])  # fmt: skip
+def test_comparison_says_in_which_levels_laws_are_unlike(laws: list[str], notes: list[str]) -> None:
+    found = compare(laws)
+    assert len(found.notes) == len(notes)
+    assert all(told.startswith(note) for told, note in zip(found.notes, notes, strict=True))
+    assert all(note in repr(found) and note in found._repr_html_() for note in notes)
