@@ -11,6 +11,7 @@ from pathlib import Path
 import fmpy
 from fmpy.ssp import ssd
 from fmpy.validation import validate_fmu
+from lark import Lark
 from lxml import etree
 
 SSP = Path(ssd.__file__).parent / "schema"
@@ -18,8 +19,20 @@ SYSTEM, VALUES = SSP / "SystemStructureDescription.xsd", SSP / "SystemStructureP
 TERMINALS = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
+PARSE = Lark.parse
+WELL_FORMED: dict[tuple[str, str], object] = {}
+
+
+def parse_once(parser: Lark, text: str) -> object:
+    """As `Lark.parse`, which takes nearly all the time of FMPy; models and versions of FMI share their names."""
+    key = parser.source_grammar, text
+    if key not in WELL_FORMED:
+        WELL_FORMED[key] = PARSE(parser, text)
+    return WELL_FORMED[key]
+
 
 def main() -> int:
+    Lark.parse = parse_once  # type: ignore[method-assign]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="an .fmu, .ssp or .ssv")
     return 1 if sum([check(file) for file in parser.parse_args().files]) else 0

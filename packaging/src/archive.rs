@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::files;
 use crate::moment::Moment;
@@ -14,7 +15,40 @@ use crate::moment::Moment;
 /// The files of an FMU, sorted by their path.
 #[derive(Default)]
 pub struct Archive {
-    files: BTreeMap<String, Vec<u8>>,
+    files: BTreeMap<String, Entry>,
+}
+
+/// A file, or a file that is compressed already.
+enum Entry {
+    Plain(Vec<u8>),
+    Compressed(Compressed),
+}
+
+/// A program that goes into several archives, compressed once: compressing takes most of the time of joining FMUs.
+#[derive(Clone)]
+pub struct Compressed(Arc<[u8]>);
+
+impl Compressed {
+    /// Compresses a program.
+    ///
+    /// # Errors
+    /// When the moment cannot be stored or the program is too large for the format.
+    pub fn program(contents: &[u8], moment: Moment) -> Result<Self> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        zip.start_file("program", options(moment)?.unix_permissions(PROGRAM))?;
+        zip.write_all(contents)?;
+        Ok(Self(zip.finish()?.into_inner().into()))
+    }
+}
+
+/// Permissions of programs and of all else.
+const PROGRAM: u32 = 0o755;
+const DOCUMENT: u32 = 0o644;
+
+/// How files are stored.
+fn options(moment: Moment) -> Result<SimpleFileOptions> {
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+    Ok(options.compression_level(Some(9)).last_modified_time(moment.in_archive()?))
 }
 
 impl Archive {
@@ -23,8 +57,20 @@ impl Archive {
     /// # Errors
     /// When the path is taken, absolute, or not written with `/`.
     pub fn add(&mut self, path: &str, contents: impl Into<Vec<u8>>) -> Result<()> {
+        self.insert(path, Entry::Plain(contents.into()))
+    }
+
+    /// Puts a program in that is compressed already.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn add_compressed(&mut self, path: &str, program: Compressed) -> Result<()> {
+        self.insert(path, Entry::Compressed(program))
+    }
+
+    fn insert(&mut self, path: &str, entry: Entry) -> Result<()> {
         ensure!(!path.starts_with('/') && !path.contains('\\'), "{path} is no relative path with forward slashes");
-        ensure!(self.files.insert(path.to_owned(), contents.into()).is_none(), "{path} is in the FMU twice");
+        ensure!(self.files.insert(path.to_owned(), entry).is_none(), "{path} is in the FMU twice");
         Ok(())
     }
 
@@ -33,15 +79,22 @@ impl Archive {
     /// # Errors
     /// When the moment cannot be stored or a file is too large for the format.
     pub fn bytes(&self, moment: Moment) -> Result<Vec<u8>> {
-        let common = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
-            .compression_level(Some(9))
-            .last_modified_time(moment.in_archive()?);
+        let common = options(moment)?;
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        for (path, contents) in &self.files {
-            let mode = if path.starts_with("binaries/") { 0o755 } else { 0o644 };
-            zip.start_file(path, common.unix_permissions(mode)).with_context(|| format!("cannot add {path}"))?;
-            zip.write_all(contents).with_context(|| format!("cannot compress {path}"))?;
+        for (path, entry) in &self.files {
+            match entry {
+                Entry::Plain(contents) => {
+                    let mode = if path.starts_with("binaries/") { PROGRAM } else { DOCUMENT };
+                    zip.start_file(path, common.unix_permissions(mode))
+                        .with_context(|| format!("cannot add {path}"))?;
+                    zip.write_all(contents).with_context(|| format!("cannot compress {path}"))?;
+                }
+                Entry::Compressed(Compressed(archive)) => {
+                    let mut archive = ZipArchive::new(Cursor::new(&archive[..]))?;
+                    let program = archive.by_index_raw(0)?;
+                    zip.raw_copy_file_rename(program, path).with_context(|| format!("cannot add {path}"))?;
+                }
+            }
         }
         Ok(zip.finish().context("cannot finish the archive")?.into_inner())
     }
@@ -86,5 +139,21 @@ mod tests {
         assert!(archive.add("/modelDescription.xml", "").is_err());
         assert!(archive.add("modelDescription.xml", "").is_ok());
         assert!(archive.add("modelDescription.xml", "").is_err());
+    }
+
+    #[test]
+    fn a_program_that_was_compressed_before_gives_the_same_bytes() -> Result<()> {
+        let moment = Moment::of_source(Path::new(env!("CARGO_MANIFEST_DIR")))?;
+        let program: Vec<u8> =
+            (0..100_000_u32).flat_map(|number| (number.wrapping_mul(number) / 7).to_le_bytes()).collect();
+        let path = "binaries/linux64/Model.so";
+        let (mut one, mut other) = (Archive::default(), Archive::default());
+        for archive in [&mut one, &mut other] {
+            archive.add("modelDescription.xml", "<a/>")?;
+        }
+        one.add(path, program.clone())?;
+        other.add_compressed(path, Compressed::program(&program, moment)?)?;
+        assert!(one.bytes(moment)? == other.bytes(moment)?);
+        Ok(())
     }
 }

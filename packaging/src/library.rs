@@ -2,13 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, ensure};
 
+use crate::archive::Compressed;
 use crate::build;
 use crate::description::Version;
 use crate::files;
 use crate::gates::{self, Reach};
+use crate::moment::Moment;
 use crate::platform::{Binary, Platform};
 use crate::process::heading;
 use crate::tools;
@@ -22,6 +25,8 @@ pub struct Library {
     pub architectures: BTreeSet<String>,
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// The same for archives.
+    compressed: OnceLock<Compressed>,
 }
 
 impl Library {
@@ -75,6 +80,18 @@ impl Library {
         Ok(file)
     }
 
+    /// It for archives of a moment, compressed once.
+    ///
+    /// # Errors
+    /// When it is too large for the format.
+    pub fn compressed(&self, moment: Moment) -> Result<Compressed> {
+        if let Some(compressed) = self.compressed.get() {
+            return Ok(compressed.clone());
+        }
+        let compressed = Compressed::program(&self.bytes, moment)?;
+        Ok(self.compressed.get_or_init(|| compressed).clone())
+    }
+
     /// Its folders in `binaries/`; in FMI 3.0 there is one for each processor.
     pub fn folders(&self, version: Version) -> Vec<String> {
         match version {
@@ -88,7 +105,7 @@ impl Library {
     fn checked(workspace: &Workspace, platform: Platform, reach: Reach, bytes: Vec<u8>) -> Result<Self> {
         let report = gates::check(platform, reach, &bytes, &workspace.private_paths())?;
         println!("{platform}: {report}");
-        Ok(Self { platform, architectures: gates::architectures(&bytes)?, bytes })
+        Ok(Self { platform, architectures: gates::architectures(&bytes)?, bytes, compressed: OnceLock::new() })
     }
 }
 
@@ -151,6 +168,7 @@ mod tests {
             platform,
             architectures: names.iter().map(|name| (*name).to_owned()).collect(),
             bytes: Vec::new(),
+            compressed: OnceLock::new(),
         };
         let linux = library(Platform::Linux64, &["x86_64"]);
         assert_eq!([Version::Fmi2, Version::Fmi3].map(|it| linux.folders(it)), [["linux64"], ["x86_64-linux"]]);
@@ -160,7 +178,12 @@ mod tests {
 
     #[test]
     fn a_library_that_was_handed_in_is_neither_built_nor_replaced() -> Result<()> {
-        let library = |platform, byte: u8| Library { platform, architectures: BTreeSet::new(), bytes: vec![byte] };
+        let library = |platform, byte: u8| Library {
+            platform,
+            architectures: BTreeSet::new(),
+            bytes: vec![byte],
+            compressed: OnceLock::new(),
+        };
         let handed_in = [Platform::Linux64, Platform::Darwin64].map(|platform| (platform, library(platform, 1))).into();
         let wanted = [Platform::Linux64, Platform::Win64].into();
         let libraries = complete(handed_in, wanted, |missing| {

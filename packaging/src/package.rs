@@ -247,7 +247,8 @@ fn contents(
     for library in libraries {
         let extension = library.platform.extension();
         for folder in library.folders(version) {
-            archive.add(&format!("binaries/{folder}/{}.{extension}", model.name), library.bytes.clone())?;
+            let path = format!("binaries/{folder}/{}.{extension}", model.name);
+            archive.add_compressed(&path, library.compressed(moment)?)?;
         }
     }
     for (name, text) in licences {
