@@ -279,6 +279,23 @@ impl Companion {
         Around { at, memory, held, scales, spare: self.spare.as_mut() }.slope_of(movement, way, base, evaluate)
     }
 
+    /// The slopes of a number below and above the present point, along a movement and of the parameter of a way if one is given, with
+    /// the distance of the points.
+    pub(super) fn sides_along(
+        &mut self,
+        movement: &Move,
+        way: Option<usize>,
+        base: &Outcome,
+        evaluate: Evaluation,
+    ) -> Result<([f64; 2], f64), String> {
+        let (x, u) = (&self.x, self.inputs.at(self.time));
+        let at = At { time: self.time, x, u: &u };
+        let (memory, held, scales) = (&self.memory, self.mirror.held(), &self.scales[..]);
+        let way = way.map(|way| &mut self.ways[way]);
+        let mut around = Around { at, memory, held, scales, spare: self.spare.as_mut() };
+        around.sides_of(movement, way, base.numbers[0], evaluate)
+    }
+
     /// Whether what an evaluation leads to from the present point bends there along a movement.
     pub(super) fn bends(&mut self, movement: &Move, base: &Outcome, evaluate: Evaluation) -> bool {
         let (x, u) = (&self.x, self.inputs.at(self.time));

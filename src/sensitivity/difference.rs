@@ -9,12 +9,12 @@ use super::slopes::{along, slope_between};
 use super::way::Way;
 
 /// How much of a difference may be a kink.
-const ROUGH: f64 = 0.05;
+pub(super) const ROUGH: f64 = 0.05;
 /// The same of rates and computed variables by the memory: what anchors of stiff springs do to a force is next to what the position does,
 /// and of the opposite sign, so that little of a kink is much of what is left of both.
-const EVEN: f64 = 1e-4;
+pub(super) const EVEN: f64 = 1e-4;
 /// How much nearer to stay where there is a kink.
-const NEAR: f64 = 0.01;
+pub(super) const NEAR: f64 = 0.01;
 /// How much farther to go where rounding counts, and by how much slopes may differ there between the whole and half the way.
 const WIDE: f64 = 100.0;
 const SMOOTH: f64 = 1e-4;
@@ -90,9 +90,13 @@ impl Around<'_> {
         match self.slope_within(movement, way.as_deref_mut(), base, evaluate, 1.0) {
             Ok(slopes) if lacking(&slopes) == 0 => Ok(slopes),
             // There may be a kink nearby: nearer to the point, though with more rounding, there is none.
-            far => match (far, self.slope_within(movement, way, base, evaluate, NEAR)) {
+            far => match (far, self.slope_within(movement, way.as_deref_mut(), base, evaluate, NEAR)) {
                 (Ok(far), Ok(near)) if lacking(&far) <= lacking(&near) => Ok(far),
                 (Ok(far), Err(_)) => Ok(far),
+                // One indicator may bend just behind its limit: where a motion has reversed, for one.
+                (_, Err(_)) if base.0.numbers.len() == 1 && base.0.form.is_none() => {
+                    self.slope_within(movement, way, base, evaluate, NEAR * NEAR)
+                }
                 (_, near) => near,
             },
         }
@@ -139,6 +143,25 @@ impl Around<'_> {
             let three = |i: usize| [below.numbers[i], base.numbers[i], above.numbers[i]];
             (0..base.numbers.len()).any(|i| is_bent(three(i), ROUGH, 0.0))
         })
+    }
+
+    /// The slopes of a number along a movement, and of the parameter of a way if one is given: below the point, where it is
+    /// known, and above it, with the distance of the points.
+    pub fn sides_of(
+        &mut self,
+        movement: &Move,
+        way: Option<&mut Way>,
+        here: f64,
+        evaluate: Evaluation,
+    ) -> Result<([f64; 2], f64), String> {
+        let mut way = way.filter(|way| way.has_beside());
+        if way.as_deref().is_some_and(|way| way.one_sided.is_some()) {
+            return Err("its parameter is at a limit".to_owned());
+        }
+        let (share, base) = (self.share(movement, way.as_deref()), Outcome::of(here));
+        let [above, below] = both(|share| self.side(movement, way.as_deref_mut(), &base, evaluate, share), share)?
+            .map(|it| it.numbers[0]);
+        Ok(([(here - below) / share, (above - here) / share], share))
     }
 
     /// By how much of a movement to go to either side.
@@ -236,7 +259,8 @@ impl Around<'_> {
                 continue;
             }
             let three = [below.numbers[i], here[i], above.numbers[i]];
-            slopes[i] = if !is_bent(three, ROUGH, magnitudes.get(i).copied().unwrap_or_default()) {
+            let magnitude = magnitudes.get(i).copied().unwrap_or_default() * (part / NEAR).min(1.0);
+            slopes[i] = if !is_bent(three, ROUGH, magnitude) {
                 difference([&above, &below], i, 2.0 * share)
             } else if base.form.is_some() && i >= movement.x.len() {
                 // A number that is kept for show, as what a motion did last, may have none as long as nothing asks for it.
@@ -300,7 +324,7 @@ fn wide_slopes(
 
 /// Whether numbers below, at and above a point rise otherwise to one side than to the other, by more than a part of what they rise; of
 /// a magnitude in which that counts.
-fn is_bent([below, here, above]: [f64; 3], part: f64, magnitude: f64) -> bool {
+pub(super) fn is_bent([below, here, above]: [f64; 3], part: f64, magnitude: f64) -> bool {
     let (rise, fall) = (above - here, here - below);
     let rounding = 64.0 * f64::EPSILON * (above.abs() + here.abs() + below.abs());
     (rise - fall).abs() > part * (rise + fall).abs() + rounding + 1e-3 * SHARE * magnitude

@@ -1,7 +1,7 @@
 //! What a companion does where its run does something to states and memory: events, samples, changes of the inputs.
 
 use super::companion::Companion;
-use super::difference::{Move, Outcome, TIME_SCALE};
+use super::difference::{Move, Outcome, ROUGH, TIME_SCALE};
 use super::equations::{Act, At, Equations};
 use super::leaves::Leaves;
 use super::slopes::{along, any};
@@ -36,6 +36,7 @@ impl Companion {
         let is_at_limit =
             |(other, value): &(usize, &f64)| *other != event && **value <= AT_LIMIT * self.nominal(*other);
         let coincident = indicators.iter().enumerate().find(is_at_limit);
+        let is_bent = rate.is_err();
         let rate = match (rate, coincident) {
             (Ok(rate), _) if rate.abs() < GRAZING * nominal => {
                 Err(format!("the motion only grazes its limit, at {rate:e} of its unit per second"))
@@ -45,6 +46,7 @@ impl Companion {
             }
             (rate, _) => rate,
         };
+        let edge = (rate.is_ok() || is_bent && coincident.is_none()).then_some((&flow, event));
         let mut delays = Vec::with_capacity(self.ways.len());
         for direction in 0..self.ways.len() {
             if self.slopes[direction].lost.is_some() {
@@ -56,9 +58,14 @@ impl Companion {
                 let fall = self.slope_along(&movement, Some(direction), (&base, &[nominal]), &indicator)?[0];
                 Ok(-fall / rate)
             });
+            let delay = delay
+                .or_else(|reason| edge.and_then(|edge| self.delay_at_edge(edge, direction, &movement)).ok_or(reason));
             delays.push(self.or_lose(direction, delay, name));
         }
-        let rate = rate.unwrap_or(f64::NAN);
+        let rate = rate.unwrap_or_else(|_| match edge {
+            Some(_) => self.sides_along(&flow, None, &base, &indicator).map_or(f64::NAN, |([before, _], _)| before),
+            None => f64::NAN,
+        });
         self.crossings.push(Crossing { time, event: name, rate, delays: delays.clone() });
         let ahead = if rate.is_finite() { BEHIND * nominal / rate.abs() } else { 0.0 };
         self.pass_ahead(acts, true, Some(&delays), ahead);
@@ -68,6 +75,35 @@ impl Companion {
                 slopes.lost = Some(NoDerivative { time, event: name.to_owned(), reason: reason.to_owned() });
             }
         }
+    }
+
+    /// The delay of an event whose indicator is the least of several that come to their limits together, as those of the elements
+    /// of a friction law do: the slopes of the least differ from one side to the other, the delay need not.
+    ///
+    /// With more of the direction another indicator may be the least than with less of it, and other ones are the least before and
+    /// behind the event. A delay is right if it leaves the least at its limit to both sides.
+    fn delay_at_edge(&mut self, (flow, event): (&Move, usize), direction: usize, movement: &Move) -> Option<f64> {
+        let indicator = |equations: &mut dyn Equations, at: At| Outcome::of(equations.indicators(at)[event]);
+        let u = self.inputs.at(self.time);
+        let base = Outcome::of(self.equations.indicators(At { time: self.time, x: &self.x, u: &u })[event]);
+        let ([before, behind], _) = self.sides_along(flow, None, &base, &indicator).ok()?;
+        let ([below, above], share) = self.sides_along(movement, Some(direction), &base, &indicator).ok()?;
+        // An event that happens later is reached with the rate before it, one that happens earlier with that behind it.
+        let above = -above / if above > 0.0 { before } else { behind };
+        let below = -below / if below > 0.0 { behind } else { before };
+        let delay = 0.5 * (above + below);
+        if !delay.is_finite() {
+            return None;
+        }
+        let along_limit = Move {
+            time: delay,
+            x: along(&movement.x, &flow.x, delay),
+            inputs: along(&movement.inputs, &flow.inputs, delay),
+            memory: movement.memory.clone(),
+        };
+        let (residuals, _) = self.sides_along(&along_limit, Some(direction), &base, &indicator).ok()?;
+        let most = ROUGH * delay.abs() * before.abs().min(behind.abs()) + f64::EPSILON * self.nominal(event) / share;
+        residuals.iter().all(|residual| residual.abs() <= most).then_some(delay)
     }
 
     /// Whether rates have an infinite slope by a state at the present point: it grows and grows, the nearer one comes.

@@ -1,0 +1,70 @@
+//! Sensitivities of the cylinder where something bends, begins or is sampled, compared with differences of runs.
+
+use std::f64::consts::TAU;
+
+use pneumatic_servo::model::{Plant, Setup};
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+
+/// A voltage over time.
+type Course = fn(f64) -> f64;
+
+fn setup(law: &str, changes: &[(&str, f64)]) -> Setup {
+    let setup = Setup::of(&MODEL).set("friction.law", law).expect("a law");
+    let setup = setup.set("solver.relativeTolerance", 1e-11).expect("legal");
+    changes.iter().fold(setup, |setup, (name, value)| setup.set(name, *value).expect("legal"))
+}
+
+/// Runs under a voltage that changes every millisecond, and looks after every step.
+fn run(plant: &mut Plant, course: Course, end: f64, mut look: impl FnMut(&mut Plant)) {
+    for k in 0..(end * 1e3).round() as u32 {
+        plant.set("valveVoltage", course(f64::from(k) * 1e-3)).expect("legal");
+        plant.advance_to(f64::from(k + 1) * 1e-3).expect("advances");
+        look(plant);
+    }
+}
+
+fn rows(setup: &Setup, course: Course, end: f64, name: &str) -> Vec<f64> {
+    let mut rows = Vec::new();
+    run(&mut setup.start(0.0).expect("starts"), course, end, |plant| rows.push(plant.get(name).expect("a variable")));
+    rows
+}
+
+/// The sensitivities of variables to a parameter, row by row.
+fn slopes<const N: usize>(setup: &Setup, course: Course, end: f64, by: &str, of: [&str; N]) -> Vec<[f64; N]> {
+    let mut plant = setup.start(0.0).expect("starts");
+    plant.carry_sensitivities(&[by]).expect("a parameter");
+    let place = |name: &str| plant.table().computed().position(|it| it.name == name).expect("a computed variable");
+    let (places, mut rows) = (of.map(place), Vec::new());
+    run(&mut plant, course, end, |plant| {
+        let all = plant.sensitivities(0).unwrap_or_else(|lost| panic!("by {by}: {lost}"));
+        rows.push(places.map(|place| all[place]));
+    });
+    rows
+}
+
+/// How far sensitivities of the position are from the differences of runs to some sides of a parameter, relative to the largest.
+fn distance(setup: &Setup, course: Course, end: f64, by: &str, sides: [f64; 2]) -> f64 {
+    let value = setup.get(by).expect("a parameter");
+    let [one, other] = sides.map(|offset| {
+        let moved = setup.clone().set(by, value + offset).expect("legal");
+        rows(&moved, course, end, "position")
+    });
+    let found = slopes(setup, course, end, by, ["position"]);
+    let differences = one.iter().zip(other).map(|(one, other)| (one - other) / (sides[0] - sides[1]));
+    let (mut worst, mut largest) = (0.0f64, 0.0f64);
+    for (difference, [slope]) in differences.zip(found) {
+        (worst, largest) = (worst.max((difference - slope).abs()), largest.max(difference.abs()));
+    }
+    assert!(largest > 0.0, "the position depends on {by}");
+    worst / largest
+}
+
+/// Elements that come to their limits together slip together, and a motion that has just reversed is near a bend.
+#[test]
+fn reversals_have_derivatives_under_laws_of_hysteresis() {
+    for law in ["MaxwellSlip", "Leuven"] {
+        let setup = setup(law, &[]);
+        let distance = distance(&setup, |t| 5.0 + 1.5 * (2.0 * TAU * t).sin(), 0.6, "mass.moving", [1e-5, -1e-5]);
+        assert!(distance < 1e-5, "{law}: {distance}");
+    }
+}
