@@ -59,6 +59,30 @@ fn distance(setup: &Setup, course: Course, end: f64, by: &str, sides: [f64; 2]) 
     worst / largest
 }
 
+/// The place of a stop is a parameter, and the difference by it must not reach across its edge.
+#[test]
+fn stop_that_moves_takes_the_piston_along() {
+    for (law, bound) in [("None", 2e-4), ("BlimanSorine", 1e-5)] {
+        let setup = setup(law, &[("position0", 0.4)]);
+        let distance = distance(&setup, |_| 10.0, 0.4, "cylinder.stroke", [5e-8, -5e-8]);
+        assert!(distance < bound, "{law}: {distance}");
+    }
+}
+
+/// A reading that is taken at the end of a step is the quantity itself, whatever else is read at the same instant.
+#[test]
+fn readings_of_the_same_instant_have_the_slopes_of_their_quantities() {
+    let setup = setup("LuGre", &[("sensor.position.sampleTime", 1e-3), ("sensor.pressureA.sampleTime", 1e-3)]);
+    let of = ["position", "sensor.position.reading", "chamberA.pressure", "sensor.pressureA.reading"];
+    let found = slopes(&setup, |t| 5.0 + 2.0 * (TAU * t).sin(), 0.2, "friction.lugre.vs", of);
+    assert!(found.iter().any(|row| row[0].abs() > 1e-2), "it slides");
+    for (k, [position, reading, pressure, other]) in found.into_iter().enumerate() {
+        for (quantity, reading) in [(position, reading), (pressure, other)] {
+            assert!((reading - quantity).abs() <= 1e-12 * quantity.abs(), "row {k}: {reading}, not {quantity}");
+        }
+    }
+}
+
 /// Elements that come to their limits together slip together, and a motion that has just reversed is near a bend.
 #[test]
 fn reversals_have_derivatives_under_laws_of_hysteresis() {
@@ -66,5 +90,17 @@ fn reversals_have_derivatives_under_laws_of_hysteresis() {
         let setup = setup(law, &[]);
         let distance = distance(&setup, |t| 5.0 + 1.5 * (2.0 * TAU * t).sin(), 0.6, "mass.moving", [1e-5, -1e-5]);
         assert!(distance < 1e-5, "{law}: {distance}");
+    }
+}
+
+/// A carriage cannot have more than the moving mass, nor a piston less than no leakage.
+#[test]
+fn parameter_that_may_only_grow_has_the_slope_to_that_side() {
+    for (changes, by, offset) in
+        [(&[("mass.moving", 0.5), ("mass.carriage", 0.5)][..], "mass.moving", 1e-6), (&[], "piston.leakage", 1e-17)]
+    {
+        let distance = distance(&setup("Stribeck", changes), |_| 6.5, 0.1, by, [offset, 0.0]);
+        // A forward difference has an error of first order.
+        assert!(distance < 1e-3, "{by}: {distance}");
     }
 }

@@ -98,9 +98,11 @@ fn at_a_limit(equations: &dyn Equations, at: At, state: usize) -> Option<NoDeriv
 fn of_parameter(begin: &Begin, place: usize) -> Option<Way> {
     let variable = begin.table.parameters().nth(place)?;
     let value = begin.parameters[place];
-    let typical = variable.nominal.or(variable.start).filter(|typical| *typical != 0.0).unwrap_or(1.0);
-    let magnitude = if value == 0.0 { typical } else { value }.abs();
     let bounds = [variable.min.unwrap_or(f64::NEG_INFINITY), variable.max.unwrap_or(f64::INFINITY)];
+    let typical = variable.nominal.or(variable.start).filter(|typical| *typical != 0.0);
+    // A parameter that is 0 as a rule has the magnitude of its range, if that is small: a leakage.
+    let typical = typical.unwrap_or((bounds[1] - bounds[0]).min(1.0));
+    let magnitude = if value == 0.0 { typical } else { value }.abs();
     let (equations, parameters) = (begin.run.equations()?, begin.parameters.to_vec());
     let beside = move |offset: f64| {
         let mut parameters = parameters.clone();

@@ -57,6 +57,7 @@ impl Companion {
         } else {
             self.known_besides(direction, at, of, found);
         }
+        dependence.copied(&self.slopes[direction].memory).for_each(|(place, slope)| found[place] += slope);
         for leaf in unknown {
             self.spare.remember(&shifted(&self.memory, SHARE, |other| other == leaf));
             let (moved, here) = (of.values(self.spare.as_ref(), at), of.values(self.equations.as_ref(), at));
@@ -70,8 +71,8 @@ impl Companion {
     }
 
     /// The same where the memory does not matter.
-    fn known_besides(&self, direction: usize, at: At, of: Of, found: &mut [f64]) {
-        let way = &self.ways[direction];
+    fn known_besides(&mut self, direction: usize, at: At, of: Of, found: &mut [f64]) {
+        let way = &mut self.ways[direction];
         let equations = way.varied.as_ref().unwrap_or(&self.equations).as_ref();
         if way.varied.is_some() || any(&way.inputs) {
             of.slopes(equations, at, (&self.stillness, &way.inputs), found);

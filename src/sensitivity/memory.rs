@@ -42,6 +42,8 @@ pub(super) fn shifted(memory: &Leaves, share: f64, is_chosen: impl Fn(usize) -> 
 #[derive(Debug, Default)]
 pub(super) struct Dependence {
     leaves: Vec<usize>,
+    /// Numbers of which the evaluation has nothing but copies, as the last reading of a sensor, and their places in it.
+    copies: Vec<(usize, Vec<usize>)>,
 }
 
 impl Dependence {
@@ -54,6 +56,7 @@ impl Dependence {
         evaluate: impl Fn(&dyn Equations) -> Vec<f64>,
     ) {
         self.leaves.retain(|leaf| *leaf < memory.count());
+        self.copies.retain(|(leaf, _)| *leaf < memory.count());
         let is_other = |leaf: &usize| !self.leaves.contains(leaf) && memory.value(*leaf).is_finite();
         let others: Vec<usize> = (0..memory.count()).filter(is_other).collect();
         // As a rule nothing depends on them, with all moved at once; otherwise halves of them, until they are single numbers.
@@ -62,12 +65,21 @@ impl Dependence {
             if half.is_empty() {
                 continue;
             }
-            spare.remember(&shifted(memory, SHARE, |leaf| half.contains(&leaf)));
-            if evaluate(spare) == present {
+            let other = shifted(memory, SHARE, |leaf| half.contains(&leaf));
+            spare.remember(&other);
+            let found = evaluate(spare);
+            if found == present {
                 continue;
             }
             match half {
-                [leaf] => self.leaves.push(*leaf),
+                [leaf] => {
+                    self.leaves.push(*leaf);
+                    let places: Vec<usize> = (0..found.len()).filter(|i| found[*i] != present[*i]).collect();
+                    let is_copy = |i: &usize| [present[*i], found[*i]] == [memory, &other].map(|it| it.value(*leaf));
+                    if places.iter().all(is_copy) {
+                        self.copies.push((*leaf, places));
+                    }
+                }
                 _ => halves.extend([half.split_at(half.len() / 2).0, half.split_at(half.len() / 2).1]),
             }
         }
@@ -78,12 +90,19 @@ impl Dependence {
         self.leaves.iter().any(|leaf| slopes[*leaf] != 0.0)
     }
 
-    /// Slopes of a memory without those on which nothing depends, and the places of those that are not known.
+    /// Slopes of a memory without those on which nothing depends or that are [copied](Self::copied), and the places of those that are not known.
     pub fn of(&self, slopes: &[f64]) -> (Vec<f64>, Vec<usize>) {
         let mut own = vec![0.0; slopes.len()];
         let (unknown, known): (Vec<usize>, Vec<usize>) = self.leaves.iter().partition(|leaf| slopes[**leaf].is_nan());
         known.into_iter().for_each(|leaf| own[leaf] = slopes[leaf]);
+        self.copies.iter().for_each(|(leaf, _)| own[*leaf] = 0.0);
         (own, unknown)
+    }
+
+    /// The slopes of numbers that are copied, with the places to which they are.
+    pub fn copied<'a>(&'a self, slopes: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let known = self.copies.iter().filter(|(leaf, _)| moves(slopes[*leaf]));
+        known.flat_map(|(leaf, places)| places.iter().map(|place| (*place, slopes[*leaf])))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Directions in which a run is differentiated.
 
 use super::NoDerivative;
+use super::difference::{EVEN, NEAR, is_bent};
 use super::equations::Equations;
 use super::leaves::Leaves;
 use super::memory::SHARE;
@@ -48,19 +49,21 @@ impl Way {
         way
     }
 
-    /// The direction of a parameter with a value, a magnitude and bounds, beside a number of inputs; `None` if there are no
-    /// equations beside the present ones.
+    /// The direction of a parameter with a value, a magnitude and bounds, beside a number of inputs. Where the parameter may be
+    /// only more or only less, for its bounds or for the other parameters, it is differentiated to that side; `None` if it may be
+    /// neither.
     pub fn of_parameter(beside: Beside, [value, magnitude]: [f64; 2], bounds: [f64; 2], inputs: usize) -> Option<Self> {
         let offset = SHARE * magnitude;
         let is_legal = |sign: f64| (bounds[0]..=bounds[1]).contains(&(value + 2.0 * sign * offset));
-        let (weights, one_sided) = match [is_legal(-1.0), is_legal(1.0)] {
-            [true, true] => ([(1.0, 0.5), (-1.0, -0.5)], None),
-            [false, true] => ([(1.0, 2.0), (2.0, -0.5)], Some(1.0)),
-            [true, false] => ([(-1.0, -2.0), (-2.0, 0.5)], Some(-1.0)),
-            [false, false] => return None,
+        let near = |sign: f64| if is_legal(sign) { beside(sign * offset) } else { None };
+        let far = |sign: f64| beside(2.0 * sign * offset);
+        let (stencil, one_sided) = match [near(1.0), near(-1.0)] {
+            [Some(above), Some(below)] => ([(above, 0.5), (below, -0.5)], None),
+            [Some(above), None] => ([(above, 2.0), (far(1.0)?, -0.5)], Some(1.0)),
+            [None, Some(below)] => ([(below, -2.0), (far(-1.0)?, 0.5)], Some(-1.0)),
+            [None, None] => return None,
         };
-        let stencil = weights.into_iter().map(|(at, weight)| Some((beside(at * offset)?, weight / offset)));
-        let stencil = stencil.collect::<Option<_>>()?;
+        let stencil = stencil.into_iter().map(|(equations, weight)| (equations, weight / offset)).collect();
         Some(Self { beside: Some(beside), magnitude, one_sided, stencil, ..Self::still(inputs) })
     }
 
@@ -114,13 +117,38 @@ impl Way {
     }
 
     /// The derivative of numbers by the parameter, with states, inputs and memory held; nothing if there is none, or if the
-    /// equations [vary](Self::with_varied) themselves.
+    /// equations [vary](Self::with_varied) themselves. Numbers with a non-smooth point within the difference, such as the force of
+    /// an end stop whose place is the parameter, are differenced over a shorter distance, on one side of that point.
     pub(super) fn by_parameter(
-        &self,
+        &mut self,
         present: &dyn Equations,
         evaluate: impl Fn(&dyn Equations) -> Vec<f64>,
     ) -> Option<Vec<f64>> {
-        if self.varied.is_some() { None } else { self.by_difference(present, evaluate) }
+        if self.varied.is_some() || self.stencil.is_empty() {
+            return None;
+        }
+        if self.one_sided.is_some() {
+            return self.by_difference(present, evaluate);
+        }
+        let (here, offset) = (evaluate(present), SHARE * self.magnitude);
+        let [mut above, mut below] = [0, 1].map(|side| evaluate(self.stencil[side].0.as_ref()));
+        let mut slopes = slope_between(&above, &below, 2.0 * offset);
+        let mut bent: Vec<usize> = (0..here.len()).collect();
+        for part in [NEAR, NEAR * NEAR] {
+            bent.retain(|i| is_bent([below[*i], here[*i], above[*i]], EVEN, 0.0));
+            if bent.is_empty() {
+                break;
+            }
+            let mut side = |share: f64| {
+                let equations = self.beside(share * offset)?;
+                equations.adopt(present.held());
+                Some(evaluate(equations))
+            };
+            (above, below) = (side(part)?, side(-part)?);
+            let nearer = slope_between(&above, &below, 2.0 * part * offset);
+            bent.iter().for_each(|i| slopes[*i] = nearer[*i]);
+        }
+        Some(slopes)
     }
 
     fn by_difference(
