@@ -68,6 +68,18 @@ def is_in_doubt(variables: Variables, given: Mapping[str, Value]) -> bool:
 LEADERS = {*WHOLE.values(), *IN_PROPORTION.values()}
 
 
+def followers(
+    variables: Variables, given: Mapping[str, Value], settings: Mapping[str, Value]
+) -> dict[str, tuple[str, float]]:
+    """Return by the name of each default that gave way the parameter that it follows, and its derivative by that."""
+    found = {}
+    for name in settings:
+        leader = None if name in given else leader_of(variables, name)
+        if leader is not None and leader in given:
+            found[name] = (leader, _following(variables, name, leader, {leader: 1.0}))
+    return found
+
+
 def _following(variables: Variables, name: str, leader: str, given: Mapping[str, Value]) -> float:
     value = float(given[leader])
     if name in WHOLE:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native
+from pneumatic_servo import _native, defaults
 from pneumatic_servo.checks import names
 from pneumatic_servo.errors import NoDerivative
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.sensitivities import Followers, along_leaders
 
 if TYPE_CHECKING:
     from pneumatic_servo.model import Model, Parameters
@@ -92,8 +93,10 @@ class Trajectory:
         """Return how what is recorded changes along a direction, of shape (outputs, rows)."""
         added = np.zeros((len(self._model.inputs), self.steps))
         added[self._places] = of_inputs
-        seeds = list(zip(self.parameters, map(float, of_parameters), strict=True))
         model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
+        by = dict(zip(self.parameters, map(float, of_parameters), strict=True))
+        followed = self._followers(parameters, settings).items()
+        seeds = [*by.items(), *((name, slope * by[leader]) for name, (leader, slope) in followed)]
         found = _native.tangent(model, settings, driven, grid, outputs, added, seeds)
         lacking = np.isnan(found).any(axis=0)
         if lacking.any():
@@ -104,7 +107,10 @@ class Trajectory:
         """Return how the sum of what is recorded times cotangents changes with parameters and inputs."""
         weights = np.ascontiguousarray(cotangents, dtype=np.float64)
         model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
-        found, _, of_parameters = _native.gradient(model, settings, driven, grid, outputs, weights, self.parameters)
+        followed = self._followers(parameters, settings)
+        by = [*self.parameters, *followed]
+        found, _, slopes = _native.gradient(model, settings, driven, grid, outputs, weights, by)
+        of_parameters = along_leaders(self.parameters, np.asarray(slopes), followed)
         of_inputs = found[self._places]
         for name, row in zip(self.inputs, np.isnan(of_inputs), strict=True):
             if row.any():
@@ -113,6 +119,11 @@ class Trajectory:
             if np.isnan(slope):
                 raise NoDerivative(0.0, name, "what follows depends on it in another way to either side")
         return np.array(of_parameters), of_inputs
+
+    def _followers(self, parameters: Array, settings: Sequence[tuple[str, Any]]) -> Followers:
+        """Return the defaults that follow one of the parameters."""
+        found = defaults.followers(self._model.variables, self._settings(parameters), dict(settings))
+        return {name: follows for name, follows in found.items() if follows[0] in self.parameters}
 
     def _settings(self, parameters: Array) -> dict[str, float]:
         return {**self._given, **dict(zip(self.parameters, map(float, parameters), strict=True))}  # type: ignore[dict-item]

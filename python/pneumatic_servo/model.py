@@ -197,14 +197,15 @@ class Model(ModelDescription):
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
         given, settings = settings, self._fitted(settings)
+        followers = defaults.followers(self.variables, given, settings)
+        followed = {name: follows for name, follows in followers.items() if follows[0] in by and name not in by}
         with _shown(progress, f"{self.name}", grid.count, " steps") as tell, self._with_units():
             found, rows, failure, ended, notices, extremes, told = _native.simulate(
-                self._native, list(settings.items()), driven, grid.numbers, list(recorded), by, tell
-            )
-        slopes = (
-            None if told is None else Sensitivities(by, recorded, grid.times()[:rows], told[0][:, :, :rows], *told[1:])
-        )
-        replay = Replay(self._native, settings, driven, grid, list(self.inputs))
+                self._native, list(settings.items()), driven, grid.numbers, list(recorded),
+                [*by, *followed], tell,
+            )  # fmt: skip
+        slopes = None if told is None else Sensitivities.of(by, followed, recorded, grid.times()[:rows], told)
+        replay = Replay(self._native, settings, driven, grid, list(self.inputs), followers)
         run = Run(grid.times()[:rows], found[:, :rows], recorded, settings, slopes, replay)
         if isinstance(ended, Refused):
             raise self._in_unit(ended) from None

@@ -16,6 +16,8 @@ from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Value, Variables
 
 Array = NDArray[np.float64]
+Followers = Mapping[str, tuple[str, float]]
+"""Defaults that follow a parameter: by the name of each that parameter, and the derivative by it."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,19 @@ class Sensitivities:
         ]
         self._time, self._values = time, values
 
+    @classmethod
+    def of(
+        cls, names: Sequence[str], followers: Followers, variables: Variables, time: Array, told: _native._Sensitivities
+    ) -> Sensitivities:
+        """Return what the extension module tells by names and by the defaults that follow them."""
+        values, lost, events = told
+        leaders = [list(names).index(leader) for leader, _ in followers.values()]
+        own = list(lost[: len(names)])
+        for place, other in zip(leaders, lost[len(names) :], strict=True):
+            own[place] = min((it for it in (own[place], other) if it is not None), key=lambda it: it[0], default=None)
+        delays = [(*event[:3], along_leaders(names, np.asarray(event[3]), followers).tolist()) for event in events]
+        return cls(names, variables, time, along_leaders(names, values[:, :, : len(time)], followers), own, delays)
+
     def __getitem__(self, key: tuple[str, str]) -> Array:
         """Return how a recorded variable changes with another, of shape (rows,).
 
@@ -122,6 +137,14 @@ class Sensitivities:
         lost = f"; lost by {', '.join(self.lost)}" if self.lost else ""
         of, by = ", ".join(self.variables), ", ".join(self.names)
         return f"<Sensitivities of {of} by {by}; {len(self.events)} events{lost}>"
+
+
+def along_leaders(names: Sequence[str], slopes: Array, followers: Followers) -> Array:
+    """Return derivatives by names, from those by names and followers: with a parameter varies what follows it."""
+    found = np.array(slopes[: len(names)])
+    for by_follower, (leader, slope) in zip(slopes[len(names) :], followers.values(), strict=True):
+        found[list(names).index(leader)] += slope * by_follower
+    return found
 
 
 def _place(name: str, known: Sequence[str], lacking: str) -> int:
@@ -211,8 +234,10 @@ class Replay:
         inputs: Sequence[tuple[str, Any]],
         grid: Grid,
         names: Sequence[str],
+        followers: Followers,
     ) -> None:
         self._native, self._settings, self._inputs, self._grid, self._names = native, settings, inputs, grid, names
+        self._followers = followers
 
     def gradient(self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int) -> Gradient:
         """Return the gradient of the sum of recorded variables times cotangents."""
@@ -226,15 +251,21 @@ class Replay:
             if not np.isfinite(own).all():
                 raise ValueError(f"cotangents of {name} must be finite numbers")
             row[:] = own
-        inputs, states, of_parameters = _native.gradient(
+        followed = {
+            name: follows
+            for name, follows in self._followers.items()
+            if follows[0] in parameters and name not in parameters
+        }
+        inputs, states, slopes = _native.gradient(
             self._native,
             list(self._settings.items()),
             self._inputs,
             self._grid.numbers,
             list(cotangents),
             weights,
-            parameters,
+            [*parameters, *followed],
         )
+        of_parameters = along_leaders(parameters, np.asarray(slopes), followed).tolist()
         return Gradient(
             dict(zip(self._names, inputs, strict=True)), dict(states), dict(zip(parameters, of_parameters, strict=True))
         )

@@ -187,3 +187,30 @@ def test_what_has_no_slope_is_named(plant: ps.Model, monkeypatch: pytest.MonkeyP
     slopes[list(plant.inputs).index("valveVoltage"), 2] = np.nan
     with pytest.raises(ps.NoDerivative, match=r"t = 0\.02 s on, at valveVoltage: "):
         made.pull(*arguments)
+
+
+@pytest.mark.filterwarnings("ignore:friction.stribeck.Fc = ")
+def test_what_follows_a_parameter_is_differentiated_along(plant: ps.Model) -> None:
+    """Sliding friction gives way to a low static friction, in proportion."""
+    name, level, offset = "friction.stribeck.Fs", 7.0, 1e-4
+    settings = {"friction.law": "Stribeck", "solver.relativeTolerance": 1e-10}
+    given: dict[str, Any] = {"inputs": {"valveVoltage": 6.5}, "stop": 0.1, "step": 1e-3, "outputs": ["position"]}
+
+    def run(level: float, **more: Any) -> ps.Run:
+        return plant.simulate({**settings, name: level}, **given, **more)
+
+    expected = (run(level + offset)["position"][-1] - run(level - offset)["position"][-1]) / (2 * offset)
+    alone = run(level, sensitivities=[name])
+    last = np.zeros((1, 101))
+    last[0, -1] = 1.0
+    made = Trajectory(plant, parameters=[name], inputs=["valveVoltage"], outputs=["position"],
+                      given={**settings, "valve.hysteresis": 0.0}, stop=0.1, step=1e-3)  # fmt: skip
+    arguments = np.array([level]), np.full((1, 100), 6.5)
+    pushed = made.push(*arguments, np.ones(1), np.zeros((1, 100)))[0, -1]
+    pulled = made.pull(*arguments, last)[0][0]
+    # With its play the spool is elsewhere, and has the same slopes by friction as soon as it rests.
+    assert pushed == pytest.approx(pulled, rel=1e-9)
+    assert alone.sensitivities["position", name][-1] == pytest.approx(expected, rel=1e-5)
+    assert alone.vjp({"position": last[0]}, parameters=[name]).parameters[name] == pytest.approx(expected, rel=1e-5)
+    values = [made.values(np.array([level + sign * offset]), arguments[1])[0, -1] for sign in (1, -1)]
+    assert pushed == pytest.approx((values[0] - values[1]) / (2 * offset), rel=1e-5)
