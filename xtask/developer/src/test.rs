@@ -25,8 +25,8 @@ use crate::wheel;
 
 /// Run every check: format, lints, unit tests, C-interface tests, real FMI clients and other platforms.
 ///
-/// Takes about 35 minutes on two processors. A check whose tool is missing is left out with a message; with the variable
-/// CI set that is an error, but for the address sanitizer's nightly compiler and cargo-deny, which no package manager has.
+/// A check whose tool is missing is left out with a message; with the variable CI set that is an error, but for cargo-deny, which no
+/// package manager has. docs/testing.md tells what is tested how.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -152,7 +152,8 @@ impl Checks<'_> {
         self.cargo(&["test", "--test", "*"])?;
         self.cargo(&["test", "--doc"])?;
         heading("Crates from outside: laws, valves and models of one's own");
-        self.cargo(&["test", "--manifest-path", "examples/own/Cargo.toml"])?;
+        // Without optimization their tests run as long as they compile, which takes a fraction of the time.
+        self.cargo(&["test", "--profile", "quick", "--manifest-path", "examples/own/Cargo.toml"])?;
         self.begun_crates()?;
         valgrind::check(self.workspace)?;
         sources_test::run_if_possible(self.workspace)?;
@@ -212,9 +213,15 @@ impl Checks<'_> {
         xtask::new::write_all(&folder, &self.workspace.home)?;
         let lock = self.workspace.home.join("examples/own/Cargo.lock");
         std::fs::copy(&lock, folder.join("Cargo.lock")).with_context(|| format!("cannot copy {}", lock.display()))?;
+        let manifest = folder.join("Cargo.toml");
+        files::write(
+            &manifest,
+            files::text(&manifest)? + "\n[profile.quick]\ninherits = \"dev\"\ndebug = false\nincremental = false\n",
+        )?;
         for arguments in [&["check", "--workspace", "--all-targets"][..], &["test", "--package", "own-begun-model"]] {
             let mut cargo = process::cargo();
-            cargo.args(arguments).arg("--target-dir").arg(&self.workspace.target).current_dir(&folder);
+            cargo.args(arguments).args(["--profile", "quick"]);
+            cargo.arg("--target-dir").arg(&self.workspace.target).current_dir(&folder);
             process::run(&mut cargo)?;
         }
         Ok(())

@@ -15,7 +15,7 @@ use pneumatic_servo::friction::LAWS;
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models::{self, pneumatic_servo_cylinder::MODEL};
 use pneumatic_servo_fmu::guid;
-use pneumatic_servo_packaging::build::{self, wasm};
+use pneumatic_servo_packaging::build::wasm;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::library::Library;
 use pneumatic_servo_packaging::package;
@@ -41,7 +41,7 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
     let models: Vec<_> = models::ALL.iter().filter(|model| is_wanted(only, model.name)).collect();
     let targets: Vec<_> = Target::ALL.into_iter().filter(|target| is_wanted(only, target.compiler().folder)).collect();
     tools::require(missing(&targets)?)?;
-    let rust = build::for_this_machine(workspace)?;
+    let rust = Library::for_tests(workspace)?.bytes;
     let mut cylinder = None;
     for model in models {
         let Made { written, plant, library } = on_this_machine(workspace, model, &rust)?;
@@ -76,7 +76,7 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
 /// When a tool is missing under CI, a step fails or a bit differs.
 pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
     match tools::require(missing(&[Target::Linux])?) {
-        Ok(()) => on_this_machine(workspace, &MODEL, &build::for_this_machine(workspace)?).map(|_| ()),
+        Ok(()) => on_this_machine(workspace, &MODEL, &Library::for_tests(workspace)?.bytes).map(|_| ()),
         Err(problem) => process::leave_out("Sources in C", &format!("{problem:#}")),
     }
 }
@@ -88,7 +88,7 @@ pub fn run_if_possible(workspace: &Workspace) -> Result<()> {
 pub fn fuzz(workspace: &Workspace, length: Duration, only: &[String]) -> Result<()> {
     ensure_known(only, "no model", models::ALL.iter().map(|model| model.name).collect())?;
     tools::require(missing(&[Target::Linux])?)?;
-    let rust = build::for_this_machine(workspace)?;
+    let rust = Library::for_tests(workspace)?.bytes;
     let mut libraries = Vec::new();
     for model in models::ALL.iter().filter(|model| is_wanted(only, model.name)) {
         libraries.push((model, on_this_machine(workspace, model, &rust)?.library));
@@ -184,7 +184,7 @@ fn on_targets(
 
 /// FMPy compiles FMUs of both versions as it compiles those of others, and runs them beside the library in Rust.
 fn by_fmpy(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<()> {
-    let library = Library::for_this_machine(workspace)?;
+    let library = Library::for_tests(workspace)?;
     let venv = Venv::prepare(workspace, Requirements::TESTS)?;
     let folder = workspace.target.join("sources-test/fmpy");
     let sources = |version| Ok(Some(sources::of(workspace, model, &[version], module)?));

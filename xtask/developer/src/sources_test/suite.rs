@@ -6,6 +6,7 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
+use pneumatic_servo_packaging::library::Library;
 use pneumatic_servo_packaging::process;
 use pneumatic_servo_packaging::workspace::Workspace;
 
@@ -28,8 +29,7 @@ pub fn run(workspace: &Workspace, model: &Model, library: &Path) -> Result<()> {
     if model.name == MODEL.name {
         process::run(of_c("c_interface").args(OF_TWO_MODELS.iter().flat_map(|name| ["--skip", name])))?;
         let rust = library.with_file_name("native.so");
-        std::fs::write(&rust, pneumatic_servo_packaging::build::for_this_machine(workspace)?)
-            .context("cannot write the library in Rust")?;
+        std::fs::write(&rust, Library::for_tests(workspace)?.bytes).context("cannot write the library in Rust")?;
         for (one, other) in [(library, rust.as_path()), (rust.as_path(), library)] {
             let mut both = of(workspace, "c_interface", model, one);
             process::run(both.arg("in_another_process").env("FMU_LIBRARY_OF_CHILD", other))?;
