@@ -43,7 +43,7 @@ impl Site {
             study.arg(workspace.root.join("studies/gallery.py")).arg("--output").arg(gallery(workspace));
             process::run(&mut study)?;
         }
-        println!("{}", build(workspace, &venv, &page)?.display());
+        println!("{}", build(workspace, &venv, &page, Some(&gallery(workspace)))?.display());
         Ok(())
     }
 }
@@ -65,7 +65,8 @@ pub fn check(workspace: &Workspace) -> Result<()> {
         return process::leave_out("Site", &problem.to_string());
     }
     let venv = Venv::prepare(workspace, Requirements::SITE)?;
-    let site = build(workspace, &venv, &workspace.target.join("playground/index.html"))?;
+    // Drawing takes five minutes; a test of the studies draws some laws.
+    let site = build(workspace, &venv, &workspace.target.join("playground/index.html"), None)?;
     heading("Site: look at it in Chromium, and elsewhere where there are other browsers");
     let tests = workspace.root.join("tests/site");
     playground::install(&tests)?;
@@ -73,7 +74,7 @@ pub fn check(workspace: &Workspace) -> Result<()> {
 }
 
 /// Lays out the pages, makes the site of them and checks its links.
-fn build(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<PathBuf> {
+fn build(workspace: &Workspace, venv: &Venv, page: &Path, gallery: Option<&Path>) -> Result<PathBuf> {
     for fmu in package::fmus(workspace) {
         ensure!(fmu.is_file(), "{} is missing: run `cargo xtask package` first", fmu.display());
     }
@@ -91,7 +92,10 @@ fn build(workspace: &Workspace, venv: &Venv, page: &Path) -> Result<PathBuf> {
     }
     let own = workspace.root.join("site");
     let mut gather = venv.command();
-    gather.arg(own.join("gather.py")).arg("--fmus").arg(workspace.fmus()).arg("--gallery").arg(gallery(workspace));
+    gather.arg(own.join("gather.py")).arg("--fmus").arg(workspace.fmus());
+    if let Some(gallery) = gallery {
+        gather.arg("--gallery").arg(gallery);
+    }
     gather.arg("--playground").arg(page).arg("--rustdoc").arg(rustdoc.join("doc")).arg("--out").arg(&sources);
     process::run(&mut gather)?;
     let mut sphinx = venv.command();
