@@ -17,7 +17,7 @@ version = release = installed("pneumatic-servo")
 language = "en"
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
-exclude_patterns = ["extra"]
+exclude_patterns = ["extra", "templates"]
 
 # Anchors as a forge makes them, down to the headings that pages link to.
 myst_heading_anchors = 4
@@ -42,13 +42,12 @@ napoleon_google_docstring = False
 html_theme = "furo"
 html_title = f"Pneumatic servo cylinder {release}"
 html_static_path = ["static"]
+templates_path = ["templates"]
 html_css_files = ["site.css"]
 html_js_files = ["scroll.js"]
 html_extra_path = ["extra"]
 html_copy_source = False
 html_show_sphinx = False
-# The excerpts of found pages are fetched, which a browser refuses to a page that is opened from a folder.
-html_show_search_summary = False
 html_theme_options = {
     "navigation_with_keys": True,
     "light_css_variables": {"color-brand-primary": "#0b5c98", "color-brand-content": "#0b5c98"},

@@ -77,7 +77,17 @@ def copy_repository(root: Path, out: Path) -> None:
         if page.is_file():
             copy_linked(root, out, page)
     shutil.copytree(root / "site" / "static", out / "static")
+    copy_search(root / "site", out)
     shutil.copyfile(root / "site" / "conf.py", out / "conf.py")
+
+
+def copy_search(site: Path, out: Path) -> None:
+    """Copy the page of the search, and the package that ranks, with its licence."""
+    shutil.copytree(site / "templates", out / "templates")
+    package = site / "node_modules" / "minisearch"
+    program = (package / "dist" / "umd" / "index.js").read_text(encoding="utf-8")
+    licence = (package / "LICENSE.txt").read_text(encoding="utf-8")
+    write(out / "static" / "minisearch.js", f"/*!\n{licence}*/\n{re.sub(r'//# sourceMappingURL=.*', '', program)}")
 
 
 def copy(root: Path, out: Path, name: str) -> None:

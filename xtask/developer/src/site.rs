@@ -91,6 +91,7 @@ fn build(workspace: &Workspace, venv: &Venv, page: &Path, gallery: Option<&Path>
         fs::remove_dir_all(&site).with_context(|| format!("cannot remove the old {}", site.display()))?;
     }
     let own = workspace.root.join("site");
+    playground::install(&own)?;
     let mut gather = venv.command();
     gather.arg(own.join("gather.py")).arg("--fmus").arg(workspace.fmus());
     if let Some(gallery) = gallery {
@@ -102,6 +103,7 @@ fn build(workspace: &Workspace, venv: &Venv, page: &Path, gallery: Option<&Path>
     sphinx.args(["-m", "sphinx", "--builder", "html", "--fail-on-warning", "--keep-going", "--quiet", "--doctree-dir"]);
     sphinx.arg(workspace.target.join("site-doctrees"));
     process::run(sphinx.arg(&sources).arg(&site).env("PATH", venv.path()?))?;
+    process::run(venv.command().arg(own.join("search_index.py")).arg(&site))?;
     process::run(venv.command().arg(own.join("links.py")).arg(&site))?;
     Ok(site)
 }

@@ -1,0 +1,148 @@
+// The search: sections ranked by MiniSearch (BM25), the best of each page with the words where they stand. It needs no server.
+"use strict";
+
+(() => {
+  /** Words of the field that mean nearly the same; a word also finds those of its line. */
+  const SYNONYMS = [
+    ["stiction", "static friction", "break-away"],
+    ["sticking", "stick", "stuck"],
+    ["5/2", "3/2", "solenoid", "on-off", "switching valve"],
+    ["pwm", "pulse width", "switching valve"],
+    ["gravity", "vertical", "inclination", "incline", "weight"],
+    ["cv", "kv", "conductance", "iso 6358"],
+    ["single-acting", "spring return", "return spring"],
+    ["hunting", "limit cycle"],
+    ["backlash", "hysteresis"],
+    ["solver", "integrator"],
+    ["gradient", "sensitivity", "derivative"],
+    ["matlab", "simulink"],
+    ["rl", "reinforcement learning", "gymnasium", "environment"],
+    ["tuning", "gain"],
+    ["hose", "tube", "tubing"],
+    ["mpc", "optimal control"],
+    ["uncertainty", "interval"],
+  ];
+  /** How much a page counts beside those of the documentation: what was changed and how it is made comes later. */
+  const WEIGHTS = [
+    [/^(CHANGELOG|RELEASING|CODE_OF_CONDUCT|SECURITY|tests\/)/, 0.25],
+    [/^(CONTRIBUTING|README|python\/|reference\/rust|gallery|models\/)/, 0.25],
+    [/^(reference\/|docs\/(identification|performance|solver|model-exchange|target|sensitivities))/, 0.7],
+    [/^docs\/(start\/|friction-laws|parameters)/, 1.4],
+  ];
+  /** At most so many pages, sections below one, and characters of an excerpt. */
+  const [PAGES, MORE, EXCERPT] = [20, 3, 220];
+
+  /** Words, as they stand and in their parts: `deadZone` is `dead` and `zone`, too. */
+  const tokens = (text) =>
+    (text.match(/[\p{L}\p{N}_]+(?:\/\p{N}+)?/gu) ?? []).flatMap((word) => {
+      const parts = word.split(/(?<=\p{Ll})(?=\p{Lu})|[_/]/u);
+      return parts.length > 1 ? [word, ...parts] : [word];
+    });
+  const whole = (text) => text.match(/[\p{L}\p{N}_]+(?:\/\p{N}+)?/gu) ?? [];
+  /** Without the ending of a plural, so that valve finds valves. */
+  const stem = (word) => {
+    const lower = word.toLowerCase();
+    return lower.length > 3 && /[^su]s$/.test(lower) ? lower.slice(0, -1) : lower;
+  };
+
+  const index = new MiniSearch({
+    fields: ["heading", "page", "names", "text"],
+    idField: "id",
+    tokenize: tokens,
+    processTerm: stem,
+    searchOptions: { boost: { heading: 3, page: 2, names: 2 }, bm25: { k: 1.2, b: 0.25, d: 0.1 }, tokenize: whole, processTerm: stem },
+  });
+  const sections = globalThis.SECTIONS;
+  index.addAll(sections.map((section, id) => ({ id, ...section })));
+
+  /** The word itself or, for less, one that means nearly the same: all words of it. */
+  function meant(words) {
+    const plain = words.toLowerCase();
+    const alike = SYNONYMS.filter((line) => line.some((entry) => stem(entry) === stem(plain)));
+    const others = alike.flat().filter((entry) => stem(entry) !== stem(plain));
+    return {
+      combineWith: "OR",
+      queries: [
+        { queries: [plain], combineWith: "AND", prefix: (term) => term.length > 3, fuzzy: (term) => (term.length > 5 ? 0.15 : 0) },
+        ...others.map((entry) => ({ queries: [entry], combineWith: "AND", boost: { heading: 1.2, page: 0.8, text: 0.4 } })),
+      ],
+    };
+  }
+
+  /** The pages that a query finds, best first: the sections of each, best first. */
+  function find(query) {
+    const words = query.trim().split(/\s+/).filter(Boolean);
+    if (!words.length) return [];
+    const phrases = SYNONYMS.flat().filter((entry) => entry.includes(" ") && query.toLowerCase().includes(entry));
+    const left = phrases.reduce((rest, phrase) => rest.toLowerCase().replace(phrase, " "), query).split(/\s+/).filter(Boolean);
+    const wanted = [...phrases, ...(phrases.length ? left : words)].map(meant);
+    const ranked = (combineWith) =>
+      index.search({ combineWith, queries: wanted }, {
+        boostDocument: (id) => WEIGHTS.find(([pattern]) => pattern.test(sections[id].address))?.[1] ?? 1,
+      });
+    const all = ranked("AND");
+    const pages = new Map();
+    for (const { id, score, terms } of all.length ? all : ranked("OR")) {
+      const section = { ...sections[id], score, terms };
+      pages.set(section.page, [...(pages.get(section.page) ?? []), section]);
+    }
+    // A page that has the words in many sections is about them.
+    const score = (of) => of.slice(0, 6).reduce((sum, section, rank) => sum + section.score / (rank + 1) ** 1.5, 0);
+    return [...pages.values()].sort((a, b) => score(b) - score(a)).slice(0, PAGES);
+  }
+
+  const make = (tag, attributes = {}, ...children) => {
+    const made = Object.assign(document.createElement(tag), attributes);
+    made.append(...children);
+    return made;
+  };
+
+  /** A pattern of any of some words, at its beginning. */
+  const any = (words) => {
+    const parts = words.map((word) => word.replace(/[^\p{L}\p{N}_]/gu, "\\$&")).sort((a, b) => b.length - a.length);
+    return new RegExp(`(?<![\\p{L}\\p{N}])(?:${parts.join("|")})s?`, "giu");
+  };
+
+  /** The text around the first of some words, in which each is marked; a word that was typed comes before one like it. */
+  function excerpt(text, terms, typed) {
+    const pattern = any(terms);
+    const first = Math.max(text.search(any(typed)) >= 0 ? text.search(any(typed)) : text.search(pattern), 0);
+    const begin = first < 60 ? 0 : text.indexOf(" ", first - 60) + 1;
+    const cut = text.slice(begin, begin + EXCERPT);
+    const made = make("p", { className: "excerpt" }, begin ? "… " : "");
+    let end = 0;
+    for (const match of cut.matchAll(pattern)) {
+      made.append(cut.slice(end, match.index), make("mark", {}, match[0]));
+      end = match.index + match[0].length;
+    }
+    made.append(cut.slice(end), begin + EXCERPT < text.length ? " …" : "");
+    return made;
+  }
+
+  const root = document.documentElement.dataset.content_root ?? "";
+  const link = ({ address }, text) => make("a", { href: root + address }, text);
+
+  function show(query) {
+    const found = find(query);
+    document.getElementById("search-count").textContent = query.trim()
+      ? `${found.length === PAGES ? `The best ${PAGES}` : found.length || "No"} ${found.length === 1 ? "page" : "pages"} for “${query.trim()}”`
+      : "";
+    const entry = ([best, ...others]) => {
+      const title = best.heading === best.page ? best.page : `${best.page}: ${best.heading}`;
+      const more = others.slice(0, MORE).map((section) => make("li", {}, link(section, section.heading)));
+      const item = make("li", {}, link(best, title), excerpt(best.text, best.terms, whole(query)));
+      if (more.length) item.append(make("ul", {}, ...more));
+      return item;
+    };
+    document.getElementById("search-results").replaceChildren(...found.map(entry));
+  }
+
+  const field = document.getElementById("search-words");
+  field.value = new URLSearchParams(location.search).get("q") ?? "";
+  field.addEventListener("input", () => {
+    history.replaceState(null, "", `?q=${encodeURIComponent(field.value)}`);
+    show(field.value);
+  });
+  document.getElementById("search-form").addEventListener("submit", (event) => event.preventDefault());
+  show(field.value);
+})();
