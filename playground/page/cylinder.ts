@@ -23,6 +23,9 @@ const ROD = 150;
 const NEWTON = 4;
 const LONGEST = 64;
 
+/** Pushing force in N of a pointer that is 1 px of the drawing away, and of an arrow key. */
+const [PER_PX, BY_KEY] = [0.25, 15];
+
 /** Pressure in Pa from the colour of ambient air (0) to that of full supply (1). */
 const fullness = (pressure: number): number => Math.min(Math.max((pressure - 101_325) / 600_000, 0), 1);
 
@@ -36,12 +39,19 @@ export class Cylinder {
   private readonly stuck = shape("text", { x: ROD + 25, y: 60, class: "stuck" });
   private readonly spool = shape("g", {});
   private readonly flows: SVGElement[];
+  private readonly push = shape("path", { class: "pushed" });
+  private readonly newton = shape("text", { class: "newton", y: 46 });
+  private force = 0;
+  /** Hears of the force in N by which the visitor pushes the carriage. */
+  onPush: ((force: number) => void) | null = null;
 
   /** `title` says which of several it is. */
   constructor(private readonly title: string) {
     const piston = shape("rect", { x: -8, y: TOP, width: 16, height: BOTTOM - TOP, rx: 2, class: "steel" });
     const rod = shape("rect", { x: 0, y: 50, width: ROD, height: 12, class: "steel" });
     this.moving.append(rod, piston, this.carriage, this.stuck);
+    this.carriage.append(hint());
+    this.grab();
     const pipe = (x: number, side: number) =>
       shape("path", { d: `M${x} ${BOTTOM + 4} V112 H${144 + side * 18} V126`, class: "pipe" });
     this.flows = [LEFT + 8, RIGHT - 8].map((x) => shape("path", { transform: `translate(${x} 103)`, class: "flow" }));
@@ -54,7 +64,7 @@ export class Cylinder {
     this.spool.append(shape("rect", { x: -16, y: 135.5, width: 32, height: 3, class: "steel" }));
     this.root = shape(
       "svg",
-      { viewBox: "0 0 500 152", class: "cylinder", role: "img" },
+      { viewBox: "0 0 500 152", class: "cylinder", role: "group" },
       pipe(LEFT + 8, -1),
       pipe(RIGHT - 8, 1),
       shape("rect", { x: 104, y: 126, width: 80, height: 22, rx: 3, class: "valve" }),
@@ -65,11 +75,51 @@ export class Cylinder {
       shape("path", { d: "M280 91 H488", class: "rail" }),
       this.moving,
       this.arrow,
+      this.push,
+      this.newton,
       ...this.flows,
       letter(LEFT + 12, TOP + 16, "A"),
       letter(RIGHT - 12, TOP + 16, "B"),
       letter(88, 141, "5/3"),
     );
+  }
+
+  /** Lets a pointer that holds the carriage, or an arrow key, push it. */
+  private grab(): void {
+    let from: number | null = null;
+    const pushed = (force: number) => {
+      this.force = force;
+      this.carriage.setAttribute("aria-valuenow", force.toFixed(0));
+      this.onPush?.(force);
+    };
+    const place = (event: Event) => {
+      const drawing = this.root.getBoundingClientRect();
+      return ((event as PointerEvent).clientX - drawing.left) * (500 / drawing.width);
+    };
+    this.carriage.setAttribute("tabindex", "0");
+    this.carriage.setAttribute("role", "slider");
+    this.carriage.setAttribute("aria-label", "Push the carriage: hold an arrow key");
+    this.carriage.setAttribute("aria-valuenow", "0");
+    this.carriage.addEventListener("pointerdown", (event) => {
+      this.carriage.setPointerCapture((event as PointerEvent).pointerId);
+      from = place(event);
+    });
+    this.carriage.addEventListener("pointermove", (event) => {
+      if (from !== null) pushed((place(event) - from) * PER_PX);
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+      this.carriage.addEventListener(kind, () => {
+        from = null;
+        pushed(0);
+      });
+    }
+    this.carriage.addEventListener("keydown", (event) => {
+      const side = { ArrowLeft: -1, ArrowRight: 1 }[(event as KeyboardEvent).key];
+      if (!side) return;
+      event.preventDefault();
+      pushed(side * BY_KEY);
+    });
+    for (const kind of ["keyup", "blur"]) this.carriage.addEventListener(kind, () => pushed(0));
   }
 
   /** Shows values in the order of [`SHOWN`], for a stroke in m. */
@@ -87,10 +137,20 @@ export class Cylinder {
     this.stuck.textContent = sticking === 1 ? "STICKS" : "";
     // The force on the carriage points against the motion that it opposes.
     this.arrow.setAttribute("d", arrow(piston + ROD + 25, 14, -friction * NEWTON));
+    const [middle, side] = [piston + ROD + 25, Math.sign(this.force)];
+    this.push.setAttribute("d", arrow(middle + side * 32, 56, this.force * NEWTON));
+    this.newton.setAttribute("x", String(middle + side * 70));
+    this.newton.textContent = this.force === 0 ? "" : `${this.force.toFixed(0)} N`;
     [flowA, flowB].forEach((flow, index) => this.flows[index].setAttribute("d", wedge(flow)));
     const state = sticking === 1 ? "sticks" : "slides";
     this.root.setAttribute("aria-label", `${this.title}: carriage at ${(position * 1000).toFixed(1)} mm, ${state}`);
   }
+}
+
+function hint(): SVGElement {
+  const title = shape("title", {});
+  title.textContent = "Hold and pull to push the carriage; or focus it and hold an arrow key";
+  return title;
 }
 
 /** An arrow from a point, of a length in px that may be negative. */

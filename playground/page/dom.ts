@@ -1,5 +1,8 @@
 // Elements, made shortly.
 
+import { Refusal } from "./library";
+import { Mistyped, typed } from "./typed";
+
 type Child = Node | string | null;
 
 /** An element with attributes and children; attributes that start with `on` are listeners. */
@@ -32,7 +35,7 @@ export function byId(id: string): HTMLElement {
   return found;
 }
 
-/** A slider with its name, its value and its unit. */
+/** A slider with its name, and its value and unit in a field, where values beyond the slider can be typed. */
 export function slider(options: {
   label: string;
   unit: string;
@@ -41,12 +44,41 @@ export function slider(options: {
   step: number;
   value: number;
   title?: string;
-  /** Text for a value, if it is not just the number with its unit. */
-  show?: (value: number) => string;
+  /** The number that is shown for a place of the slider, and its inverse, if it is not the place itself. */
+  scale?: { shown: (place: number) => number; place: (shown: number) => number };
+  /** Takes over a value; throws a refusal. */
   onChange: (value: number) => void;
 }): HTMLElement {
-  const text = options.show ?? ((value: number) => `${Number(value.toFixed(4))} ${options.unit}`.trim());
-  const output = element("output", {}, text(options.value));
+  const { shown, place } = options.scale ?? { shown: (same: number) => same, place: (same: number) => same };
+  const text = (value: number) => `${Number(shown(value).toPrecision(6))} ${options.unit}`.trim();
+  const take = (value: number): void => {
+    options.onChange(value);
+    field.value = text(value);
+    input.setAttribute("aria-valuetext", field.value);
+  };
+  const field = element("input", {
+    type: "text",
+    inputmode: "decimal",
+    autocomplete: "off",
+    "aria-label": `${options.label}, value`,
+    onchange: () => {
+      let problem = "";
+      try {
+        const number = typed(field.value, options.unit, []);
+        if ((options.min > 0 || options.scale) && number <= 0) throw new Mistyped(`“${field.value.trim()}” is not positive`);
+        const value = place(number);
+        take(value);
+        input.value = String(value);
+      } catch (error) {
+        if (!(error instanceof Mistyped || error instanceof Refusal)) throw error;
+        problem = error.message;
+      }
+      field.setCustomValidity(problem);
+      field.setAttribute("aria-invalid", String(problem !== ""));
+      field.reportValidity();
+    },
+  });
+  field.value = text(options.value);
   const input = element("input", {
     type: "range",
     min: String(options.min),
@@ -54,15 +86,11 @@ export function slider(options: {
     step: String(options.step),
     "aria-label": options.label,
     "aria-valuetext": text(options.value),
-    oninput: () => {
-      output.textContent = text(input.valueAsNumber);
-      input.setAttribute("aria-valuetext", output.textContent);
-      options.onChange(input.valueAsNumber);
-    },
+    oninput: () => take(input.valueAsNumber),
   });
   input.value = String(options.value);
   const attributes = { class: "slider", ...(options.title ? { title: options.title } : {}) };
-  return element("label", attributes, element("span", {}, options.label), input, output);
+  return element("div", attributes, element("span", {}, options.label), input, field);
 }
 
 /** A choice among names. */

@@ -1,6 +1,8 @@
 // A page on which plants run with the wall clock: its buttons, its input, its run.
 
 import { Clock } from "./clock";
+import type { Cylinder } from "./cylinder";
+import { CYLINDER } from "./settings";
 import type { Context, Files, Page } from "./context";
 import { element, segments } from "./dom";
 import { startsByItself } from "./embedded";
@@ -31,6 +33,7 @@ export abstract class LivePage implements Page {
   private isRunning = startsByItself;
   private isStale = true;
   private turn = 0;
+  private push = 0;
 
   constructor(protected readonly context: Context) {}
 
@@ -44,6 +47,22 @@ export abstract class LivePage implements Page {
   /** Shows its past from a row on in the charts, over a range of time: one function for each chart. */
   protected abstract plots(run: Run, first: number, range: [number, number]): (() => void)[];
   protected abstract filesOf(run: Run): Files;
+
+  /** Lets the visitor push the carriages of some drawings, all of them at once. */
+  protected pushable(cylinders: readonly Cylinder[]): void {
+    for (const cylinder of cylinders) {
+      cylinder.onPush = (force) => {
+        this.push = force;
+        if (this.run && force !== 0) this.run.isPushed = true;
+      };
+    }
+  }
+
+  /** The external force on a carriage, in a run in which the visitor has pushed it. */
+  protected pushed(run: Run): [string, number][] {
+    if (!run.isPushed) return [];
+    return [["externalForce", (this.context.settings.values[CYLINDER].get("externalForce") ?? 0) + this.push]];
+  }
 
   /** Puts scene and charts in their places, once they are made. */
   protected assemble(scene: Node[], charts: Node[]): void {

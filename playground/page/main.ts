@@ -45,9 +45,11 @@ class Playground implements FitContext {
     );
     byId("parameters").replaceWith(this.parameters.root);
     this.showTab = tabs(byId("tabs"), VIEWS, (view) => {
+      // The view before stays in the history, so that Back goes to it.
+      this.address("replaceState");
       this.settings.view = view;
       this.open();
-      this.changed();
+      this.address("pushState");
     });
     themeButton(byId("theme"));
     offerFiles(byId("files"), () => this.page?.files() ?? null, this);
@@ -81,7 +83,13 @@ class Playground implements FitContext {
   changed(): void {
     clearTimeout(this.link);
     // Browsers limit how often a page may change its address.
-    this.link = setTimeout(() => history.replaceState(null, "", this.settings.fragment(this.library.tables)), 300);
+    this.link = setTimeout(() => this.address("replaceState"), 300);
+  }
+
+  /** Writes the settings into the address, in the place of what is there or after it. */
+  private address(how: "replaceState" | "pushState"): void {
+    clearTimeout(this.link);
+    history[how](null, "", this.settings.fragment(this.library.tables));
   }
 
   /** Shows the page of the present settings. */

@@ -3,7 +3,24 @@
 import type { Context } from "./context";
 import { element } from "./dom";
 import { Refusal } from "./library";
+import { Mistyped, typed } from "./typed";
 import { displayUnit, group, isLive, isSettable, items, lawGroup, model, short, type Model, type Variable } from "./tables";
+
+/** Words that the tables have for words of a search. */
+const ALSO: Record<string, string[]> = {
+  stiction: ["static friction"],
+  "break-away": ["static friction"],
+  "5/2": ["switching valve"],
+  solenoid: ["switching valve"],
+  pwm: ["pulse"],
+  gravity: ["inclination", "incline"],
+  cv: ["conductance"],
+  kv: ["conductance"],
+  backlash: ["hysteresis"],
+  damping: ["viscous"],
+  overlap: ["dead zone"],
+  tube: ["hose"],
+};
 
 /** Takes over a value; throws a refusal. */
 export type Change = (model: string, variable: Variable, value: number) => void;
@@ -13,7 +30,7 @@ export class Parameters {
   private readonly list = element("div", { class: "groups" });
   private readonly search = element("input", {
     type: "search",
-    placeholder: "Search: name, unit or text",
+    placeholder: "stiction, bar, Fs ...",
     "aria-label": "Search parameters",
     oninput: () => this.show(),
   });
@@ -48,8 +65,9 @@ export class Parameters {
     const groups = new Map<string, Variable[]>();
     for (const variable of of.variables) {
       if (!isSettable(variable) || this.hidden.includes(`${of.name}.${variable.name}`)) continue;
-      const text = `${of.name} ${variable.name} ${variable.description} ${variable.of ?? ""}`.toLowerCase();
-      if (!words.every((word) => text.includes(word))) continue;
+      const units = this.context.library.tables.units[variable.of ?? ""]?.display.map(({ name }) => name) ?? [];
+      const text = [of.name, variable.name, variable.description, variable.of ?? "", ...units].join(" ").toLowerCase();
+      if (!words.every((word) => [word, ...(ALSO[word] ?? [])].some((meant) => text.includes(meant)))) continue;
       const own = group(variable.name);
       groups.set(own, [...(groups.get(own) ?? []), variable]);
     }
@@ -80,15 +98,16 @@ export class Parameters {
       const isOther = variable.kind === "Real" && unit.name !== variable.of && unit.name !== "";
       shown.textContent = isOther ? `= ${short(number * unit.factor + unit.offset, 5)} ${unit.name}` : "";
     };
-    const take = (field: HTMLElement, number: number) => {
+    const take = (field: HTMLElement, read: () => number) => {
       try {
+        const number = read();
         this.change(of.name, variable, number);
         problem.textContent = "";
         field.removeAttribute("aria-invalid");
         row.classList.toggle("changed", settings.values[of.name].has(variable.name));
         tell(number);
       } catch (error) {
-        if (!(error instanceof Refusal)) throw error;
+        if (!(error instanceof Refusal || error instanceof Mistyped)) throw error;
         problem.textContent = error.message;
         field.setAttribute("aria-invalid", "true");
       }
@@ -107,10 +126,10 @@ export class Parameters {
     return row;
   }
 
-  private field(variable: Variable, value: number, take: (field: HTMLElement, value: number) => void): HTMLElement {
+  private field(variable: Variable, value: number, take: (field: HTMLElement, read: () => number) => void): HTMLElement {
     if (variable.kind === "Enumeration") {
       const choices = items(this.context.library.tables, variable);
-      const select = element("select", { onchange: () => take(select, Number(select.value)) });
+      const select = element("select", { onchange: () => take(select, () => Number(select.value)) });
       for (const item of choices) {
         select.append(element("option", { value: String(item.id), title: item.description }, item.name));
       }
@@ -118,16 +137,17 @@ export class Parameters {
       return select;
     }
     if (variable.kind === "Boolean") {
-      const box = element("input", { type: "checkbox", onchange: () => take(box, Number(box.checked)) });
+      const box = element("input", { type: "checkbox", onchange: () => take(box, () => Number(box.checked)) });
       box.checked = value !== 0;
       return box;
     }
+    const units = (variable.kind === "Real" && this.context.library.tables.units[variable.of ?? ""]?.display) || [];
     const text = element("input", {
       type: "text",
       inputmode: "decimal",
       autocomplete: "off",
       value: String(value),
-      onchange: () => take(text, text.value.trim() === "" ? NaN : Number(text.value)),
+      onchange: () => take(text, () => typed(text.value, variable.of ?? "", units)),
     });
     return text;
   }

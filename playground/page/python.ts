@@ -17,7 +17,8 @@ export function dictionary(tables: Tables, name: string, values: ReadonlyMap<str
 
 const number = (value: number): string => String(value);
 
-const IMPORTS = "import numpy as np\nimport pneumatic_servo as ps\n\n";
+const IMPORTS = "import matplotlib.pyplot as plt\nimport numpy as np\nimport pneumatic_servo as ps\n\n";
+const SHOWN = 'plt.xlabel("time (s)"), plt.ylabel("position (mm)"), plt.legend(), plt.show()\n';
 
 /** The downloaded file, and one of its columns. */
 const table = (csv: string): string => `table = np.genfromtxt("${csv}", delimiter=",", names=True, deletechars="")\n`;
@@ -35,22 +36,31 @@ export function oneModel(
   tables: Tables,
   name: string,
   runs: readonly (readonly [string, ReadonlyMap<string, number>, string])[],
-  input: { variable: string; signal: Signal },
+  input: { variable: string; signal: Signal; isPushed: boolean },
   rows: number,
   csv: string,
 ): string {
-  const from = isFormula(input.signal) ? "" : `  # as many rows as ${csv} has`;
+  const isStated = isFormula(input.signal);
+  const inputsOf = (prefix: string) => {
+    const course = isStated ? "u" : column(prefix + input.variable);
+    const pushed = input.isPushed ? `, "externalForce": (t, ${column(`${prefix}externalForce`)})` : "";
+    return `{${JSON.stringify(input.variable)}: (t, ${course})${pushed}}`;
+  };
+  const from = isStated && !input.isPushed ? "" : `  # as many rows as ${csv} has`;
   const lines = [
     `t = np.arange(${rows}) * 1e-3${from}\n`,
-    isFormula(input.signal) ? formula(input.signal) : table(csv),
+    isStated ? formula(input.signal) : "",
+    isStated && !input.isPushed ? "" : table(csv),
     `plant = ps.Model(${JSON.stringify(name)})\n`,
     ...runs.map(
       ([variable, values, prefix]) =>
         `${variable} = plant.simulate(${dictionary(tables, name, values)}, ` +
-        `inputs={${JSON.stringify(input.variable)}: (t, ${isFormula(input.signal) ? "u" : column(prefix + input.variable)})}, stop=t[-1], step=1e-3)\n`,
+        `inputs=${inputsOf(prefix)}, stop=t[-1], step=1e-3)\n`,
     ),
   ];
-  return IMPORTS + lines.join("");
+  const curves = runs.map(([variable]) => `plt.plot(t, 1e3 * ${variable}["position"], label="${variable}")\n`);
+  const ends = runs.map(([variable]) => `print(f"${variable}: {1e3 * ${variable}['position'][-1]:.3f} mm at {t[-1]:.3f} s")\n`);
+  return IMPORTS + [...lines, ...ends, ...curves, SHOWN].join("");
 }
 
 /** The closed loop, stepped as a host does it: each gets what the other shows at the same instant. */
@@ -61,20 +71,28 @@ export function closedLoop(
   signal: Signal,
   rows: number,
   csv: string,
+  isPushed: boolean,
 ): string {
+  const isStated = isFormula(signal);
+  const course = isStated ? formula(signal) : `u = ${column("controller.referencePosition")}\n`;
+  const pushes = isPushed ? `    plant["externalForce"] = table["plant.externalForce"][row]\n` : "";
   return `${IMPORTS}t = np.arange(${rows}) * 1e-3
-${isFormula(signal) ? formula(signal) : `${table(csv)}u = ${column("controller.referencePosition")}\n`}plant = ps.Model(${JSON.stringify(cylinder[0])}).start(${dictionary(tables, ...cylinder)})
+${isStated && !isPushed ? "" : table(csv)}${course}plant = ps.Model(${JSON.stringify(cylinder[0])}).start(${dictionary(tables, ...cylinder)})
 controller = ps.Model(${JSON.stringify(controller[0])}).start(${dictionary(tables, ...controller, '"referencePosition": u[0]')})
 position = []
-for reference in u:
+for row, reference in enumerate(u):
     controller.set({
         "referencePosition": reference,
         "position": plant["position"],
         "velocity": plant["velocity"],
     })
     plant["valveVoltage"] = controller["valveVoltage"]
-    position.append(plant["position"])
+${pushes}    position.append(plant["position"])
     plant.step(1e-3)
     controller.step(1e-3)
-`;
+error = 1e3 * (u - np.array(position))
+print(f"RMS error: {np.sqrt(np.mean(error**2)):.3f} mm")
+plt.plot(t, 1e3 * u, "--", label="reference")
+plt.plot(t, 1e3 * np.array(position), label="position")
+${SHOWN}`;
 }

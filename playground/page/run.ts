@@ -24,6 +24,8 @@ export class Run {
   readonly recording: Recording;
   /** Whether a value was changed under way, so that the settings alone do not repeat the run. */
   isRetuned = false;
+  /** Whether the visitor has pushed a carriage. */
+  isPushed = false;
   private readonly plants: Plant[];
   private readonly readers: (() => Float64Array)[];
   private readonly row: Float64Array;

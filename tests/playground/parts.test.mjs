@@ -56,6 +56,18 @@ test("the input of a cylinder is drawn back to where the run began", async () =>
   assert.deepEqual([input.at(0, read(0.3), 0), input.at(1, read(0.4), 0), input.at(2, read(0.2), 0)], [5, 4.8, 5.2]);
 });
 
+test("numbers are read as people type them", async () => {
+  const { typed } = await part("typed");
+  const bar = [{ name: "bar", factor: 1e-5, offset: 0 }];
+  for (const [text, value] of [["6 bar", 6e5], ["6,5bar", 6.5e5], ["600000", 6e5], ["1e5 Pa", 1e5], [" −2,5 ", -2.5]]) {
+    assert.equal(typed(text, "Pa", bar), value, text);
+  }
+  assert.equal(typed("20 degC", "K", [{ name: "degC", factor: 1, offset: -273.15 }]), 293.15);
+  for (const [text, message] of [["abc", /“abc” is no number/], ["", /“” is no number/], ["6 psi", /psi does not fit, its unit is Pa or bar/], ["1,000.5", /does not fit/], ["1e999", /too large/]]) {
+    assert.throws(() => typed(text, "Pa", bar), message, text);
+  }
+});
+
 test("sticking, break-away and end stop are found in a recording, and a path has a gap where the velocity jumps", async () => {
   const { Recording } = await part("record");
   const { episodes, withoutJumps } = await part("episodes");

@@ -164,7 +164,13 @@ test("a bad value is refused in the words of the library, and the run goes on", 
   assert.equal((await fragment(page)).get(`${CYLINDER}.cylinder.bore`), "0.02");
   await field.fill("nonsense");
   await field.press("Enter");
-  assert.match(await problem.textContent(), /^cylinder.bore = NaN is refused: it must be a finite number/);
+  assert.match(await problem.textContent(), /“nonsense” is no number/);
+  await field.fill("20 kg");
+  await field.press("Enter");
+  assert.match(await problem.textContent(), /kg does not fit, its unit is m or mm/);
+  await field.fill("25 mm");
+  await field.press("Enter");
+  assert.equal((await fragment(page)).get(`${CYLINDER}.cylinder.bore`), "0.025");
   await close();
 });
 
@@ -206,6 +212,77 @@ test("a link with a value that the library refuses says so", async () => {
   const problem = await page.locator("#problem").textContent();
   assert.match(problem, /cylinder\.rod = 0\.02 is refused/);
   assert.match(problem, /there is no variable nonsense/);
+  await close();
+});
+
+test("the carriage is pushed by hand, and the files repeat it", async () => {
+  const { page, close } = await open(browser, "#view=stick-slip&signal=constant&level=5&amplitude=0&period=1");
+  const carriage = await page.locator(".carriage").boundingBox();
+  const middle = [carriage.x + carriage.width / 2, carriage.y + carriage.height / 2];
+  await page.mouse.move(...middle);
+  await page.mouse.down();
+  await page.mouse.move(middle[0] + 150, middle[1], { steps: 3 });
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector(".newton").textContent) > 11);
+  await page.waitForTimeout(600);
+  await page.mouse.up();
+  assert.equal(await page.locator(".newton").textContent(), "");
+  await page.getByRole("slider", { name: "Push the carriage" }).focus();
+  await page.keyboard.down("ArrowLeft");
+  await page.waitForTimeout(300);
+  await page.keyboard.up("ArrowLeft");
+  await page.getByRole("button", { name: "Pause" }).click();
+  const [head, ...rows] = (await download(page, "CSV")).text.trimEnd().split("\n").map((line) => line.split(","));
+  const column = (name) => rows.map((row) => Number(row[head.indexOf(name)]));
+  const [force, position] = ["externalForce", "position"].map(column);
+  assert.ok(force.some((value) => value > 11) && force.includes(-15) && force.at(-1) === 0);
+  assert.ok(Math.max(...position) > position[0] + 1e-3, "more than the static friction moves it");
+  assert.match((await download(page, "Python")).text, /"externalForce": \(t, table\["externalForce"\]\)/);
+  await close();
+});
+
+test("values are typed beside a slider, with a decimal comma too, and a bad one is refused there", async () => {
+  const { page, close } = await open(browser);
+  const field = page.getByLabel("Amplitude, value");
+  await field.fill("0,75 V");
+  await field.press("Enter");
+  assert.equal((await fragment(page)).get("amplitude"), "0.75");
+  await field.fill("abc");
+  await field.press("Enter");
+  assert.equal(await field.evaluate((input) => input.validationMessage), "“abc” is no number");
+  assert.equal((await fragment(page)).get("amplitude"), "0.75");
+  await close();
+});
+
+test("the search of parameters knows other words and other units", async () => {
+  const { page, close } = await open(browser);
+  const found = async (words) => {
+    await page.getByRole("searchbox").fill(words);
+    return page.locator(".row .field > :first-child").evaluateAll((fields) => fields.map((field) => field.id.split(".").slice(1).join(".")));
+  };
+  assert.ok((await found("stiction")).includes("friction.stribeck.Fs"));
+  assert.ok((await found("bar")).includes("supplyPressure"));
+  assert.ok((await found("solenoid")).some((name) => name.startsWith("switching.")));
+  await close();
+});
+
+test("Back goes to the view before, and a story opens its setting", async () => {
+  const { page, close } = await open(browser);
+  const isChosen = (name) => page.waitForFunction((wanted) => document.querySelector("[aria-selected=true]").textContent === wanted, name);
+  await page.getByRole("tab", { name: "Closed loop" }).click();
+  await page.getByLabel("Amplitude, value").fill("30");
+  await page.keyboard.press("Enter");
+  await page.getByRole("tab", { name: "Two laws" }).click();
+  await page.goBack();
+  await isChosen("Closed loop");
+  assert.equal(await page.getByLabel("Amplitude, value").inputValue(), "30 mm");
+  await page.goBack();
+  await isChosen("Stick-slip");
+  for (const story of await page.locator(".stories a").all()) {
+    await story.click();
+    await page.waitForTimeout(200);
+    assert.equal(await page.locator("#problem").isVisible(), false, await story.textContent());
+  }
+  await isChosen("Fit");
   await close();
 });
 

@@ -70,6 +70,7 @@ export class ClosedLoop extends LivePage {
     const law = lawChoice(context, CYLINDER, "Friction law");
     const gains = element("div", { class: "gains" }, ...GAINS.map((gain) => this.gain(...gain)));
     const charts = [this.position, this.error, this.voltage, this.over].map((chart) => chart.root);
+    this.pushable([this.cylinder]);
     this.assemble([law, this.cylinder.root, this.readouts.root, gains], charts);
   }
 
@@ -91,7 +92,7 @@ export class ClosedLoop extends LivePage {
     const inputs = new Map(["position", "velocity"].map((name) => [name, values[plant.indexOf(name)]]));
     run.set(1, inputs.set("referencePosition", at(this.context.settings.signal, time)));
     const voltage = run.read(1)[run.members[1].watched.indexOf("valveVoltage")];
-    run.set(0, new Map([["valveVoltage", voltage]]));
+    run.set(0, new Map([["valveVoltage", voltage], ...this.pushed(run)]));
   };
 
   protected scene(run: Run): void {
@@ -120,7 +121,7 @@ export class ClosedLoop extends LivePage {
     ];
   }
 
-  protected filesOf({ recording }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run): Files {
     const { settings, library } = this.context;
     const parts = [
       { model: CYLINDER, prefix: "plant.", values: settings.values[CYLINDER] },
@@ -138,6 +139,7 @@ export class ClosedLoop extends LivePage {
         settings.signal,
         recording.rows,
         "closed-loop.csv",
+        isPushed,
       ),
     };
   }

@@ -61,7 +61,7 @@ export class Presliding implements Page {
     const amplitude = slider({
       label: "Amplitude",
       unit: "µm",
-      show: (power) => `${short(10 ** power, 3)} µm`,
+      scale: { shown: (power) => Number((10 ** power).toPrecision(4)), place: Math.log10 },
       min: 0,
       max: 4,
       step: 0.05,
@@ -104,7 +104,7 @@ export class Presliding implements Page {
     const { library } = this.context;
     const { recording } = this.run;
     const values = this.values();
-    const input = { variable: "driveVelocity", signal: this.signal };
+    const input = { variable: "driveVelocity", signal: this.signal, isPushed: false };
     return {
       name: "presliding",
       csv: recording.csv(),

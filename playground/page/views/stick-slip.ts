@@ -27,7 +27,7 @@ export const VOLTAGE: Scale = {
 };
 
 /** What the charts need besides the drawing. */
-export const WATCHED = ["valveVoltage", ...SHOWN];
+export const WATCHED = ["valveVoltage", "externalForce", ...SHOWN];
 
 export class StickSlip extends LivePage {
   readonly driven = [`${CYLINDER}.valveVoltage`];
@@ -52,6 +52,7 @@ export class StickSlip extends LivePage {
     super(context);
     const charts = [this.position, this.pressures, this.friction, this.over].map((chart) => chart.root);
     const law = lawChoice(context, CYLINDER, "Friction law");
+    this.pushable([this.cylinder]);
     this.assemble([law, this.cylinder.root, this.readouts.root], charts);
   }
 
@@ -63,7 +64,7 @@ export class StickSlip extends LivePage {
 
   private readonly input = new CentredInput(() => this.context.settings.signal, WATCHED.indexOf("position"));
   protected readonly exchange: Exchange = (time, run) =>
-    run.set(0, new Map([["valveVoltage", this.input.at(time, run, 0)]]));
+    run.set(0, new Map([["valveVoltage", this.input.at(time, run, 0)], ...this.pushed(run)]));
 
   protected scene({ recording }: Run): void {
     const now = (name: string) => recording.last(name);
@@ -94,10 +95,10 @@ export class StickSlip extends LivePage {
     return this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
   }
 
-  protected filesOf({ recording }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run): Files {
     const { settings, library } = this.context;
     const values = settings.values[CYLINDER];
-    const input = { variable: "valveVoltage", signal: settings.signal };
+    const input = { variable: "valveVoltage", signal: settings.signal, isPushed };
     const parts = [{ model: CYLINDER, prefix: "", values }];
     return {
       name: "stick-slip",

@@ -54,6 +54,7 @@ export class TwoLaws extends LivePage {
       element("div", { class: `side side-${index + 1}` }, law, this.cylinders[index].root),
     );
     const charts = [this.position, this.difference, this.friction, this.over].map((chart) => chart.root);
+    this.pushable(this.cylinders);
     this.assemble([element("div", { class: "sides" }, ...sides), this.readouts.root], charts);
   }
 
@@ -70,7 +71,7 @@ export class TwoLaws extends LivePage {
 
   private readonly input = new CentredInput(() => this.context.settings.signal, WATCHED.indexOf("position"));
   protected readonly exchange: Exchange = (time, run) => {
-    run.members.forEach((_, index) => run.set(index, new Map([["valveVoltage", this.input.at(time, run, index)]])));
+    run.members.forEach((_, index) => run.set(index, new Map([["valveVoltage", this.input.at(time, run, index)], ...this.pushed(run)])));
   };
 
   protected scene(run: Run): void {
@@ -107,10 +108,10 @@ export class TwoLaws extends LivePage {
     ];
   }
 
-  protected filesOf({ recording }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run): Files {
     const { settings, library } = this.context;
     const variants = this.variants();
-    const input = { variable: "valveVoltage", signal: settings.signal };
+    const input = { variable: "valveVoltage", signal: settings.signal, isPushed };
     const parts = [{ model: CYLINDER, prefix: "", values: variants[0][1] }];
     const about = `Set in the playground; compared with ${variants[1][0]}`;
     const runs = variants.map(([name, values], index) => [["first", "second"][index], values, `${name}.`] as const);

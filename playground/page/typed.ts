@@ -1,0 +1,24 @@
+// Numbers as people type them: "6 bar", "0,5", "1e-3".
+
+import type { DisplayUnit } from "./tables";
+
+/** What was typed is no value; the message says why, and what would be one. */
+export class Mistyped extends Error {}
+
+const NUMBER = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)$/i;
+
+/** The value in SI units of a text with or without a unit; throws `Mistyped`. */
+export function typed(text: string, unit: string, others: readonly DisplayUnit[]): number {
+  const quoted = `“${text.trim()}”`;
+  const match = NUMBER.exec(text.trim().replace("−", "-"));
+  if (!match) throw new Mistyped(`${quoted} is no number`);
+  const value = Number(match[1].replace(",", "."));
+  if (!Number.isFinite(value)) throw new Mistyped(`${quoted} is too large`);
+  const name = match[2].trim();
+  if (name === "" || name === unit) return value;
+  const other = others.find((candidate) => candidate.name === name);
+  if (other) return Number(((value - other.offset) / other.factor).toPrecision(15));
+  const units = [unit, ...others.map((candidate) => candidate.name)].filter((candidate) => candidate !== "1" && candidate !== "");
+  const right = units.length ? `its unit is ${units.join(" or ")}` : "it has no unit";
+  throw new Mistyped(`${quoted}: ${name} does not fit, ${right}`);
+}
