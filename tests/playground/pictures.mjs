@@ -3,7 +3,7 @@ import { launch, open, VIEWS } from "./browser.mjs";
 
 const folder = process.argv[2];
 /** In s: where friction holds the carriage. */
-const INSTANT = 3.54;
+const INSTANT = 4.5;
 const browser = await launch();
 const LOOKS = [
   ["", { viewport: { width: 1440, height: 1180 } }],
