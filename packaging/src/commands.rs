@@ -93,14 +93,9 @@ impl Options {
     /// When sources are asked for that this program cannot make, or their size is none.
     pub fn package(self) -> Result<Package> {
         let Self { platforms, binaries, sources } = self;
-        #[cfg(not(feature = "sources"))]
-        ensure!(sources.is_none(), "--sources needs the feature `sources` of pneumatic-servo-packaging");
-        Ok(Package {
-            platforms,
-            binaries,
-            #[cfg(feature = "sources")]
-            sources: sources.as_deref().map(str::parse).transpose()?,
-        })
+        let is_possible = sources.is_none() || cfg!(feature = "sources");
+        ensure!(is_possible, "--sources needs the feature `sources` of pneumatic-servo-packaging");
+        Ok(Package { platforms, binaries, sources: sources.as_deref().map(str::parse).transpose()? })
     }
 }
 

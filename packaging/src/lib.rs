@@ -4,12 +4,12 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`commands`] | the command lines of both |
-//! | [`package`] | builds, describes, zips, validates and runs |
+//! | [`mod@package`] | builds, describes, zips, validates and runs |
 //! | [`product`], [`workspace`], [`fingerprint`] | whose FMUs are packed, where, from which source |
 //! | [`build`], [`library`], [`gates`] | shared libraries: how they are compiled for a platform, and what they must be |
 //! | [`description`], [`documentation`], [`parameter_sets`], [`licences`] | what is beside the library in an FMU |
 //! | [`ssp`] | cylinder and controller as one system |
-//! | `sources` | sources in C (feature `sources`) |
+//! | [`sources`] | sources in C (feature `sources`) |
 //! | [`archive`], [`moment`] | archives that are the same for the same commit |
 //! | [`experiment`] | the default experiment of a model, and that of a host, bit for bit |
 //! | [`venv`], [`process`], [`tools`], [`files`], [`lock`], [`platform`] | Python environments, programs, what is missing, files, platforms |
@@ -35,7 +35,6 @@ pub mod parameter_sets;
 pub mod platform;
 pub mod process;
 pub mod product;
-#[cfg(feature = "sources")]
 pub mod sources;
 pub mod ssp;
 pub mod tools;

@@ -8,7 +8,6 @@ use pneumatic_servo::model::Model;
 use pneumatic_servo_fmu::guid_of_source;
 
 use crate::archive::Archive;
-#[cfg(feature = "sources")]
 use crate::build::wasm;
 use crate::description::{self, Stamp, Version};
 use crate::documentation;
@@ -20,10 +19,8 @@ use crate::moment::Moment;
 use crate::parameter_sets;
 use crate::platform::{Binary, Platform, Platforms};
 use crate::process::{self, heading};
-#[cfg(feature = "sources")]
-use crate::sources::{self, Size};
+use crate::sources::{self, Size, Sources};
 use crate::ssp;
-#[cfg(feature = "sources")]
 use crate::tools;
 use crate::venv::{Requirements, Venv};
 use crate::workspace::Workspace;
@@ -36,13 +33,11 @@ pub struct Package {
     /// Libraries that were built elsewhere, taken instead of building them.
     pub binaries: Vec<Binary>,
     /// Sources in C for targets that compile, and how large they may be.
-    #[cfg(feature = "sources")]
     pub sources: Option<Size>,
 }
 
 impl Package {
     /// For all platforms, with libraries that were built elsewhere, and with sources for others.
-    #[cfg(feature = "sources")]
     pub fn for_everybody(binaries: &[Binary]) -> Self {
         let platforms = Some(Platforms(Platform::ALL.into()));
         Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small) }
@@ -53,7 +48,6 @@ impl Package {
     /// # Errors
     /// When a tool is missing, or any of these steps fails or finds something.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
-        #[cfg(feature = "sources")]
         if self.sources.is_some() {
             tools::require([("the sources in C", wasm::missing()?)])?;
         }
@@ -78,10 +72,7 @@ impl Package {
     /// # Errors
     /// When any of these steps fails or finds something.
     pub fn finish(&self, workspace: &Workspace, libraries: &[Library]) -> Result<()> {
-        #[cfg(feature = "sources")]
         let modules = self.sources.map_or(Ok(BTreeMap::new()), |size| modules(workspace, size))?;
-        #[cfg(not(feature = "sources"))]
-        let modules = BTreeMap::new();
         heading("Join the FMUs");
         join_with(workspace, libraries, &modules)?;
         check(workspace, libraries.iter().map(|library| library.platform))
@@ -141,17 +132,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     Ok(())
 }
 
-/// The sources of an FMU: files by their names, and those that an importer compiles.
-#[derive(Default)]
-pub struct Sources {
-    /// The files by their names.
-    pub files: BTreeMap<String, String>,
-    /// Those that an importer compiles.
-    pub compiled: Vec<String>,
-}
-
 /// Builds the modules from which sources are made, by the names of their models.
-#[cfg(feature = "sources")]
 fn modules(workspace: &Workspace, size: Size) -> Result<BTreeMap<&'static str, Vec<u8>>> {
     let build = |model: &'static Model| {
         heading(&format!("Build {} for the sources in C", model.name));
@@ -172,7 +153,7 @@ pub fn join(workspace: &Workspace, libraries: &[Library]) -> Result<()> {
 fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&str, Vec<u8>>) -> Result<()> {
     for model in workspace.product.models {
         let module = modules.get(model.name);
-        let sources = |version| module.map(|module| translated(workspace, model, version, module)).transpose();
+        let sources = |version| module.map(|module| sources::of(workspace, model, &[version], module)).transpose();
         for fmu in write(workspace, model, libraries, sources, &workspace.fmus())? {
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
@@ -182,18 +163,6 @@ fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&s
         println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
     }
     Ok(())
-}
-
-/// The sources of a model for a version, from its module.
-#[cfg(feature = "sources")]
-fn translated(workspace: &Workspace, model: &'static Model, version: Version, module: &[u8]) -> Result<Sources> {
-    sources::of(workspace, model, &[version], module)
-}
-
-/// There is no module from which they could be.
-#[cfg(not(feature = "sources"))]
-fn translated(_: &Workspace, _: &'static Model, _: Version, _: &[u8]) -> Result<Sources> {
-    Ok(Sources::default())
 }
 
 /// Writes the FMUs of a model below a folder, one for each version, and says where.

@@ -1,0 +1,127 @@
+//! Sources made of a model: its module in WebAssembly, translated, behind the functions in `sources/c`.
+
+use anyhow::{Context, Result};
+use pneumatic_servo::model::Model;
+
+use super::{Size, Sources, build_description, model_header};
+use crate::build::wasm;
+use crate::description::Version;
+use crate::workspace::Workspace;
+
+/// What the C around the module asks of it besides the functions of FMI.
+const ROOTS: [&str; 5] = ["plant_begin", "plant_room", "plant_callbacks", "plant_logger", "plant_self_test"];
+
+/// Builds the module of a model.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8>> {
+    wasm::of_model(workspace, model.name, size == Size::Small)
+}
+
+/// The sources of an FMU for some versions, from the module of its model.
+///
+/// # Errors
+/// When a file cannot be read, or the module holds what is not translated.
+pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
+    let mut compiled = vec!["plant.c".to_owned(), "operators.c".to_owned()];
+    let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.c", "operators.h"];
+    for version in versions {
+        let face = match version {
+            Version::Fmi2 => "fmi2.c",
+            Version::Fmi3 => "fmi3.c",
+        };
+        compiled.push(face.to_owned());
+        by_hand.push(face);
+    }
+    if versions.contains(&Version::Fmi2) {
+        // The plant without FMI rests on the functions of FMI 2.0, and is compiled by who wants it.
+        by_hand.extend(["loop.c", "loop.h"]);
+    }
+    let code = wasm_as_c::translate(module, model.name, &roots(versions))
+        .with_context(|| format!("the module of {}", model.name))?;
+    compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
+    let mut files = code;
+    for name in by_hand {
+        let file = workspace.root.join("sources/c").join(name);
+        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        files.insert(name.to_owned(), text);
+    }
+    files.insert("model.h".to_owned(), model_header::text(model)?);
+    if versions.contains(&Version::Fmi3) {
+        files.insert("buildDescription.xml".to_owned(), build_description::xml(model, &compiled)?);
+    }
+    Ok(Sources { files, compiled })
+}
+
+/// What the C asks of a module for some versions.
+fn roots(versions: &[Version]) -> Vec<&'static str> {
+    let functions = versions.iter().flat_map(|version| match version {
+        Version::Fmi2 => pneumatic_servo_fmu::fmi2::exports::Functions::NAMES,
+        Version::Fmi3 => pneumatic_servo_fmu::fmi3::exports::Functions::NAMES,
+    });
+    // What needs no instance, or ends one, is done by the C itself.
+    let asked = functions.copied().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
+    ROOTS.into_iter().chain(asked).collect()
+}
+
+const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetVersion"];
+
+/// A module in which all that is asked of one does nothing.
+#[cfg(test)]
+pub fn made_module() -> Vec<u8> {
+    /// A number of two bytes, as the format writes it.
+    fn number(value: usize) -> [u8; 2] {
+        [(value % 128) as u8 | 128, (value / 128) as u8]
+    }
+    fn section(id: u8, contents: &[u8]) -> Vec<u8> {
+        [&[id], &number(contents.len())[..], contents].concat()
+    }
+    let roots = roots(&Version::ALL);
+    let export = |name: &&str| [&number(name.len())[..], name.as_bytes(), &[0, 0]].concat();
+    let exports: Vec<u8> = number(roots.len()).into_iter().chain(roots.iter().flat_map(export)).collect();
+    // One function that takes and returns nothing, one page of memory, the names, and the text of the function: its end.
+    let parts = [section(1, &[1, 0x60, 0, 0]), section(3, &[1, 0]), section(5, &[1, 0, 1]), section(7, &exports)];
+    [&b"\0asm\x01\0\0\0"[..], &parts.concat(), &section(10, &[1, 2, 0, 0x0b])].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each version has its face; the loop rests on FMI 2.0, and FMI 3.0 says how sources are built.
+    #[test]
+    fn sources_are_those_of_the_versions() -> Result<()> {
+        let workspace = Workspace::of_a_test("/target".as_ref());
+        let model = &pneumatic_servo::models::position_controller::MODEL;
+        for (versions, own, others) in [
+            (&[Version::Fmi2][..], ["fmi2.c", "loop.c"], ["fmi3.c", "buildDescription.xml"]),
+            (&[Version::Fmi3], ["fmi3.c", "buildDescription.xml"], ["fmi2.c", "loop.c"]),
+        ] {
+            let sources = of(&workspace, model, versions, &made_module())?;
+            let has = |name: &&str| sources.files.contains_key(*name);
+            assert!(own.iter().all(has) && !others.iter().any(has), "{:?}", sources.files.keys());
+            assert!(["plant.c", "wasm.h", "model.h", "code.h", "code_1.c"].iter().all(has));
+            assert_eq!(sources.compiled, ["plant.c", "operators.c", own[0], "code_1.c", "code_data.c"]);
+        }
+        let broken = of(&workspace, model, &[Version::Fmi2], b"\0asm\x01\0\0\0").map(|_| ());
+        assert!(broken.is_err_and(|error| error.to_string() == "the module of PositionController"));
+        Ok(())
+    }
+
+    /// All functions of the standards but those that tell a constant or end an instance, behind those of the C itself.
+    #[test]
+    fn module_is_asked_for_what_the_c_does_not_do_itself() {
+        let (two, three) = (roots(&[Version::Fmi2]), roots(&[Version::Fmi3]));
+        for roots in [&two, &three] {
+            assert_eq!(roots[..5], ROOTS);
+        }
+        assert!(["fmi2Instantiate", "fmi2DoStep", "fmi2GetReal"].iter().all(|name| two.contains(name)), "{two:?}");
+        assert!(["fmi3InstantiateCoSimulation", "fmi3DoStep"].iter().all(|name| three.contains(name)), "{three:?}");
+        let own = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2FreeInstance", "fmi3GetVersion", "fmi3FreeInstance"];
+        let both = roots(&[Version::Fmi2, Version::Fmi3]);
+        assert!(own.iter().all(|name| !both.contains(name)), "{both:?}");
+        // FMI 2.0 has 44 functions, FMI 3.0 has 75.
+        assert_eq!((two.len(), three.len(), both.len()), (5 + 44 - 3, 5 + 75 - 2, 5 + 44 + 75 - 5));
+    }
+}
