@@ -20,8 +20,6 @@ pub struct Requirements(&'static str, &'static [&'static str]);
 impl Requirements {
     /// Validating and running FMUs.
     pub const PACKAGE: Self = Self("venv", &["requirements.txt"]);
-    /// The Python package and its figures too.
-    pub const FIGURES: Self = Self("venv", &["requirements.txt", "requirements-figures.txt"]);
     /// The tests too.
     pub const TESTS: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-tests.txt"]);
     /// The site too.
@@ -31,8 +29,6 @@ impl Requirements {
     );
     /// Fuzzing what the Python package reads.
     pub const FUZZ: Self = Self("venv", &["requirements.txt", "requirements-figures.txt", "requirements-fuzz.txt"]);
-    /// Checking what is said of a release.
-    pub const RELEASE: Self = Self("venv-release", &["requirements-release.txt"]);
     /// Linking for other machines.
     pub const ZIG: Self = Self("venv-zig", &["requirements-zig.txt"]);
 }
