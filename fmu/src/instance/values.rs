@@ -119,9 +119,13 @@ impl Instance {
             return Ok(());
         }
         let name = &state.name;
-        Err(Failure::error(format!(
-            "{name} = {value} cannot be set before the run: it starts from parameters and inputs"
-        )))
+        let refusal = format!("{name} = {value} cannot be set before the run: it starts from parameters and inputs");
+        // The name that all models give to the parameter of an initial value.
+        let initial = self.layout.table.find(&format!("{name}0")).filter(|entry| entry.variable.is_parameter());
+        Err(Failure::error(match initial {
+            Some(initial) => format!("{refusal}; set {} instead", initial.variable.name),
+            None => refusal,
+        }))
     }
 
     fn check_settable(&self, slot: &Slot) -> Result<(), Failure> {

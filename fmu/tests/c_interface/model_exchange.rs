@@ -403,6 +403,7 @@ pub fn sampled_law_announces_its_samples() {
 /// is told of any other that it comes from parameters.
 #[test]
 pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
+    let mut named = 0;
     for model in served().into_iter().filter(|model| (model.variables)().number_of_states() > 0) {
         let starts = model.default_starts().expect("defaults that fit");
         assert_eq!(starts.len(), (model.variables)().number_of_states(), "{}", model.name);
@@ -411,7 +412,13 @@ pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
         for (reference, start) in &starts {
             assert_eq!(instance.set_real(&[*reference], &[*start]), OK, "{} {reference}", model.name);
             assert_eq!(instance.set_real(&[*reference], &[start + 1.0]), ERROR, "{} {reference}", model.name);
-            assert!(instance.messages()[0].text.contains("it starts from parameters and inputs"));
+            let text = instance.message();
+            assert!(text.contains("it starts from parameters and inputs"), "{text}");
+            let state = (model.variables)().by_reference(*reference).expect("a state").variable.name.clone();
+            if let Some(initial) = (model.variables)().find(&format!("{state}0")) {
+                assert!(text.ends_with(&format!("set {} instead", initial.variable.name)), "{text}");
+                named += 1;
+            }
         }
         assert_eq!(instance.fingerprint(), before, "{}", model.name);
         instance.initialize();
@@ -419,6 +426,24 @@ pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
             let mut value = [f64::NAN];
             assert_eq!((instance.get_real(&[reference], &mut value), value), (OK, [start]), "{}", model.name);
         }
+    }
+    assert!(named > 0, "none of the states has a parameter of its own");
+}
+
+/// The refusal of a state's start value names the parameter that sets it.
+#[test]
+fn initial_values_are_set_by_the_parameters_that_the_refusals_name() {
+    for (state, value) in
+        [("position", 0.3), ("velocity", 0.01), ("chamberA.pressure", 2.5e5), ("chamberB.pressure", 1.5e5)]
+    {
+        let instance = Instance::for_exchange(cylinder());
+        assert_eq!(instance.set_real(&[vr(state)], &[value]), ERROR);
+        let text = instance.message();
+        let (_, named) = text.split_once("; set ").unwrap_or_else(|| panic!("{text}"));
+        let named = named.strip_suffix(" instead").expect("a parameter");
+        assert_eq!(instance.set_real(&[vr(named)], &[value]), OK);
+        instance.initialize();
+        assert_eq!(instance.real(state), value, "{named}");
     }
 }
 
