@@ -6,6 +6,7 @@ use std::ptr;
 use super::STRIBECK;
 use crate::common::fmi3::{Instance3, LIBRARY3, Way};
 use crate::common::*;
+use pneumatic_servo_fmu::guid;
 
 fn enter(instance: &Instance3, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> c_int {
     let enter = LIBRARY3.fmi3EnterInitializationMode;
@@ -95,6 +96,31 @@ pub fn logging_is_switched_by_categories() {
     assert_eq!((choose(0, None), heard(&instance)), (OK, vec!["logStatusError".to_owned()]));
     assert_eq!(choose(1, Some("logNothing")), ERROR);
     assert!(instance.message().contains("logNothing"));
+}
+
+/// FMI 3.0.2 (the argument `loggingOn` of the functions that make instances) forbids every call of the logger without
+/// logging; the text for 3.0.3 excepts errors and asks for them (fmi-standard issue 2072, pull request 2097).
+#[test]
+pub fn without_logging_nothing_but_errors_is_logged_and_without_logger_nothing() {
+    let steps = Instance3::of(cylinder(), Way::Steps);
+    // A supply below ambient is worth a warning, a start and a reset are events.
+    assert_eq!(steps.set(&[vr("supplyPressure")], &[0.0]), OK);
+    assert_eq!(steps.set_int32(&[vr("solver.maxStepsPerCommunicationStep")], &[1]), OK);
+    assert_eq!((steps.enter(), steps.exit()), (OK, OK));
+    assert_eq!(steps.messages(), []);
+    assert_eq!(steps.step(0.0, 0.5).0, ERROR);
+    let told = steps.messages().into_iter().map(|message| (message.status, message.category)).collect::<Vec<_>>();
+    assert_eq!(told, [(ERROR, "logStatusError".to_owned())]);
+    assert_eq!((steps.reset(), steps.messages()), (OK, vec![]));
+
+    let (token, none) = (CString::new(guid(cylinder())).expect("no zero byte"), ptr::null());
+    // SAFETY: all strings end with zero bytes, and the component is freed once.
+    unsafe {
+        let make = LIBRARY3.fmi3InstantiateCoSimulation;
+        let quiet = make(c"a".as_ptr(), token.as_ptr(), none, 0, 1, 0, 0, ptr::null(), 0, ptr::null_mut(), None, None);
+        assert_eq!((LIBRARY3.fmi3ExitInitializationMode)(quiet), ERROR);
+        (LIBRARY3.fmi3FreeInstance)(quiet);
+    }
 }
 
 #[test]
