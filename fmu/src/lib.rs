@@ -7,6 +7,7 @@
 //! | `calls` | which call is allowed in which mode, as data |
 //! | `failure` | how a call ends that did not succeed |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
+//! | `memory` | whether there is room for an instance |
 //! | `face` | what the faces have in common |
 //! | `export` | the one line by which a library says which models it serves |
 //! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
@@ -17,6 +18,7 @@
 //! - A step that cannot reach its end is discarded in FMI 2.0 and an error in FMI 3.0, where only what leaves no trace is
 //!   discarded; the instance tells how far it came and that it wants to terminate. It can be read, reset, restored or freed.
 //! - After an internal error an instance can only be freed; other instances go on.
+//! - Where memory is short no instance is made, and no run started. A logger must return, neither throw nor jump.
 //! - Computed values are consistent with the inputs set last, also before the next step.
 //! - Slopes given to inputs hold for the next step, after which the inputs keep the values they have reached.
 //! - Arrays that are passed in may overlap with those that are written: everything is read before anything is written.
@@ -31,5 +33,6 @@ pub mod fmi3;
 mod fnv;
 mod host;
 mod instance;
+mod memory;
 
 pub use instance::{LOG_CATEGORIES, Library, LogCategory, guid, guid_of_source};

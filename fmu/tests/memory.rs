@@ -4,7 +4,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::ffi::{CString, c_int, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
 
 use pneumatic_servo::friction::LAWS;
@@ -16,13 +16,14 @@ use pneumatic_servo_fmu::fmi2::exports::*;
 use pneumatic_servo_fmu::fmi2::types::{ERROR, OK};
 use pneumatic_servo_fmu::fmi3::exports::*;
 
-/// Counts allocations of a thread while it is told to, and the bytes in use.
+/// Counts allocations of a thread while it is told to, and the bytes in use; grants no block above a size.
 struct Counting;
 
 thread_local! {
     static COUNTS: Cell<bool> = const { Cell::new(false) };
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
     static BYTES: Cell<i64> = const { Cell::new(0) };
+    static LARGEST: Cell<usize> = const { Cell::new(usize::MAX) };
 }
 
 #[global_allocator]
@@ -31,6 +32,9 @@ static ALLOCATOR: Counting = Counting;
 // SAFETY: all is left to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if layout.size() > LARGEST.get() {
+            return ptr::null_mut();
+        }
         if COUNTS.get() {
             ALLOCATIONS.set(ALLOCATIONS.get() + 1);
             BYTES.set(BYTES.get() + layout.size() as i64);
@@ -295,6 +299,52 @@ fn instances_and_states_are_there_until_they_are_freed() {
             assert!(freed <= -instance, "{instance} bytes, then {freed}");
         }
     }
+}
+
+/// A host's log: status and text of each message.
+type Heard = Vec<(c_int, String)>;
+
+extern "C" fn listen(heard: *mut c_void, status: c_int, _: *const c_char, text: *const c_char) {
+    // SAFETY: the environment is the `Heard` that the host gave with this logger, and the text ends with a zero byte.
+    unsafe { (*heard.cast::<Heard>()).push((status, CStr::from_ptr(text).to_string_lossy().into_owned())) }
+}
+
+/// A failed allocation would end the process, so that memory is asked for before it is needed.
+#[test]
+fn where_memory_is_short_no_instance_is_made_and_no_run_started() {
+    const GRANTED: usize = 1 << 19;
+    let (guid, none) = (guid(), ptr::null());
+    let mut heard = Heard::new();
+    let told = (&raw mut heard).cast();
+    // SAFETY: all strings end with zero bytes, and the log outlives the instances.
+    unsafe {
+        let make = || {
+            let make = FMI3.fmi3InstantiateCoSimulation;
+            make(c"a".as_ptr(), guid.as_ptr(), none, 0, 0, 0, 0, ptr::null(), 0, told, Some(listen), None)
+        };
+        LARGEST.set(GRANTED);
+        let refused = make();
+        let silent = (FMI2.fmi2Instantiate)(c"a".as_ptr(), 1, guid.as_ptr(), ptr::null(), ptr::null(), 0, 0);
+        LARGEST.set(usize::MAX);
+        assert!(refused.is_null() && silent.is_null());
+
+        let component = make();
+        assert_eq!(fmi3EnterInitializationMode(component, 0, 0.0, 0.0, 0, 0.0), OK);
+        LARGEST.set(GRANTED);
+        let status = fmi3ExitInitializationMode(component);
+        LARGEST.set(usize::MAX);
+        assert_eq!((status, fmi3ExitInitializationMode(component)), (ERROR, OK));
+        fmi3FreeInstance(component);
+    }
+    let starts = [
+        "fmi3InstantiateCoSimulation: the system does not grant",
+        "fmi3ExitInitializationMode: the system does not grant",
+    ];
+    assert_eq!(heard.len(), starts.len(), "{heard:?}");
+    assert!(
+        heard.iter().zip(starts).all(|((status, text), start)| *status == ERROR && text.starts_with(start)),
+        "{heard:?}"
+    );
 }
 
 type Save = unsafe extern "C" fn(*mut c_void, *mut *mut c_void) -> c_int;

@@ -10,6 +10,7 @@ use super::registry::Library;
 use super::{Instance, Kind};
 use crate::calls::{Call, Mode};
 use crate::failure::{Failure, Status};
+use crate::memory;
 
 /// An instance as the host holds it.
 pub struct Handle(Mutex<Instance>);
@@ -78,7 +79,11 @@ pub fn instantiate(
 ) -> Option<Box<Handle>> {
     let mut log = Log::new(sink, wanted.logging_on);
     log.enter(wanted.function);
-    let choice = catch_unwind(AssertUnwindSafe(|| check().and_then(|()| choose(library, wanted))));
+    let choice = catch_unwind(AssertUnwindSafe(|| {
+        check()?;
+        memory::check_room()?;
+        choose(library, wanted)
+    }));
     match choice.unwrap_or_else(|panic| Err(Failure::fatal(cause(panic.as_ref())))) {
         Ok(layout) => Some(Box::new(Handle::new(Instance::new(layout, wanted.kind, log)))),
         Err(failure) => {

@@ -3,6 +3,7 @@
 use super::layout::Layout;
 use super::record::{Kind, Record};
 use crate::failure::Failure;
+use crate::memory;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::model_exchange::{Exchange, Update, seen};
 use pneumatic_servo::solver::StepError;
@@ -262,6 +263,7 @@ impl Run {
 /// Starts the model, with the solver inside.
 #[cold]
 fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
+    memory::check_room()?;
     Ok(Way::Inside(layout.model.begin(&record.start())?))
 }
 
