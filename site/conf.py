@@ -42,6 +42,7 @@ napoleon_google_docstring = False
 html_theme = "furo"
 html_title = f"Pneumatic servo cylinder {release}"
 html_static_path = ["static"]
+html_favicon = "static/favicon.svg"
 templates_path = ["templates"]
 html_css_files = ["site.css"]
 html_js_files = ["scroll.js"]

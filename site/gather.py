@@ -119,17 +119,25 @@ def pages(out: Path) -> Iterator[str]:
 def toctrees(parts: list[dict[str, list[str]]], out: Path) -> str:
     """The parts of the side bar, with every page in one of them."""
     every = [page for page in pages(out) if page != "index"]
-    named = {page for part in parts for page in part["pages"]}
+    named = {path_of(entry) for part in parts for entry in part["pages"]}
     text = []
+    placed: set[str] = set()
     for part in parts:
         entries: list[str] = []
         for entry in part["pages"]:
-            entries += matching(entry, every, named)
+            found = matching(path_of(entry), every, named)
+            placed.update(found)
+            entries += [entry] if entry != path_of(entry) else found
         text.append(f"```{{toctree}}\n:hidden:\n:caption: {part['title']}\n\n" + "\n".join(entries) + "\n```\n")
-    left = set(every) - {line for block in text for line in block.splitlines()}
+    left = set(every) - placed
     if left:
         raise SystemExit(f"site/contents.toml has no place for {', '.join(sorted(left))}")
     return "\n".join(text)
+
+
+def path_of(entry: str) -> str:
+    """The path of an entry that may have a name, too: `Name <path>`."""
+    return entry.partition("<")[2].removesuffix(">") or entry
 
 
 def matching(entry: str, every: list[str], named: set[str]) -> list[str]:

@@ -136,6 +136,14 @@ test("the search lists what was changed after what is, takes words as they are t
   await close();
 });
 
+test("no two entries of the side bar have one name", async () => {
+  const { page, close } = await open(browser, "index.html");
+  const names = await page.locator(".sidebar-tree a.reference").evaluateAll((all) => all.map((one) => one.textContent.trim().toLowerCase()));
+  assert.ok(names.length > 30, String(names.length));
+  assert.deepEqual(names.filter((name, place) => names.indexOf(name) !== place), []);
+  await close();
+});
+
 test("a visitor without a mouse gets into the text and to every starting point", async () => {
   const { page, close } = await open(browser, "index.html");
   await page.keyboard.press("Tab");
