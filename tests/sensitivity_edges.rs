@@ -104,3 +104,26 @@ fn parameter_that_may_only_grow_has_the_slope_to_that_side() {
         assert!(distance < 1e-3, "{by}: {distance}");
     }
 }
+
+/// Four longest steps behind a break-away the delayed velocity begins to move.
+#[test]
+fn delayed_velocity_has_derivatives_where_steps_divide_the_delay() {
+    let setup = Setup::of(&MODEL).set("friction.law", "Armstrong").expect("a law");
+    let value = setup.get("valve.C").expect("a parameter");
+    let moved = |offset: f64| setup.clone().set("valve.C", value + offset).expect("legal").start(0.0).expect("starts");
+    let [mut plant, mut above, mut below] = [0.0, 1e-5 * value, -1e-5 * value].map(moved);
+    plant.carry_sensitivities(&["valve.C"]).expect("a parameter");
+    let position = plant.table().computed().position(|it| it.name == "position").expect("a computed variable");
+    for plant in [&mut plant, &mut above, &mut below] {
+        plant.set("valveVoltage", 6.5).expect("legal");
+    }
+    for k in 1..=20 {
+        for plant in [&mut plant, &mut above, &mut below] {
+            plant.advance_to(f64::from(k) * 1e-2).expect("advances");
+        }
+    }
+    let slope = plant.sensitivities(0).unwrap_or_else(|lost| panic!("{lost}"))[position];
+    let [above, below] = [above, below].map(|mut plant| plant.get("position").expect("a variable"));
+    let expected = (above - below) / (2e-5 * value);
+    assert!((slope / expected - 1.0).abs() < 1e-4, "{slope}, not {expected}");
+}

@@ -10,6 +10,8 @@ use crate::numbers::Scalar;
 const RESOLUTION: usize = 64;
 /// Points within the delay, one before it, and one at its end.
 const CAPACITY: usize = 2 * RESOLUTION + 4;
+/// How much longer points are kept, as a fraction of the delay: too little for any more of them.
+const SPARE: f64 = 0.25 / RESOLUTION as f64;
 /// Longest step of the solver as a fraction of the delay.
 const LONGEST_STEP: f64 = 0.25;
 
@@ -86,7 +88,10 @@ impl DelayLine {
             }
             _ => self.points.push(point),
         }
-        let oldest = self.points.iter().skip(1).take_while(|next| next.time <= contact.time - delay).count();
+        // Points are kept a little longer than they are needed: steps that divide the delay would otherwise end just where a point
+        // is forgotten, and there the line has no derivative by the time of that point.
+        let begin = contact.time - delay * (1.0 + SPARE);
+        let oldest = self.points.iter().skip(1).take_while(|next| next.time <= begin).count();
         self.points.remove(0..oldest);
     }
 }
