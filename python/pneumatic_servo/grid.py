@@ -16,7 +16,7 @@ MOST = 2.0**53
 
 @dataclass(frozen=True)
 class Grid:
-    """Points ``start + index * step``; a row is recorded at the start and after every so many steps.
+    """Points ``start + index * step``; a row is recorded at the start, after every so many steps, and at the end.
 
     Each step ends exactly at its point plus its size, as one of an FMU does.
     """
@@ -44,6 +44,11 @@ class Grid:
             raise ValueError(f"stop = {stop} is refused: from {start} s it is no whole number of steps of {step} s")
         return Grid(start, step, count, every)
 
+    @property
+    def rows(self) -> int:
+        """Number of rows of a run that comes to its end."""
+        return -(-self.count // self.every) + 1
+
     def points(self) -> NDArray[np.float64]:
         """Return the times in s at which inputs are applied, and the end."""
         return self._points(1)
@@ -54,7 +59,10 @@ class Grid:
         return self._points(self.every)
 
     def _points(self, every: int) -> NDArray[np.float64]:
-        return np.arange(0, self.count + 1, every, dtype=np.float64) * self.step + self.start
+        indices = np.arange(0, self.count + 1, every, dtype=np.float64)
+        if self.count % every:
+            indices = np.append(indices, float(self.count))
+        return indices * self.step + self.start
 
     @property
     def numbers(self) -> tuple[float, float, int, int]:

@@ -97,7 +97,7 @@ class Work:
         self, places: Sequence[tuple[int, int]], pieces: Sequence[Done | None], ended: BaseException | None
     ) -> Done:
         """Put the pieces together that there are."""
-        rows = self.grid[2] // self.grid[3] + 1
+        rows = -(-self.grid[2] // self.grid[3]) + 1
         whole = Done(
             np.full((len(self.runs), len(self.outputs), rows), np.nan),
             np.zeros(len(self.runs), np.int64),

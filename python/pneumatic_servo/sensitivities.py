@@ -241,7 +241,7 @@ class Replay:
 
     def gradient(self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int) -> Gradient:
         """Return the gradient of the sum of recorded variables times cotangents."""
-        if rows != self._grid.count // self._grid.every + 1:
+        if rows != self._grid.rows:
             raise ValueError("the run has not come to its end, and has no gradient")
         weights = np.zeros((len(cotangents), rows))
         for row, (name, given) in zip(weights, cotangents.items(), strict=True):

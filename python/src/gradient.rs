@@ -39,11 +39,12 @@ pub fn gradient<'py>(
     parameters: Vec<String>,
 ) -> PyResult<Told<'py>> {
     let mut again = Again::new(model, &settings, &inputs, grid.into())?;
-    let (rows, every) = (again.grid.rows(), again.grid.every);
+    let (rows, every, last) = (again.grid.rows(), again.grid.every, again.grid.count);
     let weights = shaped("cotangents", cotangents.as_array(), [outputs.len(), rows])?;
     let [by, of] = [&parameters, &outputs].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
     let weight = |index: usize, output: usize| match index % every {
         0 => weights[[output, index / every]],
+        _ if index == last => weights[[output, rows - 1]],
         _ => 0.0,
     };
     let found = again.watched(|plant, steps, go_on| plant.gradient(steps, &by, &of, weight, go_on))?;
@@ -68,13 +69,13 @@ pub fn tangent<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let mut again = Again::new(model, &settings, &inputs, grid.into())?;
     let count = again.plant.table().inputs().count();
-    let (rows, every) = (again.grid.rows(), again.grid.every);
+    let (rows, every, last) = (again.grid.rows(), again.grid.every, again.grid.count);
     let added = shaped("tangents of the inputs", of_inputs.as_array(), [count, again.grid.count])?;
     let (by, seeds): (Vec<&str>, Vec<f64>) = of_parameters.iter().map(|(name, seed)| (name.as_str(), *seed)).unzip();
     let of: Vec<&str> = outputs.iter().map(String::as_str).collect();
     let seed = |step: usize, input: usize| added[[input, step]];
     let found = again.watched(|plant, steps, go_on| plant.tangent(steps, (&by, &seeds), &of, seed, go_on))?;
-    Ok(Array2::from_shape_fn((of.len(), rows), |(output, row)| found[row * every][output]).into_pyarray(py))
+    Ok(Array2::from_shape_fn((of.len(), rows), |(output, row)| found[(row * every).min(last)][output]).into_pyarray(py))
 }
 
 fn shaped<'a>(what: &str, given: ArrayView2<'a, f64>, expected: [usize; 2]) -> PyResult<ArrayView2<'a, f64>> {

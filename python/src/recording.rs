@@ -18,7 +18,7 @@ pub struct Grid {
     pub step: f64,
     /// How many steps.
     pub count: usize,
-    /// A row is recorded at the start and after every so many steps.
+    /// A row is recorded at the start, after every so many steps, and at the end.
     pub every: usize,
 }
 
@@ -37,7 +37,7 @@ impl Grid {
 
     /// How many rows a complete run has.
     pub fn rows(&self) -> usize {
-        self.count / self.every + 1
+        self.count.div_ceil(self.every) + 1
     }
 }
 
@@ -222,7 +222,7 @@ fn go(
             reached.failure = Some(error.to_string());
             return Ok(());
         }
-        if (index + 1) % grid.every == 0 {
+        if (index + 1) % grid.every == 0 || index + 1 == grid.count {
             rows.read(plant, grid.rows(), reached.rows);
             reached.rows += 1;
         }
