@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::failure::{refused, refused_setting, refused_value, stopped};
 use crate::model::Model;
 use crate::recording::places;
+use crate::simulation::SavedState;
 use crate::threads::pool;
 use crate::transition::{Asked, Told, untold_of};
 use crate::value::{Setting, apply, setup};
@@ -74,6 +75,20 @@ impl Fleet {
             plants[index] = setup.start(0.0).map_err(refused_value)?;
         }
         Ok(())
+    }
+
+    /// Everything that affects the further run of each plant.
+    fn save(&self, py: Python<'_>) -> Vec<SavedState> {
+        self.plants(py).iter_mut().map(|plant| SavedState(plant.save())).collect()
+    }
+
+    /// Goes back to a saved state of each plant, which was restarted with the same settings.
+    fn restore(&self, py: Python<'_>, states: Vec<PyRef<'_, SavedState>>) -> PyResult<()> {
+        let mut plants = self.plants(py);
+        if states.len() != plants.len() {
+            return Err(refused(format!("{} states for {} plants", states.len(), plants.len())));
+        }
+        plants.iter_mut().zip(&states).try_for_each(|(plant, state)| plant.restore(&state.0).map_err(refused))
     }
 
     /// The observed variables of all plants, `[plant, variable]`.
@@ -151,7 +166,7 @@ impl Fleet {
         let made = |(plant, input): (&mut Plant, &f64)| {
             let saved = plant.save();
             plant.set_input(place, *input);
-            let made: Result<Vec<_>, _> = (0..steps).map(|_| asked.of(plant, plant.time() + size)).collect();
+            let made: Result<Vec<_>, _> = (0..steps).map(|_| asked.of(plant, size)).collect();
             plant.restore(&saved).expect("a state of its own");
             made
         };

@@ -25,7 +25,7 @@ pub struct Simulation {
 
 /// A saved state.
 #[pyclass(frozen)]
-pub struct SavedState(Saved);
+pub struct SavedState(pub Saved);
 
 /// Finds bytes that were changed or cut off.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);

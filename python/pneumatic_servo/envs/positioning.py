@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from reprlib import repr as shortened
 from typing import Any
 
 import gymnasium
@@ -90,7 +91,7 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Hold an action for one period."""
         if not self._begun:
             raise ResetNeeded("step was called before reset")
-        seen, reward = self._fleet.step(np.asarray(action, dtype=np.float64).reshape(1))
+        seen, reward = self._fleet.step(_actions("action", action, [(1,), ()]))
         self._show()
         return seen[0], float(reward[0]), False, bool(self._fleet.is_over()[0]), self._info()
 
@@ -103,6 +104,10 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._drawing = Drawing() if self._drawing is None else self._drawing
         self._fleet.draw(self._drawing, 0)
         return self._drawing.frame()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A copy draws into a window of its own.
+        return {**self.__dict__, "_window": None, "_drawing": None}
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -206,7 +211,7 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         if not self._randoms:
             raise ResetNeeded("step was called before reset")
         over = self._fleet.is_over()
-        seen, reward = self._fleet.step(np.asarray(actions, dtype=np.float64).reshape(self.num_envs))
+        seen, reward = self._fleet.step(_actions("actions", actions, [(self.num_envs, 1), (self.num_envs,)]))
         if over.any():
             self._fleet.restart({int(index): self._randoms[index] for index in np.flatnonzero(over)})
             seen = self._fleet.observe()
@@ -244,7 +249,7 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         if not self._randoms:
             raise ResetNeeded("transitions was called before reset")
         by, of = names("parameters", parameters), names("outputs", outputs)
-        return self._fleet.transitions(np.asarray(actions, dtype=np.float64).reshape(self.num_envs), by, of)
+        return self._fleet.transitions(_actions("actions", actions, [(self.num_envs, 1), (self.num_envs,)]), by, of)
 
     def render(self) -> tuple[Frame, ...] | None:
         """Return a picture of each plant, as in `Positioning`, with ``rgb_array``."""
@@ -256,6 +261,9 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         for index, drawing in enumerate(self._drawings):
             self._fleet.draw(drawing, index)
         return tuple(drawing.frame() for drawing in self._drawings)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_drawings": []}
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"target": self._fleet.targets.copy(), "_target": np.ones(self.num_envs, dtype=np.bool_)}
@@ -273,6 +281,19 @@ def _render_mode(given: str | None, metadata: Mapping[str, Any]) -> str | None:
     return given
 
 
+def _actions(argument: str, given: Any, shapes: Sequence[tuple[int, ...]]) -> Array:
+    """Return actions as a vector; those of another shape, or that are no numbers, are refused."""
+    try:
+        actions = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        actions = np.array([np.nan])
+    if isinstance(given, str) or np.asarray(given).dtype.kind not in "fiu" or np.isnan(actions).any():
+        raise ValueError(f"{argument} = {shortened(given)} is refused: it must be numbers from -1 to 1")
+    if actions.shape not in shapes:
+        raise ValueError(f"{argument} has the shape {actions.shape} and is refused: it must have the shape {shapes[0]}")
+    return actions.reshape(-1)
+
+
 def _seed(given: int | None) -> int | None:
     """Return a seed, of NumPy's numbers too, as Gymnasium takes it."""
     return None if given is None else whole_number("seed", given, least=0)
@@ -288,12 +309,27 @@ class _Fleet:
         self.task = task
         task.tell(model)
         self.stroke = task.stroke(model)
-        common = list(task.settings(model).items())
         self.inputs = list(model.inputs)
-        self.native = _native.Fleet(model._native, number, common, "valveVoltage", OBSERVED, workers)
+        self.number, self.workers = number, workers
+        self.native = self._plants(model)
         self.targets = np.zeros(number)
         self.settings: list[dict[str, Any]] = [{} for _ in range(number)]
         self.counts = np.zeros(number, dtype=np.int64)
+
+    def _plants(self, model: Model) -> _native.Fleet:
+        common = list(self.task.settings(model).items())
+        return _native.Fleet(model._native, self.number, common, "valveVoltage", OBSERVED, self.workers)
+
+    def __getstate__(self) -> dict[str, Any]:
+        states = [state.to_bytes() for state in self.native.save()]
+        return {**self.__dict__, "native": states}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        states = [_native.SavedState.from_bytes(data) for data in state["native"]]
+        self.native = self._plants(Model("PneumaticServoCylinder"))
+        self.native.restart([(index, list(own.items())) for index, own in enumerate(self.settings)])
+        self.native.restore(states)
 
     def asked(self, options: Mapping[str, Any] | None, known: Sequence[str]) -> Array | None:
         """Return the targets in m that are asked for, if any are; what is not known is refused."""
@@ -310,6 +346,8 @@ class _Fleet:
         elif isinstance(given, list):
             given = [number_in("m", "options: target", one) for one in given]
         try:
+            if np.asarray(given).dtype.kind not in "fiu":
+                raise TypeError
             targets = np.broadcast_to(np.asarray(given, dtype=float), self.targets.shape)
         except (TypeError, ValueError):
             raise ValueError(f"options: target = {given!r} is refused: it must be one in m, or one per plant") from None

@@ -39,9 +39,9 @@ class Task:
 
     Attributes
     ----------
-    law : str
-        Friction law, unless `laws` are given.
-    laws : sequence of str
+    law : str, optional
+        Friction law; by default Stribeck, or drawn from `laws`.
+    laws : sequence of str, optional
         Friction laws to draw from for each episode.
     ranges : mapping
         Parameters to draw uniformly for each episode: name, and smallest and largest value, in SI units or with their
@@ -60,8 +60,8 @@ class Task:
         Weight of the voltage's square in the reward.
     """
 
-    law: str = "Stribeck"
-    laws: Sequence[str] = ()
+    law: str | None = None
+    laws: Sequence[str] | None = None
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     parameters: Mapping[str, Value] = field(default_factory=dict)
     targets: tuple[float, float] = (0.1, 0.4)
@@ -77,15 +77,28 @@ class Task:
             low, high = _pair(f"ranges: {name}", ends)
             ranges[name] = (_number(model, name, low), _number(model, name, high))
         low, high = (number_in("m", "targets", end) for end in _pair("targets", self.targets))
+        if self.laws is not None and not names("laws", self.laws):
+            raise ValueError("laws is empty: name at least one friction law, or leave it out")
+        given = {"laws": self.laws, "law": self.law, "friction.law": self.parameters.get("friction.law")}
+        twice = [name for name, value in given.items() if value is not None]
+        if len(twice) > 1:
+            raise ValueError(f"the friction law is given twice, by {' and by '.join(twice)}")
+        default = str(model.parameters["friction.law"].default)
+        law: Any = self.laws[0] if self.laws else self.law or self.parameters.get("friction.law", default)
         return replace(
-            self, ranges=ranges, targets=(low, high), period=seconds("period", self.period),
+            self, law=law, laws=self.laws or (), ranges=ranges, targets=(low, high),
+            period=seconds("period", self.period),
             duration=seconds("duration", self.duration),
         )  # fmt: skip
 
     def check(self, model: Model) -> None:
         """Refuse what cannot be meant, before anything is drawn."""
-        for law in (self.law, *names("laws", self.laws)):
+        for law in (self.law, *(self.laws or ())):
             checked(model.parameters["friction.law"], law)
+        for name in ("position0", "valveVoltage"):
+            if name in self.parameters or name in self.ranges:
+                why = "each episode draws where it begins" if name == "position0" else "actions are the voltage"
+                raise ValueError(f"{name} is refused: {why}")
         stroke = self.stroke(model)
         whole_number("substeps", self.substeps, least=1)
         low, high = self.targets
@@ -130,7 +143,7 @@ class Task:
     def settings(self, model: Model) -> dict[str, Value]:
         """Return what all plants share."""
         return {
-            "friction.law": self.law,
+            "friction.law": self.law or "Stribeck",
             "supplyPressure": 6e5,
             # Each episode begins where it draws; this is only within the stroke.
             "position0": self.targets[0],
