@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Protocol
@@ -63,6 +64,10 @@ LINES = 2.0
 """Where matplotlib draws lines: above areas, below text."""
 
 
+WINDOWS = ("qt", "tk", "gtk", "wx", "macosx", "webagg")
+"""How the names of those backends of matplotlib begin that open windows."""
+
+
 class Recorded(Protocol):
     """What a figure takes of a run: its times in s, its variables, their values in SI units, and its settings."""
 
@@ -74,7 +79,27 @@ class Recorded(Protocol):
 
 
 class Drawing(Figure):
-    """A figure that notebooks show, also where pyplot is not in use."""
+    """A figure that notebooks show, also where pyplot is not in use; where it has windows, `pyplot.show` shows it."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        pyplot = sys.modules.get("matplotlib.pyplot")
+        if pyplot is not None and mpl.get_backend().lower().startswith(WINDOWS):
+            self._join(pyplot)
+
+    def show(self, warn: bool = True) -> None:
+        """Show the figure in a window; without a display a warning says so."""
+        if self.canvas.manager is None:
+            import matplotlib.pyplot as plt
+
+            self._join(plt)
+        super().show(warn)
+
+    def _join(self, pyplot: Any) -> None:
+        """Take the place of a new figure of pyplot, in its window."""
+        canvas = pyplot.figure(figsize=self.get_size_inches(), dpi=self.dpi).canvas
+        canvas.figure = self
+        self.set_canvas(canvas)
 
     def _repr_png_(self) -> bytes:
         stream = BytesIO()

@@ -17,8 +17,8 @@ from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.noticed import tell_ends, tell_saturation
 from pneumatic_servo.run import Run
-from pneumatic_servo.tables import Table, of_frame, read_table
-from pneumatic_servo.units import is_quantity, magnitude, to_si
+from pneumatic_servo.tables import Table, numbers, of_frame, read_table
+from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
 Array = NDArray[np.float64]
@@ -27,10 +27,15 @@ Input = Any
 """An input over time: a constant, points ``(t, u)`` or ``(t, u, "bar")``, a function of time in s, an array with the
 columns t and u, or a pandas Series over time. A constant may have a unit, ``"6 bar"`` or ``(6, "bar")``.
 
-It is applied as a host applies it to an FMU: the value at each communication point is held over the step that begins
-there. Between points it lies on a straight line, beyond them it keeps the value at the end; of points at the same time
-the last counts, so that a pair of them makes a step.
+Points are joined by straight lines; beyond them the value at the end holds; of points at the same time the last counts,
+so that a pair of them makes a step. ``{"hold": points}`` holds the value of each point until the next one instead, as
+measured commands are, and ``{"lines": points}`` says by name what points do anyway.
+
+As a host applies it to an FMU, the value at each communication point is held over the step that begins there.
 """
+FORMS_OF_POINTS = ("hold", "lines")
+ULPS = 8.0
+"""Held points count from so many units in the last place before their time on: communication points are rounded."""
 Values = Any
 """A value that all runs share, or one per run; with a unit as for one."""
 Inputs = Mapping[str, Input]
@@ -135,7 +140,7 @@ def _illegal(variable: Variable, column: Array) -> int | None:
 def course(inputs: Variables, name: str, given: Input) -> float | tuple[Array, Array] | Callable[[float], float]:
     """Check one input of a single run."""
     variable = _find(inputs, name)
-    given = _as_points(given)
+    given = _as_points_of(variable, given)
     if callable(given):
         return given  # type: ignore[no-any-return]
     if _is_constant_with_unit(given):
@@ -155,7 +160,7 @@ def courses(
 ) -> float | Array | tuple[Array, Array]:
     """Check one input of many runs; a function is called once per communication point, for all runs."""
     variable = _find(inputs, name)
-    given = _as_points(given)
+    given = _as_points_of(variable, given)
     if callable(given):
         times = grid.points()
         rows = np.array([[_at(variable, given, time) for time in times.tolist()]])
@@ -195,13 +200,54 @@ def _one_per_run(variable: Variable, column: Array, number: int) -> Array:
     return column
 
 
+def _as_points_of(variable: Variable, given: Any) -> Any:
+    try:
+        return _as_points(given)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{variable.name}: {error}") from None
+
+
 def _as_points(given: Any) -> Any:
     """Return points for a Series over time and for an array with two columns; all else as it is."""
+    if isinstance(given, Mapping):
+        return _formed(given)
     if hasattr(given, "index") and hasattr(given, "to_numpy"):
-        return np.asarray(given.index, dtype=float), given.to_numpy()
+        return seconds_of(given.index), given.to_numpy()
     if isinstance(given, np.ndarray) and given.ndim == 2 and given.shape[1] == 2:
         return given[:, 0], given[:, 1]
     return given
+
+
+def _formed(given: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return the points of ``{"hold": points}`` or ``{"lines": points}``, joined by lines."""
+    form = next(iter(given), None)
+    if len(given) != 1 or form not in FORMS_OF_POINTS:
+        raise ValueError(
+            f"an input {shortened(dict(given))} is refused: it must be {{'hold': (t, u)}} or {{'lines': (t, u)}}"
+        )
+    pair = _as_points(given[form])
+    if not isinstance(pair, tuple) or len(pair) not in (2, 3) or np.ndim(pair[0]) != 1 or isinstance(pair[1], str):
+        raise ValueError(f"an input {{{form!r}: {shortened(given[form])}}} is refused: it must have points (t, u)")
+    return held(pair) if form == "hold" else pair
+
+
+def held(points: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return points whose straight lines hold each value until the next point."""
+    times = magnitude(points[0], "s", "time") if is_quantity(points[0]) else seconds_of(points[0])
+    ends = times[1:] - ULPS * np.spacing(np.abs(times[1:]))
+    stepped = np.repeat(times, 2)[:-1]
+    stepped[1::2] = stepped[2::2] = ends
+    values = points[1].magnitude if is_quantity(points[1]) else np.asanyarray(points[1])
+    doubled = np.repeat(values, 2, axis=-1)[..., :-1]
+    return (stepped, doubled * points[1].units if is_quantity(points[1]) else doubled, *points[2:])
+
+
+def seconds_of(times: Any) -> Any:
+    """Return times in s; of dates the seconds since the first, of durations their seconds, else what is given."""
+    if getattr(times, "tz", None) is not None:
+        times = times.tz_convert(None)
+    found = np.asarray(times)
+    return numbers(found) if found.dtype.kind in "mMfiu" else np.asarray(times, dtype=float)
 
 
 def _is_constant_with_unit(given: Any) -> bool:
@@ -218,7 +264,17 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
     if len(given) != 2 and unit is None:
         raise ValueError(f"{variable.name}: points are a pair of times and values, not {len(given)} arrays")
-    times = _numbers(variable, magnitude(given[0], "s", "time") if is_quantity(given[0]) else given[0])
+    if np.ndim(given[0]) == 0 and not is_quantity(given[0]):
+        raise ValueError(
+            f"{variable.name} = {shortened(given)} is refused: points are arrays of times and values, ([0, 1], "
+            "[5, 6]); one value for each of several runs is a list or an array, [5, 6]"
+        )
+    moments = given[0]
+    if is_quantity(moments):
+        moments = magnitude(moments, "s", "time")
+    elif getattr(moments, "dtype", None) is not None and np.asarray(moments).dtype.kind in "mM":
+        moments = seconds_of(moments)
+    times = _numbers(variable, moments)
     column = _numbers(variable, given[1], unit)
     if times.ndim != 1 or not len(times) or column.ndim not in (1, 2) or column.shape[-1] != len(times):
         raise ValueError(f"{variable.name}: times of shape {times.shape} do not fit values of shape {column.shape}")
@@ -271,17 +327,39 @@ def _numbers(variable: Variable, given: Any, unit: str | None = None) -> Array:
     """Return an array of numbers in SI units."""
     if is_quantity(given):
         given = magnitude(given, variable.unit, variable.name)
+    _check_kind(variable, given)
     try:
-        numbers = np.ascontiguousarray(given, dtype=float)
+        found = np.ascontiguousarray(given, dtype=float)
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"{variable.name} = {shortened(given)} is refused: it must be numbers in {variable.unit}, or "
             f"(t, u, unit); {error}"
         ) from None
     if unit is None:
-        return numbers
+        return found
     convert = np.vectorize(lambda value: to_si(value, unit, variable.unit, variable.name), otypes=[float])
-    return np.asarray(convert(numbers))
+    return np.asarray(convert(found))
+
+
+KINDS = {"b": "true and false", "c": "complex", "U": "texts", "S": "texts", "m": "durations", "M": "dates"}
+
+
+def _check_kind(variable: Variable, given: Any) -> None:
+    """Refuse arrays that NumPy makes numbers of, though they are none, and those with masked values."""
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+        masked = np.argwhere(np.ma.getmaskarray(given))[0].tolist()
+        raise ValueError(
+            f"{variable.name}: value {masked[0] if len(masked) == 1 else masked} is masked; fill it, or leave it out"
+        )
+    try:
+        kind = np.asarray(given).dtype.kind
+    except ValueError:
+        return
+    if kind in KINDS:
+        raise ValueError(
+            f"{variable.name} = {shortened(given)} is refused: the values are {KINDS[kind]}; they must be numbers"
+            f"{in_unit(variable.unit)}"
+        )
 
 
 def settings_of_runs(variables: Variables, parameters: Any, number: int | None) -> list[dict[str, Value]]:

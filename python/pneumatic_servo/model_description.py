@@ -11,6 +11,9 @@ from pneumatic_servo.errors import Refused
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Value, Variable, Variables
 
+KNOWN = ("name", "description", "variables", "parameters", "inputs", "outputs", "stop", "step")
+"""Attributes of a model."""
+
 
 class ModelDescription:
     """What is known of a model that nobody runs yet; `Model` adds the ways to run it."""
@@ -29,6 +32,18 @@ class ModelDescription:
         self.inputs = self._with_roles("input")
         self.outputs = self._with_roles("output")
         self.stop, self.step = self._native.experiment
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # A class of one's own may have attributes of its own; here another one would do nothing.
+        is_own = type(self).__module__.partition(".")[0] != __package__
+        if not (is_own or name in KNOWN or name.startswith("_")):
+            known = self.__dict__.get("variables")
+            if isinstance(known, Variables) and name in known:
+                raise AttributeError(
+                    f"{name} is set for a run: simulate({{{name!r}: ...}}), or inputs={{{name!r}: ...}}"
+                )
+            raise AttributeError(f"a model has no attribute {name}{did_you_mean(name, KNOWN)}")
+        super().__setattr__(name, value)
 
     def _with_roles(self, *roles: str) -> Variables:
         return Variables(variable for variable in self.variables.values() if variable.role in roles)

@@ -63,14 +63,38 @@ class Run:
         return {**self.__dict__, "_replay": None}
 
     RECORDED = "pneumatic_servo: inputs are those in force up to each row"
-    """Among the ``attrs`` of a DataFrame: its inputs lag the given ones by a row, as those of a run do."""
+    """Among the ``attrs`` of a DataFrame of an earlier version: its inputs lag the given ones by a row."""
 
-    def __getitem__(self, name: str) -> Array:
-        """Return a recorded variable, of shape (rows,), in its SI unit."""
+    @overload
+    def __getitem__(self, name: str) -> Array: ...
+    @overload
+    def __getitem__(self, name: list[str]) -> Run: ...
+    def __getitem__(self, name: str | list[str]) -> Array | Run:
+        """Return a recorded variable, of shape (rows,), in its SI unit; of a list of names the run with these alone."""
+        if isinstance(name, list):
+            return self.select(name)
         row: Array = self._values[_place(self.variables, name)]
         return row
 
+    def select(self, names: Sequence[str]) -> Run:
+        """Return the run with some of its variables."""
+        chosen = checks.names("names", names)
+        places = [_place(self.variables, name) for name in chosen]
+        variables = Variables(self.variables[name] for name in chosen)
+        return Run(self.time, self._values[places], variables, self.settings, replay=self._replay)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables
+
+    def keys(self) -> list[str]:
+        """Return the names of the recorded variables, so that ``dict(run)`` has them all."""
+        return list(self.variables)
+
     def __len__(self) -> int:
+        """Return the number of rows."""
         return len(self.time)
 
     def __repr__(self) -> str:
@@ -93,16 +117,27 @@ class Run:
         return list(self.variables)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a table with a column per variable and the time in s as its index."""
+        """Return a table with a column per variable and the time in s as its index.
+
+        Inputs are those of the step that begins at each row, as in `to_csv`, so that the table can be simulated and
+        fitted as it is, also after it was edited or written by pandas.
+        """
         try:
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
-        frame = pandas.DataFrame(
-            self._values.T, index=pandas.Index(self.time, name="time"), columns=list(self.variables)
+        return pandas.DataFrame(
+            np.array(self._given()).T.reshape(len(self), len(self.variables)),
+            index=pandas.Index(self.time, name="time"),
+            columns=list(self.variables),
         )
-        frame.attrs[self.RECORDED] = True
-        return frame
+
+    def _given(self) -> list[Array]:
+        """Return the columns of all variables, inputs as they were given: each holds from its row on."""
+        return [
+            np.append(column[1:], column[-1:]) if variable.role == "input" else column
+            for variable, column in zip(self.variables.values(), self._values, strict=True)
+        ]
 
     def to_csv(self, file: str | Path) -> None:
         """Write a table with a column per variable; the file appears as a whole or not at all.
@@ -112,11 +147,7 @@ class Run:
         """
         from pneumatic_servo.files import write_csv
 
-        given = [
-            np.append(column[1:], column[-1:]) if variable.role == "input" else column
-            for variable, column in zip(self.variables.values(), self._values, strict=True)
-        ]
-        columns = [self.time, *given]
+        columns = [self.time, *self._given()]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
 
     def vjp(self, cotangents: Mapping[str, Any], *, parameters: Sequence[str] = ()) -> Gradient:
@@ -160,13 +191,14 @@ class Run:
                 raise ValueError(f"{name} is no real number, and has no derivative")
         return self._replay.gradient(cotangents, checks.names("parameters", parameters), len(self))
 
-    def plot(self, *names: str) -> Figure:
+    def plot(self, *names: str | Sequence[str]) -> Figure:
         """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.
 
         Parameters
         ----------
         *names : str
-            What to draw; by default position, valve voltage, pressures and friction force, as far as recorded.
+            What to draw, one by one or as a list; by default position, valve voltage, pressures and friction force,
+            as far as recorded.
 
         Returns
         -------
@@ -175,9 +207,10 @@ class Run:
         """
         from pneumatic_servo.figures import draw_run
 
-        for name in names:
+        chosen = [one for name in names for one in ([name] if isinstance(name, str) else checks.names("names", name))]
+        for name in chosen:
             _place(self.variables, name)
-        return draw_run(self, names)
+        return draw_run(self, chosen)
 
     def plot_friction(self) -> Figure:
         """Draw friction against velocity, as a whole and near standstill.
@@ -210,6 +243,8 @@ class Runs(Sequence[Run]):
         Why runs stopped early, by their number.
     variables : Variables
         What is recorded.
+    numbers : list of int
+        The number of each run: of a part of a study those of the study.
     """
 
     def __init__(
@@ -220,7 +255,9 @@ class Runs(Sequence[Run]):
         settings: Sequence[Mapping[str, object]],
         rows: NDArray[np.int64],
         failures: Mapping[int, str],
+        numbers: Sequence[int] | None = None,
     ) -> None:
+        self.numbers = list(range(len(values))) if numbers is None else list(numbers)
         self.time = time
         self.variables = variables
         self.rows = rows
@@ -251,11 +288,19 @@ class Runs(Sequence[Run]):
         return self._run(key % len(self))
 
     def of(self, numbers: Sequence[int]) -> Runs:
-        """Return the runs of these numbers, numbered anew."""
+        """Return the runs in these places; their table keeps the numbers that they have here."""
         failures = {new: self.failures[old] for new, old in enumerate(numbers) if old in self.failures}
         settings = [self._settings[number] for number in numbers]
         places = list(numbers)
-        return Runs(self.time, self._values[places], self.variables, settings, self.rows[places], failures)
+        return Runs(
+            self.time,
+            self._values[places],
+            self.variables,
+            settings,
+            self.rows[places],
+            failures,
+            [self.numbers[place] for place in places],
+        )
 
     def _of_all(self, name: str) -> Array:
         values: Array = self._values[:, _place(self.variables, name)]
@@ -279,9 +324,7 @@ class Runs(Sequence[Run]):
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
-        frame = pandas.concat([run.to_pandas() for run in self], keys=range(len(self)), names=["run", "time"])
-        frame.attrs[Run.RECORDED] = True
-        return frame
+        return pandas.concat([run.to_pandas() for run in self], keys=self.numbers, names=["run", "time"])
 
     def _repr_html_(self) -> str:
         cells = (

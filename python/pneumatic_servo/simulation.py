@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pneumatic_servo import _native, checks, effects, noticed, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.model_description import ModelDescription
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.sensitivities import Transition
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
@@ -94,8 +95,23 @@ class Simulation:
         self._native.set_one(name, value)
 
     def get_one(self, name: str) -> float:
-        """Return the value of one variable in its SI unit, as ``simulation[name]`` does."""
+        """Return the value of one variable in its SI unit as a number, of enumerations too, as fast as can be."""
         return self._native.get(name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # A class of one's own may have attributes of its own; here another one would do nothing.
+        if type(self).__module__.partition(".")[0] == __package__ and not name.startswith("_"):
+            raise AttributeError(f"a simulation has no attribute {name}{self._meant(name)}")
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"a simulation has no attribute {name}{self._meant(name)}")
+
+    def _meant(self, name: str) -> str:
+        model = self.__dict__.get("_model")
+        if model is None or name.startswith("_"):
+            return ""
+        return f"; write simulation[{name!r}]" if name in model.variables else did_you_mean(name, model.variables)
 
     def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Any, ...]]:
         return _resumed, (self._model, self._settings, self.save())
@@ -127,9 +143,17 @@ class Simulation:
         """Return the values of variables, of shape (names,), in SI units."""
         return np.array([self._native.get(name) for name in checks.names("names", names)])
 
-    def __getitem__(self, name: str) -> float:
-        """Return the value of a variable in its SI unit."""
-        return self._native.get(name)
+    @overload
+    def __getitem__(self, name: Literal["friction.law"]) -> str: ...  # type: ignore[overload-overlap]
+    @overload
+    def __getitem__(self, name: str) -> float: ...
+    def __getitem__(self, name: str) -> float | str:
+        """Return the value of a variable in its SI unit; of an enumeration the name of its item."""
+        value = self._native.get(name)
+        variable = self._model.variables.get(name)
+        if variable is None or variable.kind != "enumeration":
+            return value
+        return next((item for item, number in variable.ids.items() if number == value), value)
 
     def __setitem__(self, name: str, value: Any) -> None:
         """Set an input or a tunable parameter, with a unit as for `Model.simulate`."""
