@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from pneumatic_servo.errors import MissingPackage, warn
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.run import table
+from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.trim import OperatingPoint, Start
 from pneumatic_servo.variables import Value, Variables
 
@@ -39,6 +42,12 @@ class Linearisation:
         All variables of the model.
     is_scaled : bool
         Whether all is in units of nominal values instead of SI units; see `scaled`.
+    left_out : dict
+        States of the plant that are not among `states`, with their values in SI units: they are held there (truncated),
+        and do not follow the others.
+    settings : dict
+        Parameters and inputs of the operating point, and those states that a run can be given at its start. A run of
+        `Model.start` with the linearisation begins with all of its states.
     """
 
     A: Array
@@ -53,6 +62,9 @@ class Linearisation:
     y: Array
     variables: Variables
     is_scaled: bool = False
+    left_out: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, Value] = field(default_factory=dict)
+    _start: tuple[Mapping[str, Value], SavedState] | None = field(default=None, repr=False, compare=False)
 
     def __iter__(self) -> Iterator[Array]:
         return iter((self.A, self.B, self.C, self.D))
@@ -77,6 +89,9 @@ class Linearisation:
             self.y / y,
             self.variables,
             is_scaled=True,
+            left_out=self.left_out,
+            settings=self.settings,
+            _start=self._start,
         )
 
     def _nominal(self, names: Sequence[str]) -> Array:
@@ -103,7 +118,27 @@ class Linearisation:
             _block("D", self.D, self.outputs, self.inputs),
         ]
         scaled = ["in units of nominal values:"] if self.is_scaled else []
-        return "\n".join([*scaled, *self._point(), *blocks])
+        return "\n".join([*scaled, *self._point(), *self._reduced(), *blocks])
+
+    def _reduced(self) -> list[str]:
+        """Say which states were left out, and how."""
+        return [f"left out, held at their values: {', '.join(self.left_out)}"] if self.left_out else []
+
+    def _repr_html_(self) -> str:
+        scaled = ["in units of nominal values"] if self.is_scaled else []
+        lines = "<br>".join(escape(line) for line in [*scaled, *self._point(), *self._reduced()])
+        blocks = [
+            ("A", self.A, self.states, self.states), ("B", self.B, self.states, self.inputs),
+            ("C", self.C, self.outputs, self.states), ("D", self.D, self.outputs, self.inputs),
+        ]  # fmt: skip
+        tables = (
+            table(
+                [title, *columns], ([name, *(f"{x:.4g}" for x in row)] for name, row in zip(rows, matrix, strict=True))
+            )
+            for title, matrix, rows, columns in blocks
+        )
+        # A wide matrix scrolls, and is not folded.
+        return f"<p>{lines}</p>" + "".join(f'<div style="overflow-x:auto">{one}</div>' for one in tables)
 
     def _point(self) -> Iterator[str]:
         for names, values in [(self.states, self.x), (self.inputs, self.u)]:
@@ -177,7 +212,16 @@ def linearise(
         simulation.get(inputs),
         simulation.get(outputs),
         model.variables,
+        left_out={name: simulation.get_one(name) for name in simulation.states if name not in chosen},
+        settings=_settings(model, simulation),
+        _start=(simulation._settings, simulation.save()),
     )
+
+
+def _settings(model: ModelDescription, simulation: Simulation) -> dict[str, Value]:
+    """Return what a run is given to begin at the present point, as far as its parameters and inputs go."""
+    states = {f"{name}0": simulation.get_one(name) for name in simulation.states if f"{name}0" in model.parameters}
+    return {**simulation._settings, **states, **{name: simulation.get_one(name) for name in model.inputs}}
 
 
 def _of_unit(model: ModelDescription, name: str) -> str:

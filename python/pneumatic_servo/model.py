@@ -7,8 +7,11 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, runtime_checkable
 
+import numpy as np
+
 from pneumatic_servo import _native, defaults, effects, noticed, progress, values
 from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.closed_loop import Controller, Loop, courses_of
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.grid import Grid
@@ -83,7 +86,8 @@ class Model(ModelDescription):
         Parameters
         ----------
         parameters : mapping or path, optional
-            Parameters and start values of inputs: see `simulate`.
+            Parameters and start values of inputs: see `simulate`. With a `Linearisation` the run begins at its
+            operating point, with all states and inputs of it.
         time : float
             Start time in s.
 
@@ -107,6 +111,11 @@ class Model(ModelDescription):
         0.1
         """
         begin = values.seconds("time", time)
+        if isinstance(parameters, Linearisation) and parameters._start is not None:
+            own, state = parameters._start
+            simulation = Simulation(self._native.start(list(own.items()), begin), self, own)
+            simulation.restore(state)
+            return simulation
         given = self._settings(parameters)
         settings = self._fitted(given)
         with self._with_units():
@@ -127,6 +136,9 @@ class Model(ModelDescription):
         outputs: Sequence[str] | None = None,
         every: int = 1,
         sensitivities: Sequence[str] = (),
+        controller: Controller | None = None,
+        period: float | None = None,
+        delay: float = 0.0,
         progress: progress.Progress = False,
     ) -> Run:
         """Run the model once.
@@ -141,8 +153,10 @@ class Model(ModelDescription):
             default, which a warning names where it had to give way to what was given.
         inputs : mapping, path, DataFrame or Run, optional
             Inputs over time: constants, points ``(t, u)`` or ``(t, u, "bar")`` with t in s, arrays with the columns t
-            and u, pandas Series over time, or functions of time. Each value is held over the step that begins at its
-            time. Before the first point its value holds, and after the last one the last, which a warning tells; a
+            and u, pandas Series over time, or functions of time. Points are joined by straight lines;
+            ``{"hold": (t, u)}`` holds each until the next one, as measured commands are, and as `fit` takes them. The
+            value at the begin of each communication step is held over it. Before the first point its value holds, and
+            after the last one the last, which a warning tells; a
             valve voltage saturates at 0 and 10 V, which one tells, too. A table in a file, a DataFrame or an earlier
             run give all their inputs; their other columns are ignored.
         stop, step, start : float, optional
@@ -156,6 +170,15 @@ class Model(ModelDescription):
             by which all that is recorded is differentiated, exactly through events: see `Run.sensitivities`. The
             values are the same bits with and without; the run takes longer, and 8 bytes more for each of these,
             variable and row, of 2 GiB at most.
+        controller : callable or str, optional
+            What closes a loop: a function of the time in s and a mapping of the plant's variables, which returns inputs
+            by name or the value of the first one. Or the name of a model that is a controller, or the pair of it and
+            its parameters: ``("PositionController", {"gain.position": 10})``; its own inputs, as
+            ``referencePosition``, are given among the inputs. It is copied for each run, so that objects may have
+            a state.
+        period, delay : float, optional
+            Time in s between its samples, by default a communication step, and from a sample until what it sets is
+            applied; both whole numbers of communication steps.
         progress : bool or callable
             Whether to show progress on a terminal, or what is called with steps done and steps in all.
 
@@ -192,7 +215,18 @@ class Model(ModelDescription):
         grid = self._grid(start, stop, step, every)
         settings = self._settings(parameters)
         inputs = inputs_of("inputs", self.variables, inputs)
+        if isinstance(parameters, HasSettings):
+            # A sheet, a fit or a run has start values of inputs, which those over time replace.
+            settings = {name: value for name, value in settings.items() if name not in inputs}
         self._refuse_twice(settings, inputs)
+        if controller is not None:
+            if sensitivities:
+                raise ValueError("sensitivities are those of given inputs; a run with a controller has none")
+            loop = Loop(self, controller, grid, period, delay)
+            with _shown(progress, f"{self.name}", grid.count, " steps") as tell:
+                return self._closed(loop, settings, inputs, outputs, tell)
+        if period is not None or delay != 0.0:
+            raise ValueError("period and delay are those of a controller, and none is given")
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
@@ -225,6 +259,47 @@ class Model(ModelDescription):
             raise error
         return run
 
+    def _begun(self, settings: Mapping[str, Value], time: float) -> Simulation:
+        """Start a run with values in SI units, without warnings."""
+        with self._with_units():
+            return Simulation(self._native.start(list(settings.items()), time), self, settings)
+
+    def _closed(
+        self, loop: Loop, settings: Mapping[str, Value], inputs: Mapping[str, Input], outputs: Sequence[str] | None,
+        tell: Callable[[int], object] | None,
+    ) -> Run:  # fmt: skip
+        """Make one run in a closed loop."""
+        grid = loop.grid
+        own = {name: given for name, given in inputs.items() if name in (loop.own_inputs or ())}
+        given = {name: course(self.inputs, name, one) for name, one in inputs.items() if name not in own}
+        of_controller = {name: course(loop.own_inputs or self.inputs, name, one) for name, one in own.items()}
+        recorded = self._recorded(outputs, {name: None for name in self.inputs if name not in settings})
+        fitted = self._fitted(settings)
+        effects.tell(self.variables, settings)
+        times, found, history, ended = loop.run(
+            lambda first: self._begun({**fitted, **first}, grid.start), courses_of(given, grid),
+            courses_of(of_controller, grid),
+            list(recorded), tell,
+        )  # fmt: skip
+        begins = grid.points()[: len(next(iter(history.values())))]
+        replay = Replay(
+            self._native, fitted, [(n, (begins, one)) for n, one in history.items()], grid, list(self.inputs)
+        )
+        run = Run(times, found, recorded, fitted, None, replay)
+        for name, one in history.items():
+            if len(one):
+                noticed.tell_saturation(self.inputs[name], float(one.min()), float(one.max()))
+        largest = {name: float(one[np.argmax(np.abs(one))]) for name, one in history.items() if len(one)}
+        noticed.tell_size(self.variables, [{**fitted, **largest}])
+        noticed.tell(self.variables, self._begun(fitted, grid.start)._native.notices())
+        self._tell_ends([*given.items(), *of_controller.items()], grid, loop.own_inputs)
+        if isinstance(ended, SimulationError):
+            ended.finished = run
+            raise ended
+        if ended is not None:
+            _raise(ended, run)
+        return run
+
     def simulate_many(
         self,
         parameters: Sequence[Parameters] | Mapping[str, Values] = (),
@@ -240,6 +315,9 @@ class Model(ModelDescription):
         workers: int | None = None,
         executor: Executor | None = None,
         keep_failures: bool = False,
+        controller: Controller | None = None,
+        period: float | None = None,
+        delay: float = 0.0,
         progress: progress.Progress = True,
     ) -> Runs:
         """Run the model many times on all cores, each run with the same bits as alone.
@@ -269,6 +347,9 @@ class Model(ModelDescription):
             other. The bits are the same.
         keep_failures : bool
             Whether runs that cannot go on are left with fewer rows instead of raising an error.
+        controller, period, delay : optional
+            What closes the loop of each run: see `simulate`. Such runs are made one after the other, and inputs are
+            the same for all.
         progress : bool or callable
             Whether to show progress on a terminal, or what is called with runs done and runs in all.
 
@@ -300,6 +381,14 @@ class Model(ModelDescription):
         for settings in runs:
             self._refuse_twice(settings, inputs)
         given = [{**shared, **own} for own in runs]
+        if controller is not None:
+            loop = Loop(self, controller, grid, period, delay)
+            if executor is not None or workers is not None:
+                raise ValueError("workers and executor are for runs without a controller")
+            with _shown(progress, self.name, len(runs), " runs") as tell:
+                return self._many_closed(loop, given, inputs, outputs, tell, keep_failures=keep_failures)
+        if period is not None or delay != 0.0:
+            raise ValueError("period and delay are those of a controller, and none is given")
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
@@ -312,6 +401,39 @@ class Model(ModelDescription):
         tell_unusual(self.inputs, driven, grid)
         effects.tell_runs(self.variables, given)
         noticed.tell_size(self.variables, [{**shared, **own} for own in runs])
+        return found
+
+    def _many_closed(
+        self, loop: Loop, runs: Sequence[Mapping[str, Value]], inputs: Mapping[str, Input],
+        outputs: Sequence[str] | None, tell: Callable[[int], object] | None, *, keep_failures: bool,
+    ) -> Runs:  # fmt: skip
+        """Make many runs in closed loops, one after the other."""
+        finished: list[Run] = []
+        failures: dict[int, str] = {}
+        ended: BaseException | None = None
+        for number, settings in enumerate(runs):
+            try:
+                finished.append(self._closed(loop, settings, inputs, outputs, None))
+            except (SimulationError, Interrupted) as error:
+                finished += [error.finished] if isinstance(error.finished, Run) else []
+                failures[number] = str(error)
+                if isinstance(error, Interrupted) or not keep_failures:
+                    ended = error
+                    break
+            if tell is not None:
+                tell(number + 1)
+        values_ = np.full((len(runs), len(finished[0].variables), loop.grid.rows), np.nan)
+        rows = np.zeros(len(runs), dtype=np.int64)
+        for number, run in enumerate(finished):
+            rows[number] = len(run)
+            values_[number, :, : len(run)] = [run[name] for name in run.variables]
+        found = Runs(loop.grid.times(), values_, finished[0].variables, runs, rows, failures)
+        if isinstance(ended, SimulationError):
+            problem = SimulationError(f"run {len(finished) - 1} of {len(runs)}: {ended}")
+            problem.finished = found
+            raise problem
+        if ended is not None:
+            _raise(KeyboardInterrupt(), found)
         return found
 
     def _runs_of(self, work: Work, done: Done, grid: Grid, recorded: Variables, *, keep_failures: bool) -> Runs:
@@ -361,6 +483,9 @@ class Model(ModelDescription):
         step: float | None = None,
         outputs: Sequence[str] = (),
         executor: Executor | None = None,
+        controller: Controller | None = None,
+        period: float | None = None,
+        delay: float = 0.0,
         progress: progress.Progress = True,
     ) -> Comparison:
         """Run one experiment under several friction laws.
@@ -369,7 +494,7 @@ class Model(ModelDescription):
         ----------
         laws : sequence of str
             Friction laws; the first is the one the others are compared with.
-        parameters, inputs, stop, step, executor, progress
+        parameters, inputs, stop, step, executor, controller, period, delay, progress
             As for `simulate_many`, the same for all laws.
         outputs : sequence of str
             Variables to record besides those of the table.
@@ -404,6 +529,7 @@ class Model(ModelDescription):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
         unlike = effects.unlike(self.variables, laws, given)
+        seen = list(inputs) if controller is None else list(self.inputs)
         try:
             runs = self.simulate_many(
                 [{"friction.law": law} for law in laws],
@@ -411,8 +537,11 @@ class Model(ModelDescription):
                 inputs=inputs,
                 stop=stop,
                 step=step,
-                outputs=list(dict.fromkeys([*inputs, *RECORDED, *names("outputs", outputs)])),
+                outputs=list(dict.fromkeys([*seen, *RECORDED, *names("outputs", outputs)])),
                 executor=executor,
+                controller=controller,
+                period=period,
+                delay=delay,
                 progress=progress,
             )
         except Interrupted as interrupted:
@@ -522,10 +651,12 @@ class Model(ModelDescription):
         except Refused as refused:
             raise ValueError(f"{where}{self._in_unit(refused)}") from None
 
-    def _tell_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid) -> None:
+    def _tell_ends(self, driven: Sequence[tuple[str, Any]], grid: Grid, more: Variables | None = None) -> None:
         for name, given in driven:
             if isinstance(given, tuple):
-                noticed.tell_ends(self.inputs[name], given[0], grid)
+                noticed.tell_ends(
+                    self.inputs[name] if name in self.inputs else (more or self.inputs)[name], given[0], grid
+                )
 
     def _grid(self, start: float, stop: float | None, step: float | None, every: int) -> Grid:
         return Grid.of(start, self.stop if stop is None else stop, self.step if step is None else step, every)

@@ -60,6 +60,7 @@ class OperatingPoint:
         self.speeds = set(self.carriers.values())
         self.moving = [self.rates[name] for name in states if name not in carried]
         self.free_inputs = [name for name in inputs if name not in at]
+        self.fixed_inputs = [name for name in inputs if name in at]
         self.free = [*(name for name in states if name not in self.given), *self.free_inputs]
         is_supplied = SUPPLY in variables
         self.chambers = [name for name in self.free if variables[name].unit == "Pa" and name in states and is_supplied]
@@ -141,6 +142,16 @@ class OperatingPoint:
             return "pressures or temperatures would have to vanish"
         worst = int(np.argmax(np.abs(residual)))
         rate = self.moving[worst]
+        if self.fixed_inputs and not self.speeds:
+            name = self.fixed_inputs[0]
+            value = f"{name} = {self.simulation[name]:g} {self.variables[name].unit}"
+            free = {f"{state}": own for state, own in self.rates.items() if state in self.simulation.states}
+            speed = next((own for own in free.values() if self.variables[own].unit == "m/s"), "velocity")
+            return (
+                f"with {value} nothing balances at rest: {rate} stays at {residual[worst] * self.scale[worst]:.3g} "
+                f"{self.variables[rate].unit}. Give a motion in place of the input, for example {speed} = 0.05 m/s, "
+                f"and the {name} that keeps it up is found; or leave {name} out"
+            )
         return (
             f"{rate} stays at {residual[worst] * self.scale[worst]:.3g} {self.variables[rate].unit}. "
             "Within the play of valve.hysteresis and within a dead zone without leakage the valve does not react; "

@@ -233,3 +233,33 @@ def test_comparison_tells_laws_apart(plant: ps.Model) -> None:
     assert len(compared.plot().axes) == 3
     with pytest.raises(KeyError, match="Dahl"):
         compared["Dahl"]
+
+
+def test_run_begins_at_an_operating_point() -> None:
+    """There nothing but the position moves: after 20 ms pressures and velocity are what they were."""
+    plant = ps.Model()
+    found = plant.linearise({"velocity": 0.05, "valve.hysteresis": 0.0, "supplyPressure": 6e5})
+    simulation = plant.start(found)
+    assert simulation.get(found.states).tolist() == found.x.tolist()
+    before = simulation.get(["velocity", "chamberA.pressure", "valveVoltage"])
+    for _ in range(20):
+        simulation.step(1e-3)
+    after = simulation.get(["velocity", "chamberA.pressure", "valveVoltage"])
+    assert after == pytest.approx(before, rel=2e-3)
+    assert found.settings["valveVoltage"] == found.u[0]
+    run = plant.simulate(found, inputs={"valveVoltage": float(found.u[0])}, stop=0.01, step=1e-3)
+    assert run["velocity"][0] == 0.05
+
+
+def test_states_that_are_left_out_are_named() -> None:
+    found = ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0.0}, states=["position", "velocity"])
+    assert "chamberA.pressure" in found.left_out and "position" not in found.left_out
+    assert "left out, held at their values: " in repr(found) and "chamberA.pressure" in found._repr_html_()
+    assert ps.Model().linearise({"velocity": 0.05, "valve.hysteresis": 0.0}).left_out == {}
+
+
+def test_voltage_that_balances_nothing_is_the_cause_that_is_named() -> None:
+    with pytest.raises(
+        ps.TrimError, match=r"with valveVoltage = 6.5 V nothing balances at rest: .*velocity = 0.05 m/s"
+    ):
+        ps.Model().linearise({"valveVoltage": 6.5, "valve.hysteresis": 0.0})
