@@ -341,7 +341,7 @@ def _numbers(variable: Variable, given: Any, unit: str | None = None) -> Array:
     return np.asarray(convert(found))
 
 
-KINDS = {"b": "true and false", "c": "complex", "U": "texts", "S": "texts", "m": "durations", "M": "dates"}
+KINDS = {"b": "true and false", "c": "complex", "m": "durations", "M": "dates"}
 
 
 def _check_kind(variable: Variable, given: Any) -> None:

@@ -46,7 +46,7 @@ def test_many_runs_share_what_is_common_and_are_thinned_alike(plant: ps.Model) -
     assert told[-1] == (2, 2)
     for run, law in zip(runs, ("Stribeck", "Dahl"), strict=True):
         alone = plant.simulate({"friction.law": law, "mass.moving": 2.0}, every=20, **GIVEN)
-        assert run["position"].tobytes() == alone["position"].tobytes() and len(run) == 3
+        assert run["position"].tobytes() == alone["position"].tobytes() and len(run) == 4
         assert list(run.variables) == ["position"]
         assert run.settings["mass.moving"] == 2.0
     with pytest.raises(ValueError, match="3 runs"):
