@@ -136,13 +136,14 @@ fn saved_states_hold_the_states_that_are_integrated_and_no_others() {
         assert_eq!(saved.states.len(), places.len(), "{}", item.1);
         // Places are compiled along behind the states of the law, which are those between two of the gas and position.
         let all = places.iter().max().expect("states") + 1;
-        let mut before = saved.clone();
+        let mut with_all = saved.clone();
         let first_free = (0..all).find(|place| !places.contains(place));
         if let Some(free) = first_free {
-            before.states.splice(free..free, vec![0.0; all - places.len()]);
+            with_all.states.splice(free..free, vec![0.0; all - places.len()]);
+            assert!(second.restore(&with_all).is_err(), "{}: states that are not integrated", item.1);
             padded += 1;
         }
-        second.restore(&before).expect("a state with all places");
+        second.restore(&saved).expect("a state of the same run");
         assert_eq!(second.save(), saved, "{}", item.1);
         first.advance(0.06).expect("a step");
         second.advance(0.06).expect("a step");
