@@ -195,8 +195,11 @@ def tell_unusual(variables: Variables, driven: Mapping[str, Any], grid: Grid) ->
 def _one_per_run(variable: Variable, column: Array, number: int) -> Array:
     if column.shape != (number,):
         raise ValueError(f"{variable.name}: there are {number} runs, but the values have the shape {column.shape}")
-    for value in column:
-        values.check_range(variable, float(value))
+    for run, value in enumerate(column):
+        try:
+            values.check_range(variable, float(value))
+        except ValueError as error:
+            raise ValueError(f"run {run} of {number}: {error}") from None
     return column
 
 
@@ -382,8 +385,22 @@ def settings_of_runs(variables: Variables, parameters: Any, number: int | None) 
         told = "" if number is None else f" The inputs, or `number`, are for {number} runs,"
         raise ValueError(f"how many runs?{told} The parameters have values for {lengths}".replace(", The", ", the"))
     runs = range(counts.pop() if counts else 1)
-    own = {name: [values.value_of(variables, name, value) for value in every] for name, every in several.items()}
+    own = {name: _each(variables, name, every) for name, every in several.items()}
     return [shared | {name: every[run] for name, every in own.items()} for run in runs]
+
+
+def _each(variables: Variables, name: str, given: Sequence[object]) -> list[Value]:
+    """Return the values of a parameter in each run; a refusal tells which run it is."""
+    found: list[Value] = []
+    for run, value in enumerate(given):
+        try:
+            one = values.value_of(variables, name, value)
+            if isinstance(one, float) and name in variables:
+                values.check_range(variables[name], one)
+        except ValueError as error:
+            raise ValueError(f"run {run} of {len(given)}: {error}") from None
+        found.append(one)
+    return found
 
 
 def _settings_of_run(variables: Variables, given: Any, run: int, number: int) -> dict[str, Value]:

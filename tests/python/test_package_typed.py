@@ -150,3 +150,13 @@ def test_thinned_rows_keep_the_end() -> None:
         end = np.append(np.zeros(len(moved) - 1), 1.0)
         gradients.append(moved.vjp({"position": end}).inputs["valveVoltage"])
     assert np.isfinite(gradients[0]).all() and np.array_equal(*gradients)
+
+
+@pytest.mark.parametrize("given", [
+    {"parameters": {"supplyPressure": [6e5, -1.0]}},
+    {"parameters": {"friction.law": ["Dahl", "Dal"]}},
+    {"inputs": {"supplyPressure": [6e5, float("nan")]}},
+])  # fmt: skip
+def test_bad_value_of_many_runs_is_named_with_its_number(given: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="run 1 of 2: "):
+        ps.Model().simulate_many(**given, progress=False, **SHORT)
