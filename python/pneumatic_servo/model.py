@@ -282,9 +282,9 @@ class Model(ModelDescription):
             list(recorded), tell,
         )  # fmt: skip
         begins = grid.points()[: len(next(iter(history.values())))]
-        replay = Replay(
-            self._native, fitted, [(n, (begins, one)) for n, one in history.items()], grid, list(self.inputs)
-        )
+        held = [(name, (begins, one)) for name, one in history.items()]
+        followers = defaults.followers(self.variables, settings, fitted)
+        replay = Replay(self._native, fitted, held, grid, list(self.inputs), followers)
         run = Run(times, found, recorded, fitted, None, replay)
         for name, one in history.items():
             if len(one):
