@@ -25,6 +25,10 @@ impl LongestSteps {
     /// `r^3/4 - D*r^2 + 2*D^2*r - 2*D <= 0`. At `r = 2*cbrt(D)` the left side is `-2*D*r*(cbrt(D) - D)`.
     pub fn of_swing(rate: f64, damping: f64) -> Self {
         let half = 0.5 * damping;
+        // Nothing swings: no step is too long, and nothing may divide by zero where a host traps that.
+        if half == 0.0 && rate == 0.0 {
+            return Self::UNLIMITED;
+        }
         if half < rate {
             return Self { classical: STABLE / rate, midpoint: 2.0 * libm::cbrt(half / rate) / rate };
         }

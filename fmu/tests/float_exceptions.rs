@@ -1,0 +1,102 @@
+//! Floating-point exceptions: importers that trap invalid operations, divisions by zero and overflows (OpenFOAM and Delphi do by default)
+//! must not be stopped by a step of an FMU.
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
+#![allow(unsafe_code, reason = "a C interface is called, and the flags of the floating-point unit are read")]
+
+use std::ffi::{CString, c_int, c_void};
+use std::ptr;
+
+use pneumatic_servo::friction::LAWS;
+use pneumatic_servo::model::Model;
+use pneumatic_servo::models;
+use pneumatic_servo::variables::{Kind, Role, Variable};
+use pneumatic_servo_builtin::FMI2;
+use pneumatic_servo_fmu::fmi2;
+use pneumatic_servo_fmu::fmi2::exports::*;
+use pneumatic_servo_fmu::fmi2::types::OK;
+
+#[link(name = "m")]
+unsafe extern "C" {
+    fn feclearexcept(exceptions: c_int) -> c_int;
+    fn fetestexcept(exceptions: c_int) -> c_int;
+}
+
+/// `FE_INVALID`, `FE_DIVBYZERO` and `FE_OVERFLOW` of the platform.
+#[cfg(target_arch = "x86_64")]
+const TRAPPED: c_int = 1 | 4 | 8;
+#[cfg(target_arch = "aarch64")]
+const TRAPPED: c_int = 1 | 2 | 4;
+
+/// The exceptions that a call raises.
+fn raised(call: impl FnOnce() -> c_int) -> c_int {
+    // SAFETY: functions of the C library without conditions.
+    unsafe { feclearexcept(TRAPPED) };
+    assert_eq!(call(), OK);
+    // SAFETY: as above.
+    unsafe { fetestexcept(TRAPPED) }
+}
+
+/// The calls of a run that raise an exception, each with the exceptions.
+fn raising(model: &Model, law: Option<i32>) -> Vec<String> {
+    let variables = (model.variables)();
+    let reference = |name: &str| variables.find(name).map(|entry| entry.variable.reference);
+    let inputs: Vec<&Variable> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
+    let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
+    let outputs: Vec<u32> =
+        variables.computed().filter(|it| matches!(it.kind, Kind::Real(_))).map(|it| it.reference).collect();
+    let guid = CString::new(fmi2::guid(model)).expect("no zero byte");
+    let step = model.experiment.step_size.min(1e-2);
+    let mut found = Vec::new();
+    let mut note = |call: &str, exceptions: c_int| {
+        if exceptions != 0 {
+            found.push(format!("{} under law {law:?}: {call} raises {exceptions}", model.name));
+        }
+    };
+    // SAFETY: strings end with zero bytes, the component is alive, and all arrays have the length that is passed.
+    unsafe {
+        feclearexcept(TRAPPED);
+        let component: *mut c_void =
+            (FMI2.fmi2Instantiate)(c"a".as_ptr(), 1, guid.as_ptr(), ptr::null(), ptr::null(), 0, 0);
+        note("fmi2Instantiate", fetestexcept(TRAPPED));
+        if let (Some(law), Some(reference)) = (law, reference("friction.law")) {
+            assert_eq!(fmi2SetInteger(component, &reference, 1, &law), OK);
+        }
+        note("fmi2EnterInitializationMode", raised(|| fmi2EnterInitializationMode(component)));
+        note("fmi2ExitInitializationMode", raised(|| fmi2ExitInitializationMode(component)));
+        let mut values = vec![0.0; outputs.len()];
+        for index in 0..600 {
+            let time = f64::from(index) * step;
+            let swing = |variable: &&Variable| {
+                let start = variable.start.unwrap_or_default();
+                start + 0.4 * variable.nominal.unwrap_or(1.0) * (6.0 * f64::from(index) * 1e-2).sin()
+            };
+            let given: Vec<f64> = inputs.iter().map(swing).collect();
+            note(
+                "fmi2SetReal",
+                raised(|| fmi2SetReal(component, references.as_ptr(), references.len(), given.as_ptr())),
+            );
+            note(&format!("fmi2DoStep at {time} s"), raised(|| fmi2DoStep(component, time, step, 1)));
+            note(
+                "fmi2GetReal",
+                raised(|| fmi2GetReal(component, outputs.as_ptr(), outputs.len(), values.as_mut_ptr())),
+            );
+        }
+        feclearexcept(TRAPPED);
+        fmi2FreeInstance(component);
+        note("fmi2FreeInstance", fetestexcept(TRAPPED));
+    }
+    found
+}
+
+#[test]
+fn no_function_raises_an_exception_that_importers_trap() {
+    let mut found = Vec::new();
+    for model in models::ALL {
+        let has_laws = (model.variables)().find("friction.law").is_some();
+        let laws = LAWS.items.iter().map(|(id, ..)| Some(*id)).filter(|_| has_laws);
+        for law in laws.chain([None]) {
+            found.extend(raising(model, law).into_iter().take(3));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
