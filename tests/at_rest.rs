@@ -19,11 +19,14 @@ fn events_at_the_end(model: &'static Model, law: &str, settings: &[(&str, f64)],
     Ok(plant.get("solver.events").expect("a counter") - before)
 }
 
+/// A model, its settings, and the time in s to the end of which its events are counted.
+type Rest = (&'static Model, &'static [(&'static str, f64)], u32);
+
 #[test]
 fn events_of_a_carriage_at_rest_come_to_an_end() {
     let cylinder = &pneumatic_servo_cylinder::MODEL;
     let bench = &friction_bench::MODEL;
-    let rests: [(&'static Model, &[(&str, f64)], u32); 7] = [
+    let rests: [Rest; 7] = [
         (cylinder, &[("valveVoltage", 3.0)], 15),
         (cylinder, &[("valveVoltage", 7.0)], 15),
         (cylinder, &[("valveVoltage", 10.0)], 15),

@@ -350,7 +350,7 @@ KINDS = {"b": "true and false", "c": "complex", "m": "durations", "M": "dates"}
 def _check_kind(variable: Variable, given: Any) -> None:
     """Refuse arrays that NumPy makes numbers of, though they are none, and those with masked values."""
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
-        masked = np.argwhere(np.ma.getmaskarray(given))[0].tolist()
+        masked = np.argwhere(given.mask)[0].tolist()
         raise ValueError(
             f"{variable.name}: value {masked[0] if len(masked) == 1 else masked} is masked; fill it, or leave it out"
         )

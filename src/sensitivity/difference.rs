@@ -2,19 +2,13 @@
 
 use std::any::Any;
 
+use super::bend::{EVEN, NEAR, ROUGH, is_bent};
 use super::equations::{At, Equations};
 use super::leaves::Leaves;
 use super::memory::{SHARE, magnitude, moved, moves, shifted};
 use super::slopes::{along, slope_between};
 use super::way::Way;
 
-/// How much of a difference may be a kink.
-pub(super) const ROUGH: f64 = 0.05;
-/// The same of rates and computed variables by the memory: what anchors of stiff springs do to a force is next to what the position does,
-/// and of the opposite sign, so that little of a kink is much of what is left of both.
-pub(super) const EVEN: f64 = 1e-4;
-/// How much nearer to stay where there is a kink.
-pub(super) const NEAR: f64 = 0.01;
 /// How much farther to go where rounding counts, and by how much slopes may differ there between the whole and half the way.
 const WIDE: f64 = 100.0;
 const SMOOTH: f64 = 1e-4;
@@ -320,14 +314,6 @@ fn wide_slopes(
         })
     };
     ((0..base.numbers.len()).map(slope).collect(), rough)
-}
-
-/// Whether numbers below, at and above a point rise otherwise to one side than to the other, by more than a part of what they rise; of
-/// a magnitude in which that counts.
-pub(super) fn is_bent([below, here, above]: [f64; 3], part: f64, magnitude: f64) -> bool {
-    let (rise, fall) = (above - here, here - below);
-    let rounding = 64.0 * f64::EPSILON * (above.abs() + here.abs() + below.abs());
-    (rise - fall).abs() > part * (rise + fall).abs() + rounding + 1e-3 * SHARE * magnitude
 }
 
 fn difference([above, below]: [&Outcome; 2], i: usize, distance: f64) -> f64 {

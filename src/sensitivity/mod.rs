@@ -30,6 +30,7 @@
 
 mod adjoint;
 mod begin;
+mod bend;
 mod besides;
 mod companion;
 mod crossing;

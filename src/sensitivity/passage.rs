@@ -1,7 +1,8 @@
 //! What a companion does where its run does something to states and memory: events, samples, changes of the inputs.
 
+use super::bend::ROUGH;
 use super::companion::Companion;
-use super::difference::{Move, Outcome, ROUGH, TIME_SCALE};
+use super::difference::{Move, Outcome, TIME_SCALE};
 use super::equations::{Act, At, Equations};
 use super::leaves::Leaves;
 use super::slopes::{along, any};

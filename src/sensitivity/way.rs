@@ -1,7 +1,7 @@
 //! Directions in which a run is differentiated.
 
 use super::NoDerivative;
-use super::difference::{EVEN, NEAR, is_bent};
+use super::bend::{EVEN, NEAR, is_bent};
 use super::equations::Equations;
 use super::leaves::Leaves;
 use super::memory::SHARE;
