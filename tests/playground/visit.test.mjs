@@ -225,7 +225,7 @@ test("the carriage is pushed by hand, and the files repeat it", async () => {
   await page.waitForFunction(() => Number.parseFloat(document.querySelector(".newton").textContent) > 11);
   await page.waitForTimeout(600);
   await page.mouse.up();
-  assert.equal(await page.locator(".newton").textContent(), "");
+  await page.waitForFunction(() => document.querySelector(".newton").textContent === "");
   await page.getByRole("slider", { name: "Push the carriage" }).focus();
   await page.keyboard.down("ArrowLeft");
   await page.waitForTimeout(300);
