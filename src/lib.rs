@@ -52,6 +52,9 @@ pub mod models;
 pub mod numbers;
 pub mod pneumatics;
 pub mod prelude;
+#[cfg(feature = "sensitivities")]
+#[doc(hidden)]
+pub mod replay;
 pub mod sensitivity;
 #[doc(hidden)]
 pub mod sensor;

@@ -257,6 +257,19 @@ macro_rules! law_items {
                 ) {
                     of_law!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory))
                 }
+                fn indicator<S: Scalar>(&self, event: Event, contact: &Contact<S>, z: &[S], memory: &Memory) -> Option<S> {
+                    of_law!(self, memory, |law, memory| law.indicator(event, contact, z, memory))
+                }
+                fn switched<S: Scalar>(
+                    &self,
+                    event: Event,
+                    contact: &Contact<S>,
+                    velocity: &mut S,
+                    z: &mut [S],
+                    memory: &Memory,
+                ) {
+                    of_law!(self, memory, |law, memory| law.switched(event, contact, velocity, z, memory))
+                }
                 fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) -> bool {
                     of_law!(self, memory, |law, memory| law.follow(contact, z, memory))
                 }

@@ -184,6 +184,28 @@ pub trait FrictionLaw: ParameterSet {
         false
     }
 
+    /// The indicator of an event, for a replay with numbers that have slopes; `None` where the law cannot be replayed.
+    fn indicator<S: Scalar>(
+        &self,
+        _event: Event,
+        _contact: &Contact<S>,
+        _z: &[S],
+        _memory: &Self::Memory,
+    ) -> Option<S> {
+        None
+    }
+
+    /// What an event does to velocity and states, for a replay with numbers that have slopes; the memory is the one behind it.
+    fn switched<S: Scalar>(
+        &self,
+        _event: Event,
+        _contact: &Contact<S>,
+        _velocity: &mut S,
+        _z: &mut [S],
+        _memory: &Self::Memory,
+    ) {
+    }
+
     /// The next sample the law takes.
     fn next_sample(&self, _memory: &Self::Memory) -> Sample {
         Sample::NEVER

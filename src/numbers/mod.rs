@@ -17,6 +17,7 @@ mod pair;
 pub mod random;
 mod scalar;
 mod tangent;
+mod varied;
 
 pub use dual::{Dual, Real};
 #[doc(hidden)]
@@ -24,4 +25,5 @@ pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
 pub use scalar::{Scalar, sign};
-pub use tangent::{Tangent, Tangents};
+pub use tangent::{Tangent, Tangents, WAYS};
+pub use varied::Varied;

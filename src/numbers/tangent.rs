@@ -4,7 +4,10 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{Dual, Number, Scalar};
 
-/// A number with its slope in one direction.
+/// How many directions tunable parameters vary in at once.
+pub const WAYS: usize = if cfg!(feature = "sensitivities") { 8 } else { 1 };
+
+/// A number with its slopes in all [directions](WAYS).
 ///
 /// Tunable parameters are such numbers, and every [`Number`] can be combined with them. Slopes of parameters are handed
 /// on where the equations are evaluated with tangents; all other numbers see the values alone, so that a run costs no
@@ -16,24 +19,44 @@ use super::{Dual, Number, Scalar};
 pub struct Tangent {
     /// The value.
     pub value: f64,
-    /// How fast it changes in the direction.
-    pub slope: f64,
+    /// How fast it changes in each direction.
+    pub slopes: [f64; WAYS],
 }
 
 impl Tangent {
     /// A number that does not vary.
     pub const fn still(value: f64) -> Self {
-        Self { value, slope: 0.0 }
+        Self { value, slopes: [0.0; WAYS] }
     }
 
-    fn dual(self) -> Dual<1> {
-        Dual { value: self.value, slope: [self.slope] }
+    /// A number that varies in the first direction.
+    pub const fn along_first(value: f64, slope: f64) -> Self {
+        let mut slopes = [0.0; WAYS];
+        slopes[0] = slope;
+        Self { value, slopes }
+    }
+
+    /// How fast it changes in the first direction.
+    #[inline(always)]
+    pub fn slope(self) -> f64 {
+        self.slopes[0]
+    }
+
+    #[inline(always)]
+    fn dual(self) -> Dual<WAYS> {
+        Dual { value: self.value, slope: self.slopes }
+    }
+
+    /// Its first slopes.
+    #[inline(always)]
+    pub(super) fn narrow<const K: usize>(self) -> Dual<K> {
+        Dual { value: self.value, slope: std::array::from_fn(|i| self.slopes[i]) }
     }
 }
 
-impl From<Dual<1>> for Tangent {
-    fn from(Dual { value, slope: [slope] }: Dual<1>) -> Self {
-        Self { value, slope }
+impl From<Dual<WAYS>> for Tangent {
+    fn from(Dual { value, slope: slopes }: Dual<WAYS>) -> Self {
+        Self { value, slopes }
     }
 }
 
@@ -48,16 +71,17 @@ impl Scalar for Tangent {
         self.value
     }
     fn chain(self, value: f64, derivative: f64) -> Self {
-        Self { value, slope: derivative * self.slope }
+        self.dual().chain(value, derivative).into()
     }
     fn chain_with(self, value: f64, derivative: f64, parameter: Tangent, by_parameter: f64) -> Self {
-        Self { value, slope: derivative * self.slope + by_parameter * parameter.slope }
+        let slopes = std::array::from_fn(|i| derivative * self.slopes[i] + by_parameter * parameter.slopes[i]);
+        Self { value, slopes }
     }
     fn pow(self, exponent: Tangent) -> Self {
-        let Self { value, slope } = self.powf(exponent.value);
+        let Self { value, slopes } = self.powf(exponent.value);
         // The logarithm of 0 times the power, which is 0 there.
         let by_exponent = if self.value > 0.0 { value * libm::log(self.value) } else { 0.0 };
-        Self { value, slope: slope + by_exponent * exponent.slope }
+        Self { value, slopes: std::array::from_fn(|i| slopes[i] + by_exponent * exponent.slopes[i]) }
     }
 }
 
@@ -124,20 +148,20 @@ pub struct Tangents {
     /// The values.
     pub values: [f64; 2],
     /// The slopes.
-    pub slopes: [f64; 2],
+    pub slopes: [[f64; WAYS]; 2],
 }
 
 impl Tangents {
     /// One of them.
     #[inline(always)]
     pub fn side(self, side: usize) -> Tangent {
-        Tangent { value: self.values[side], slope: self.slopes[side] }
+        Tangent { value: self.values[side], slopes: self.slopes[side] }
     }
 }
 
 impl From<[Tangent; 2]> for Tangents {
     fn from(both: [Tangent; 2]) -> Self {
-        Self { values: both.map(|it| it.value), slopes: both.map(|it| it.slope) }
+        Self { values: both.map(|it| it.value), slopes: both.map(|it| it.slopes) }
     }
 }
 
@@ -152,11 +176,11 @@ mod tests {
         fn equation<S: Scalar>(x: S, p: Tangent) -> S {
             ((x * p + S::along(p)).pow(p) / p - p).abs().sqrt()
         }
-        let (x, p) = (Tangent::still(0.7), Tangent { value: 1.3, slope: 2.0 });
+        let (x, p) = (Tangent::still(0.7), Tangent::along_first(1.3, 2.0));
         let plain = |p: f64| equation(Real::of(0.7), Tangent::still(p)).value;
         let step = 1e-6;
         let expected = 2.0 * (plain(1.3 + step) - plain(1.3 - step)) / (2.0 * step);
-        let Tangent { value, slope } = equation(x, p);
+        let (value, slope) = (equation(x, p).value, equation(x, p).slope());
         assert_eq!(value, plain(1.3));
         assert!((slope / expected - 1.0).abs() < 1e-8, "{slope}, not {expected}");
     }
@@ -164,14 +188,14 @@ mod tests {
     /// `c - p` has the slope of `-p + c`, in each operation.
     #[test]
     fn constants_on_the_left_keep_the_slope() {
-        let p = Tangent { value: 2.0, slope: 5.0 };
-        let of = |value: f64, slope: f64| Tangent { value, slope };
+        let p = Tangent::along_first(2.0, 5.0);
+        let of = Tangent::along_first;
         assert_eq!([3.0 + p, 3.0 - p, 3.0 * p, 3.0 / p], [of(5.0, 5.0), of(1.0, -5.0), of(6.0, 15.0), of(1.5, -3.75)]);
     }
 
     #[test]
     fn other_numbers_see_values_alone() {
-        let p = Tangent { value: 3.0, slope: 1.0 };
+        let p = Tangent::along_first(3.0, 1.0);
         let two = Real::of(2.0);
         assert_eq!([two - p, Real::along(p), two.pow(p)].map(Real::value), [-1.0, 3.0, 8.0]);
         assert_eq!(Dual::<2>::variable(2.0, 1) * p, Dual::<2>::variable(2.0, 1) * 3.0);

@@ -97,6 +97,21 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// Rates of the states under a voltage.
     fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
 
+    /// The set point that the memory holds.
+    fn held(&self, _memory: &Self::Memory) -> f64 {
+        0.0
+    }
+
+    /// The set point with its slopes, after a voltage that it follows.
+    fn followed<S: Scalar>(&self, _voltage: S, before: S) -> S {
+        before
+    }
+
+    /// The states in a step towards a set point with its slopes: as [`later`](Self::later).
+    fn later_of<S: Scalar>(&self, states: [S; STATES], _set_point: S, _stride: &Stride) -> [[S; STATES]; 2] {
+        [states; 2]
+    }
+
     /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
     /// Asked of actuators with a [closed form](Self::has_closed_form).
     fn half(&self, _step: f64) -> [[f64; STATES]; STATES] {
@@ -171,5 +186,10 @@ pub(super) const SHORT: f64 = 0.01;
 
 /// The value in the middle of a step with which the rule of Simpson has a mean, between values at the start and at the end.
 pub(super) fn simpson_middle(start: f64, mean: f64, end: f64) -> f64 {
-    1.5 * mean - 0.25 * (start + end)
+    simpson_middle_of(Real::of(start), Real::of(mean), Real::of(end)).value
+}
+
+/// The same of any numbers.
+pub(super) fn simpson_middle_of<S: Scalar>(start: S, mean: S, end: S) -> S {
+    mean * 1.5 - (start + end) * 0.25
 }

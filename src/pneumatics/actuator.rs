@@ -249,6 +249,15 @@ macro_rules! actuator_items {
                 fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
                     of_actuator!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
                 }
+                fn held(&self, memory: &Memory) -> f64 {
+                    of_actuator!(self, memory, |actuator, memory| actuator.held(memory))
+                }
+                fn followed<S: Scalar>(&self, voltage: S, before: S) -> S {
+                    of_actuator!(self, |actuator| actuator.followed(voltage, before))
+                }
+                fn later_of<S: Scalar>(&self, states: [S; STATES], set_point: S, stride: &Stride) -> [[S; STATES]; 2] {
+                    of_actuator!(self, |actuator| actuator.later_of(states, set_point, stride))
+                }
                 #[inline(always)]
                 fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
                     of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))

@@ -220,7 +220,7 @@ impl Companion {
             match mark {
                 Mark::Begins(duration) => self.pass(vec![Act::Begin(*duration)], false, None),
                 Mark::Follows => self.pass(vec![Act::Follow], true, None),
-                Mark::Moves { time, end } => {
+                Mark::Moves { time, end, .. } => {
                     self.cross(*time, end);
                     if let [Mark::Switches(event), others @ ..] = rest {
                         rest = others;

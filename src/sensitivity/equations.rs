@@ -216,11 +216,11 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
     }
 
     fn rate_slopes(&self, At { time, x, u }: At, (dx, du): (&[f64], &[f64]), slopes: &mut [f64]) {
-        let tangent = |value: f64, slope: f64| Tangent { value, slope };
+        let tangent = Tangent::along_first;
         let x: [Tangent; N] = std::array::from_fn(|i| tangent(x[i], dx[i]));
         let u: [Tangent; U] = std::array::from_fn(|i| tangent(u[i], du[i]));
         let rates = System::derivatives(&self.equations, tangent(time, 0.0), &x, &u, &self.memory);
-        slopes.iter_mut().zip(rates).for_each(|(slope, rate)| *slope = rate.slope);
+        slopes.iter_mut().zip(rates).for_each(|(slope, rate)| *slope = rate.slope());
     }
 
     fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)> {

@@ -22,8 +22,8 @@ pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
-    let tangent = |value: f64, slope: f64| Tangent { value, slope };
-    write_slopes(equations, at, seeds, (tangent, |number| number.slope), computed);
+    let tangent = Tangent::along_first;
+    write_slopes(equations, at, seeds, (tangent, |number| number.slope()), computed);
 }
 
 /// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.

@@ -23,7 +23,9 @@ pub(crate) use linear::Solver;
 #[doc(hidden)]
 pub use rosenbrock::RODAS;
 #[doc(hidden)]
-pub use run::{Mark, Progress, Run};
+pub use relaxing::Relaxing;
+#[doc(hidden)]
+pub use run::{How, Mark, Method, Progress, Run};
 #[doc(hidden)]
 pub use settings::Settings;
 

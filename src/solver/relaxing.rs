@@ -5,12 +5,14 @@
 //! rate its order is 4, so that the rate need not be exact. With half the evaluations its order is 2: Hochbruck, Ostermann
 //! (2010), Acta Numerica.
 
+use crate::numbers::Scalar;
+
 /// Share of a relaxation within a step below which the classical method is as good. Much further down, the weights below
 /// would be differences of nearly equal numbers: here they lose four digits of sixteen.
 const SLOW: f64 = 0.05;
 
 /// The weights of a step for a state that relaxes at a rate `r`, and that is driven by what its derivative is besides.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxing {
     /// In 1/s.
     rate: f64,
@@ -58,6 +60,37 @@ impl Relaxing {
                 h * (4.0 * phi_3 - phi_2),
             ],
         })
+    }
+
+    /// What drives the state besides its relaxation.
+    #[inline(always)]
+    pub fn drive_of<S: Scalar>(&self, state: S, slope: S) -> S {
+        slope + state * self.rate
+    }
+
+    /// The argument of the second stage.
+    #[inline(always)]
+    pub fn second_of<S: Scalar>(&self, state: S, first: S) -> S {
+        state * self.half + first * self.second
+    }
+
+    /// The argument of the third stage, after that of the second.
+    #[inline(always)]
+    pub fn third_of<S: Scalar>(&self, argument: S, [first, second]: [S; 2]) -> S {
+        argument + (second - first) * self.third
+    }
+
+    /// The argument of the fourth stage.
+    #[inline(always)]
+    pub fn fourth_of<S: Scalar>(&self, state: S, [first, third]: [S; 2]) -> S {
+        state * self.whole + (first * self.fourth[0] + (third - first) * self.fourth[1])
+    }
+
+    /// The state at the end.
+    #[inline(always)]
+    pub fn end_of<S: Scalar>(&self, state: S, [first, second, third, fourth]: [S; 4]) -> S {
+        let [outer, inner, last] = self.result;
+        state * self.whole + (first * outer + (second + third) * inner + fourth * last)
     }
 
     /// What drives the state besides its relaxation.

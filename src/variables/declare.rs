@@ -32,6 +32,17 @@ impl Field for Tunable {
     }
 }
 
+/// A number that is fixed once a run has started, by which runs can be differentiated all the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fixed(pub Tunable);
+
+impl Field for Fixed {
+    const LEN: usize = 1;
+    fn read(values: &[Tunable]) -> Option<Self> {
+        Some(Self(values[0]))
+    }
+}
+
 impl<const N: usize> Field for [f64; N] {
     const LEN: usize = N;
     fn read(values: &[Tunable]) -> Option<Self> {

@@ -15,7 +15,7 @@ mod values;
 use std::fmt;
 
 pub use array::array_name;
-pub use declare::{Declaration, Field, ParameterSet, Tunable};
+pub use declare::{Declaration, Field, Fixed, ParameterSet, Tunable};
 #[doc(hidden)]
 pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};

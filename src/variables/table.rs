@@ -1,6 +1,5 @@
 //! The variables of a model, found by name, by value reference and by place.
 
-use std::iter;
 use std::ops::Deref;
 
 use super::{Case, Enumeration, Kind, Meaning, ParameterError, Role, Tunable, Variable, array};
@@ -228,11 +227,13 @@ impl Table {
     }
 
     /// The parameters of the model itself for the values of all: each enumeration as its number chooses, if that is not 0.
-    /// They vary with the slopes given for all in the same order, or not at all.
+    /// They vary with the slopes given for all in the same order, one direction after the other, or not at all.
     pub fn chosen(&self, parameters: &[f64], slopes: &[f64]) -> Vec<Tunable> {
         let (own, numbers) = parameters.split_at(parameters.len() - self.numbered.len());
-        let slopes = slopes.iter().copied().chain(iter::repeat(0.0));
-        let mut own: Vec<_> = own.iter().zip(slopes).map(|(&value, slope)| Tunable { value, slope }).collect();
+        let mut own: Vec<_> = own.iter().map(|value| Tunable::still(*value)).collect();
+        for (way, slopes) in slopes.chunks(parameters.len()).enumerate() {
+            own.iter_mut().zip(slopes).for_each(|(own, slope)| own.slopes[way] = *slope);
+        }
         for (place, number) in self.numbered.iter().zip(numbers) {
             if *number != 0.0 {
                 own[*place] = Tunable::still(*number);

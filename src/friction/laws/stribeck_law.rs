@@ -128,6 +128,25 @@ impl FrictionLaw for Stribeck {
         true
     }
 
+    fn indicator<S: Scalar>(&self, _event: Event, contact: &Contact<S>, _z: &[S], memory: &Memory) -> Option<S> {
+        // The begin of a rest has a slope of its own, on which static friction depends where it grows.
+        if self.rested_force.value != 0.0 {
+            return None;
+        }
+        Some(memory.mode.indicator(contact, || self.break_away(contact.level, 0.0)))
+    }
+
+    fn switched<S: Scalar>(
+        &self,
+        _event: Event,
+        _contact: &Contact<S>,
+        velocity: &mut S,
+        _z: &mut [S],
+        _memory: &Memory,
+    ) {
+        *velocity = S::zero();
+    }
+
     fn is_sticking(memory: &Memory) -> bool {
         memory.mode == Mode::Stuck
     }

@@ -57,6 +57,14 @@ impl Mode {
         }
     }
 
+    /// The indicator of the event that ends the mode under forces.
+    pub fn indicator<S: Scalar>(self, contact: &Contact<S>, break_away: impl FnOnce() -> S) -> S {
+        match self {
+            Self::Stuck => break_away() - contact.applied.abs(),
+            Self::Sliding(direction) => contact.velocity * direction,
+        }
+    }
+
     /// The mode after an event of the present one; sets the velocity to exactly 0.
     pub fn switched(self, contact: &Contact<f64>, velocity: &mut f64, break_away: f64) -> Self {
         *velocity = 0.0;

@@ -29,6 +29,8 @@ mod parts;
 mod piece;
 mod places;
 mod rates;
+#[cfg(feature = "sensitivities")]
+mod replayed;
 mod readings;
 mod sensors;
 mod start;

@@ -105,15 +105,15 @@ impl Equations for Sampled {
 
     fn sample_slopes(&self, [u, du]: [&[f64]; 2], memory: &[f64]) -> Option<Result<Vec<f64>, String>> {
         let mut last = self.last.along(memory);
-        let input = Inputs::read(&std::array::from_fn(|i| Tangent { value: u[i], slope: du[i] }));
+        let input = Inputs::read(&std::array::from_fn(|i| Tangent::along_first(u[i], du[i])));
         let kinks = self.law.sample(&input, &mut last);
-        Some(kinks.refuse().map(|()| last.numbers().map(|number| number.slope).to_vec()))
+        Some(kinks.refuse().map(|()| last.numbers().map(|number| number.slope()).to_vec()))
     }
 
     fn shown_slopes(&self, memory: &[f64]) -> Option<Vec<f64>> {
         let mut shown = vec![Tangent::still(0.0); Outputs::<f64>::LEN];
         self.law.shown(&self.last.along(memory)).write(&mut shown);
-        Some(shown.into_iter().map(|value| value.slope).collect())
+        Some(shown.into_iter().map(|value| value.slope()).collect())
     }
 
     /// Always the same, so that nothing makes samples later.
@@ -142,7 +142,7 @@ impl Last {
     fn along(&self, slopes: &[f64]) -> Last<Tangent> {
         let numbers = self.numbers();
         let [reference, error, wanted, command, integral, effort] =
-            std::array::from_fn(|i| Tangent { value: numbers[i], slope: slopes[i] });
+            std::array::from_fn(|i| Tangent::along_first(numbers[i], slopes[i]));
         Last { reference, error, wanted, command, integral, effort }
     }
 }
@@ -166,7 +166,7 @@ impl Kinks<Tangent> {
             (lack, "no lack of velocity, with the voltage beyond its range"),
             (integral, "the integral part just at its limit"),
         ];
-        match named.into_iter().find(|(left, _)| left.value == 0.0 && left.slope != 0.0) {
+        match named.into_iter().find(|(left, _)| left.value == 0.0 && left.slope() != 0.0) {
             Some((_, what)) => Err(format!("it finds {what}")),
             None => Ok(()),
         }

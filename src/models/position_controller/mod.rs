@@ -27,7 +27,7 @@ use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
-use crate::solver::{Mark, StepError};
+use crate::solver::{How, Mark, StepError};
 use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
@@ -332,7 +332,7 @@ impl PositionController {
     }
 
     fn mark_move(&mut self) {
-        self.mark(|controller| Mark::Moves { time: controller.elapsed(), end: Vec::new() });
+        self.mark(|controller| Mark::Moves { time: controller.elapsed(), end: Vec::new(), how: How::of_another(0.0) });
     }
 
     /// Leaves a mark, if somebody follows.

@@ -5,7 +5,7 @@ mod parameters;
 
 use std::f64::consts::{PI, TAU};
 
-use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
+use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle, simpson_middle_of};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use crate::hybrid::{Led, Stride};
@@ -30,7 +30,7 @@ pub struct Valve {
     /// The spool.
     pub spool: Spool,
     /// Half width of the play.
-    pub hysteresis: f64,
+    pub hysteresis: Tunable,
     /// +1: more than 5 V feeds chamber A; -1: chamber B.
     pub polarity: f64,
 }
@@ -94,6 +94,24 @@ impl Spool {
     /// exp(-d*t)*| c + d*s     s     |   d = zeta*wn, w^2 = wn^2 - d^2
     ///           | -wn^2*s   c - d*s |   c = cos(w*t), s = sin(w*t)/w, or cosh and sinh where w^2 < 0
     /// ```
+    /// What [`later`](Self::later) tells, without the bend, towards a set point with slopes.
+    fn later_of<S: Scalar>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride) -> [[S; 2]; 2] {
+        let &Stride { size: step, half: [[a, b], [c, d]] } = stride;
+        let moved = |[velocity, distance]: [S; 2]| [distance * c + velocity * d, distance * a + velocity * b];
+        let distance = spool - set_point;
+        let middle = moved([velocity, distance]);
+        let [end_velocity, end] = moved(middle);
+        if (self.stiffness + self.damping * self.damping) * step * step < SHORT * SHORT {
+            let placed = |[velocity, distance]: [S; 2]| [velocity, set_point + distance];
+            return [placed(middle), placed([end_velocity, end])];
+        }
+        let way = end - distance;
+        let mean = (velocity - end_velocity - way * self.damping) / (self.stiffness * step);
+        let effective =
+            [simpson_middle_of(velocity, way / step, end_velocity), simpson_middle_of(distance, mean, end)];
+        [[effective[0], set_point + effective[1]], [end_velocity, set_point + end]]
+    }
+
     fn propagator(&self, time: f64) -> [[f64; 2]; 2] {
         /// Beyond this the smaller of the two exponentials in a hyperbolic function is lost in rounding.
         const FAR: f64 = 20.0;
@@ -129,20 +147,25 @@ impl Valve {
     /// Its derivative is 1 while the command pushes (2 where the loop closes), also where it has just come to rest against
     /// the set point (the derivative of the side that was pushed), and 0 inside the play.
     pub fn play<S: Scalar>(&self, before: f64, command: S) -> S {
-        let width = S::constant(self.hysteresis);
+        self.play_of(S::constant(before), command)
+    }
+
+    /// The same where what was before has slopes.
+    pub fn play_of<S: Scalar>(&self, before: S, command: S) -> S {
+        let width = S::along(self.hysteresis);
         let (low, high) = (command - width.min(-command + 1.0), command + width.min(command + 1.0));
-        if low.value() >= before {
+        if low.value() >= before.value() {
             low
-        } else if high.value() <= before {
+        } else if high.value() <= before.value() {
             high
         } else {
-            S::constant(before)
+            before
         }
     }
 
     /// The set point a run starts with: the command, as far as the play around 0 reaches.
     pub fn initial_play(&self, command: f64) -> f64 {
-        command.clamp(-self.hysteresis, self.hysteresis)
+        command.clamp(-self.hysteresis.value, self.hysteresis.value)
     }
 }
 
@@ -196,7 +219,7 @@ impl Actuating for ProportionalValve {
         let valve = Valve {
             centre: -p.offset + 5.0,
             spool: Spool::new(p.bandwidth, p.damping),
-            hysteresis: p.hysteresis,
+            hysteresis: p.hysteresis.0,
             polarity: f64::from(p.polarity),
         };
         let [supply, exhaust] = p.ports().map(|ports| Edges::new(ports, p.leakage));
@@ -229,6 +252,18 @@ impl Actuating for ProportionalValve {
 
     fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &f64) -> [S; STATES] {
         [self.valve.spool.acceleration(self.set_point(voltage, *set_point), spool, velocity), velocity]
+    }
+
+    fn held(&self, set_point: &f64) -> f64 {
+        *set_point
+    }
+
+    fn followed<S: Scalar>(&self, voltage: S, before: S) -> S {
+        self.valve.play_of(before, self.valve.command(voltage))
+    }
+
+    fn later_of<S: Scalar>(&self, states: [S; STATES], set_point: S, stride: &Stride) -> [[S; STATES]; 2] {
+        self.valve.spool.later_of(states, set_point, stride)
     }
 
     fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
@@ -305,7 +340,7 @@ mod tests {
     use crate::variables::ParameterSet;
 
     const VALVE: Valve =
-        Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: 0.01, polarity: 1.0 };
+        Valve { centre: Tunable::still(5.0), spool: Spool::new(100.0, 0.7), hysteresis: Tunable::still(0.01), polarity: 1.0 };
 
     fn command(valve: &Valve, voltage: f64) -> f64 {
         valve.command(Real::of(voltage)).value
@@ -440,7 +475,7 @@ mod tests {
     /// Without hysteresis the set point is the command, derivatives included.
     #[test]
     fn play_of_no_width_hands_on_the_command() {
-        let direct = Valve { hysteresis: 0.0, ..VALVE };
+        let direct = Valve { hysteresis: Tunable::still(0.0), ..VALVE };
         let command = Dual::<1>::variable(0.2, 0);
         assert_eq!(direct.play(0.2, command), command);
     }

@@ -3,7 +3,7 @@
 use super::edges::{Characteristic, Opening, Port};
 use crate::numbers::MonotoneCurve;
 use crate::parameters;
-use crate::variables::{ParameterError, Tunable, Variable, units};
+use crate::variables::{Fixed, ParameterError, Tunable, Variable, units};
 
 /// Points that a table of openings may have.
 const POINTS: usize = 11;
@@ -26,7 +26,7 @@ parameters! {
             .text("Natural frequency of the spool");
         damping: f64 = Variable::parameter(1029, "valve.damping", units::ONE, std::f64::consts::FRAC_1_SQRT_2).range(0.01, 100.0)
             .text("Damping ratio of the spool");
-        hysteresis: f64 = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
+        hysteresis: Fixed = Variable::parameter(1030, "valve.hysteresis", units::ONE, 0.004).range(0.0, 1.0)
             .text("Half width of the play between command and spool set point; it closes towards full command");
         polarity: i32 = Variable::count(1031, "valve.polarity", 1).range(-1.0, 1.0)
             .text("1: more than 5 V feeds chamber A through the proportional valve; -1: chamber B. Other actuators have no polarity");

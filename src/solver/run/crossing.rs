@@ -36,7 +36,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             Err(event) => return self.leave_limit(event, h, end),
         };
         let (at, end) = self.refine(event, bracket, guess, *end);
-        self.move_to(self.time + at, &end, false);
+        self.move_to(at, self.time + at, &end, false);
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
         self.reach(event)
     }
@@ -49,7 +49,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             self.leaving = Some(event);
             return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
         }
-        self.move_to(self.time + h, end, false);
+        self.move_to(h, self.time + h, end, false);
         self.reach(event)
     }
 

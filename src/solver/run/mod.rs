@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use self::choice::Choice;
 use self::strides::Strides;
-pub use self::trail::Mark;
+pub use self::trail::{How, Mark, Method};
 use super::balance::Balance;
 use super::error::StepError;
 use super::settings::Settings;

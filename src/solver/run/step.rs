@@ -287,7 +287,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     fn accept(&mut self, h: f64, end_time: f64, end: &[f64; N], error: f64) {
         let beyond = self.beyond;
-        self.move_to(end_time, end, self.is_explicit && !self.inputs.vary());
+        self.move_to(h, end_time, end, self.is_explicit && !self.inputs.vary());
         self.step = if self.is_midpoint {
             // That of the classical method is another.
             self.step.max(beyond)
@@ -301,14 +301,14 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes to the end of a step, whose slope there may be known.
-    pub(super) fn move_to(&mut self, time: f64, end: &[f64; N], knows_slope: bool) {
+    pub(super) fn move_to(&mut self, h: f64, time: f64, end: &[f64; N], knows_slope: bool) {
         if self.settings.keeps_balance {
             self.keep_balance(time, end);
         }
+        self.mark_move(h, time, end);
         self.time = time;
         self.x = *end;
         self.counters.steps += 1;
-        self.mark_move(time, end);
         if knows_slope {
             self.linearisation.derivatives = self.end_slope;
         }
