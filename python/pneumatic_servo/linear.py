@@ -138,7 +138,7 @@ class Linearisation:
             for title, matrix, rows, columns in blocks
         )
         # A wide matrix scrolls, and is not folded.
-        return f"<p>{lines}</p>" + "".join(f'<div style="overflow-x:auto">{one}</div>' for one in tables)
+        return f"<p>{lines}</p>" + "".join(f'<div style="overflow-x:auto" tabindex="0">{one}</div>' for one in tables)
 
     def _point(self) -> Iterator[str]:
         for names, values in [(self.states, self.x), (self.inputs, self.u)]:
