@@ -26,13 +26,39 @@ export interface Look {
   span?: number;
 }
 
+/** What a chart over time shows. */
+export interface Curves {
+  times: ArrayLike<number>;
+  lines: ArrayLike<number>[];
+  episodes?: Episodes;
+}
+
+/** What a chart of one quantity over another shows: a path for each line. */
+export type Paths = readonly (readonly [ArrayLike<number>, ArrayLike<number>])[];
+
+/** A chart and what it shows of a run. */
+export class Plot<D = unknown> {
+  constructor(
+    private readonly chart: Chart<D>,
+    private readonly of: () => D,
+  ) {}
+
+  /** Draws it over a range of time, before the same of a run that was kept. */
+  draw(range: [number, number], kept?: Plot<D>): void {
+    this.chart.show(this.of(), range, kept?.of());
+  }
+}
+
 const HEIGHT = 210;
+/** The narrowest part of a chart in px that is enlarged: less is a click. */
+const NARROWEST = 6;
 
 const probe = element("span", { hidden: true });
 
-/** The colour that a custom property has in the present theme. */
-function css(name: string): string {
+/** The colour that a custom property has in the present theme, or in a given one. */
+export function css(name: string, scheme = ""): string {
   if (!probe.isConnected) document.body.append(probe);
+  probe.style.colorScheme = scheme;
   probe.style.color = `var(${name})`;
   return getComputedStyle(probe).color;
 }
@@ -79,13 +105,61 @@ const keys = (): HTMLElement[] =>
     element("span", {}, element("span", { class: `patch ${name}` }), label),
   );
 
+/** Draws through points, with a gap where one is NaN. */
+function trace(plot: uPlot, across: ArrayLike<number>, up: ArrayLike<number>): void {
+  const { ctx } = plot;
+  ctx.beginPath();
+  let isGap = true;
+  for (let row = 0; row < across.length; row += 1) {
+    if (Number.isNaN(across[row])) {
+      isGap = true;
+      continue;
+    }
+    const point = [plot.valToPos(across[row], "x", true), plot.valToPos(up[row], "y", true)] as const;
+    if (isGap) ctx.moveTo(...point);
+    else ctx.lineTo(...point);
+    isGap = false;
+  }
+  ctx.stroke();
+}
+
+/** Draws within the axes of a chart. */
+function within(plot: uPlot, draw: (ctx: CanvasRenderingContext2D) => void): void {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.lineWidth = 1.5 * devicePixelRatio;
+  ctx.lineJoin = "round";
+  ctx.setLineDash([]);
+  draw(ctx);
+  ctx.restore();
+}
+
+/** The least and the largest of values, with those of others. */
+function extremes(from: [number | null, number | null], others: readonly ArrayLike<number>[]): [number | null, number | null] {
+  let [low, high] = from;
+  for (const values of others) {
+    for (let row = 0; row < values.length; row += 1) {
+      const value = values[row];
+      if (Number.isNaN(value)) continue;
+      if (low === null || value < low) low = value;
+      if (high === null || value > high) high = value;
+    }
+  }
+  return [low, high];
+}
+
 /** A chart in the page; it is drawn anew when its width or the colours change. */
-export abstract class Chart {
+export abstract class Chart<D> {
   readonly root: HTMLElement;
   protected plot: uPlot | null = null;
+  /** Tells the values at the pointer. */
+  protected readonly values = element("output", { class: "values", hidden: true });
   private readonly holder = element("div", { class: "plot" });
 
-  constructor(protected readonly look: Look) {
+  constructor(readonly look: Look) {
     const legend = element("div", { class: "legend" });
     for (const line of look.lines) {
       const key = element("span", { class: line.dashed ? "key dashed" : "key", style: `--line: var(${line.colour})` });
@@ -93,12 +167,16 @@ export abstract class Chart {
     }
     const ofLines = look.lines.length > 1 ? [...legend.children] : [];
     legend.replaceChildren(...ofLines, ...(look.episodes ? keys() : []));
-    const title = element("figcaption", {}, element("strong", {}, look.title), legend.children.length ? legend : null);
+    const title = element("figcaption", {}, element("strong", {}, look.title), legend.children.length ? legend : null, this.values);
     this.root = element("figure", { class: "chart", role: "img", "aria-label": look.title }, title, this.holder);
     new ResizeObserver(() => this.fit()).observe(this.holder);
     addEventListener("themechange", () => this.redraw());
   }
 
+  /** Shows data over a range of time, before those of a run that was kept. */
+  abstract show(data: D, range: [number, number], kept?: D): void;
+  /** What is drawn: the ranges of both axes, and the points of each line. */
+  abstract drawing(): { ranges: [[number, number], [number, number]]; lines: Paths };
   protected abstract options(): Omit<uPlot.Options, "width" | "height">;
   protected abstract data(): uPlot.AlignedData;
 
@@ -126,42 +204,55 @@ export abstract class Chart {
 }
 
 /** Lines over time. */
-export class TimeChart extends Chart {
-  private lines: ArrayLike<number>[] = [[0], ...this.look.lines.map(() => [NaN])];
+export class TimeChart extends Chart<Curves> {
+  /** Hears of the range of time that the visitor wants to see, or that he wants to see what there is. */
+  onZoom: ((range: [number, number] | null) => void) | null = null;
+  private curves: Curves = { times: [0], lines: this.look.lines.map(() => [NaN]) };
   private range: [number, number] = [0, 1];
-  private episodes: Episodes | null = null;
+  private kept: Curves | undefined;
 
-  /** Shows lines over times, on a given range of time. */
-  show(times: ArrayLike<number>, lines: ArrayLike<number>[], range: [number, number], episodes: Episodes | null = null): void {
-    this.lines = [times, ...lines];
+  show(curves: Curves, range: [number, number], kept?: Curves): void {
+    this.curves = curves;
     this.range = range;
-    this.episodes = episodes;
+    this.kept = kept;
     this.update();
+    this.tell();
   }
 
-  /** Shades where the carriage sticks or rests against a stop, under grid and lines. */
-  private readonly shade = ({ ctx, bbox, valToPos }: uPlot): void => {
-    if (!this.episodes) return;
-    const fill = (intervals: [number, number][], colour: string) => {
-      ctx.fillStyle = css(colour);
-      for (const interval of intervals) {
-        const [from, to] = interval.map((time) => clamp(valToPos(time, "x", true), bbox.left, bbox.left + bbox.width));
-        ctx.fillRect(from, bbox.top, Math.max(to - from, 0), bbox.height);
+  drawing() {
+    const lines = this.curves.lines.map((line) => [this.curves.times, line] as const);
+    const [low, high] = extremes([null, null], this.curves.lines);
+    return { ranges: [this.range, airy(low, high, this.look.span ?? 1)] as [[number, number], [number, number]], lines };
+  }
+
+  /** Shades where the carriage sticks or rests against a stop, under grid and lines, and draws the run that was kept. */
+  private readonly shade = (plot: uPlot): void => {
+    const { bbox, valToPos } = plot;
+    const { episodes } = this.curves;
+    within(plot, (ctx) => {
+      const fill = (intervals: [number, number][], colour: string) => {
+        ctx.fillStyle = css(colour);
+        for (const interval of intervals) {
+          const [from, to] = interval.map((time) => clamp(valToPos(time, "x", true), bbox.left, bbox.left + bbox.width));
+          ctx.fillRect(from, bbox.top, Math.max(to - from, 0), bbox.height);
+        }
+      };
+      if (episodes) {
+        fill(episodes.sticking, "--stick");
+        fill(episodes.stops, "--stop");
       }
-    };
-    ctx.save();
-    fill(this.episodes.sticking, "--stick");
-    fill(this.episodes.stops, "--stop");
-    ctx.restore();
+      ctx.strokeStyle = css("--kept");
+      ctx.lineWidth *= 2;
+      for (const line of this.kept?.lines ?? []) trace(plot, this.kept?.times ?? [], line);
+    });
   };
 
   /** Points down to where the carriage breaks away. */
   private readonly point = ({ ctx, bbox, valToPos }: uPlot): void => {
-    if (!this.episodes) return;
     const size = 5 * devicePixelRatio;
     ctx.save();
     ctx.fillStyle = css("--held");
-    for (const time of this.episodes.breakAways) {
+    for (const time of this.curves.episodes?.breakAways ?? []) {
       const x = valToPos(time, "x", true);
       if (x < bbox.left || x > bbox.left + bbox.width) continue;
       ctx.beginPath();
@@ -173,22 +264,48 @@ export class TimeChart extends Chart {
     ctx.restore();
   };
 
+  /** Tells the values under the pointer. */
+  private readonly tell = (): void => {
+    const left = this.plot?.cursor.left ?? -1;
+    this.values.hidden = left < 0;
+    if (!this.plot || left < 0) return;
+    const row = this.plot.posToIdx(left);
+    const unit = / in (.*)$/.exec(this.look.up)?.[1] ?? "";
+    const texts = this.look.lines.map(({ label }, index) => {
+      const value = `${short(this.curves.lines[index][row], 5)} ${unit}`;
+      return this.look.lines.length > 1 ? `${label} ${value}` : value;
+    });
+    this.values.textContent = `${this.curves.times[row].toFixed(3)} s: ${texts.join(", ")}`;
+  };
+
+  /** Takes over the range of time that was chosen by dragging. */
+  private readonly zoom = (plot: uPlot): void => {
+    const { left, width } = plot.select;
+    if (width < NARROWEST) return;
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.onZoom?.([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
+  };
+
   protected data(): uPlot.AlignedData {
-    return this.lines as unknown as uPlot.AlignedData;
+    return [this.curves.times, ...this.curves.lines] as unknown as uPlot.AlignedData;
   }
 
   protected options() {
     // Wherever one of them is above the other.
     const both: [number, number][] = this.look.marked ? [[1, 2], [2, 1]] : [];
     const bands = both.map((series) => ({ series, fill: css("--mark") }));
+    const range = (_: uPlot, low: number, high: number) =>
+      airy(...extremes([low, high], this.kept?.lines ?? []), this.look.span ?? 1);
     return {
-      cursor: { drag: { x: false, y: false }, points: { show: false } },
-      scales: {
-        x: { time: false, range: () => this.range },
-        y: { range: (_: uPlot, low: number, high: number) => airy(low, high, this.look.span ?? 1) },
+      cursor: {
+        y: false,
+        drag: { x: this.onZoom !== null, y: false, setScale: false },
+        points: { show: false },
+        bind: { dblclick: () => () => (this.onZoom?.(null), null) },
       },
+      scales: { x: { time: false, range: () => this.range }, y: { range } },
       axes: [{ ...axis("Time in s"), size: 34 }, axis(this.look.up)],
-      hooks: { drawClear: [this.shade], draw: [this.point] },
+      hooks: { drawClear: [this.shade], draw: [this.point], setCursor: [this.tell], setSelect: [this.zoom] },
       series: [{}, ...this.look.lines.map(stroke)],
       bands,
     } satisfies Omit<uPlot.Options, "width" | "height">;
@@ -196,16 +313,31 @@ export class TimeChart extends Chart {
 }
 
 /** One quantity over another: a path, with a gap where a value is NaN and a dot where it is now. */
-export class PathChart extends Chart {
-  private paths: [ArrayLike<number>, ArrayLike<number>][] = this.look.lines.map(() => [[], []]);
+export class PathChart extends Chart<Paths> {
+  private paths: Paths = this.look.lines.map(() => [[], []]);
+  private kept: Paths | undefined;
 
-  show(...paths: [ArrayLike<number>, ArrayLike<number>][]): void {
+  show(paths: Paths, _: [number, number], kept?: Paths): void {
     this.paths = paths;
+    this.kept = kept;
     this.update();
+  }
+
+  drawing() {
+    const ranges = [0, 1].map((side) => {
+      const [low, high] = extremes([null, null], this.paths.map((path) => path[side]));
+      return airy(low, high, this.spans[side]);
+    });
+    return { ranges: ranges as [[number, number], [number, number]], lines: this.paths };
   }
 
   protected data(): uPlot.AlignedData {
     return [null, ...this.paths] as unknown as uPlot.AlignedData;
+  }
+
+  /** The smallest ranges of both axes. */
+  private get spans(): [number, number] {
+    return [1e-3, this.look.span ?? 1];
   }
 
   protected options() {
@@ -215,47 +347,40 @@ export class PathChart extends Chart {
       { scale: "y", auto: true },
     ];
     const series = this.look.lines.map((line) => ({ ...stroke(line), facets, paths: this.draw }));
-    const range = (span: number) => (_: uPlot, low: number, high: number) => airy(low, high, span);
+    const range = (side: 0 | 1) => (_: uPlot, low: number, high: number) =>
+      airy(...extremes([low, high], this.kept?.map((path) => path[side]) ?? []), this.spans[side]);
     return {
       mode: 2 as const,
       cursor: { show: false },
-      scales: { x: { time: false, range: range(1e-3) }, y: { range: range(this.look.span ?? 1) } },
+      scales: { x: { time: false, range: range(0) }, y: { range: range(1) } },
       axes: [{ ...axis(this.look.across ?? ""), size: 34 }, axis(this.look.up)],
+      hooks: { drawClear: [this.ghost] },
       series: [{}, ...series],
     } satisfies Omit<uPlot.Options, "width" | "height">;
   }
 
   private colours: string[] = [];
 
+  /** Draws the run that was kept. */
+  private readonly ghost = (plot: uPlot): void =>
+    within(plot, (ctx) => {
+      ctx.strokeStyle = css("--kept");
+      ctx.lineWidth *= 2;
+      for (const path of this.kept ?? []) trace(plot, ...path);
+    });
+
   private readonly draw = (plot: uPlot, index: number): null => {
     const [across, up] = this.paths[index - 1];
     if (across.length === 0) return null;
-    const { ctx } = plot;
-    ctx.save();
-    ctx.beginPath();
-    ctx.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
-    ctx.clip();
-    ctx.strokeStyle = ctx.fillStyle = this.colours[index - 1];
-    ctx.lineWidth = 1.5 * devicePixelRatio;
-    ctx.lineJoin = "round";
-    const place = (row: number): [number, number] => [
-      plot.valToPos(across[row], "x", true),
-      plot.valToPos(up[row], "y", true),
-    ];
-    ctx.beginPath();
-    let isGap = true;
-    for (let row = 0; row < across.length; row += 1) {
-      if (Number.isNaN(across[row])) isGap = true;
-      else if (isGap) {
-        ctx.moveTo(...place(row));
-        isGap = false;
-      } else ctx.lineTo(...place(row));
-    }
-    ctx.stroke();
-    ctx.beginPath();
-    ctx.arc(...place(across.length - 1), 4 * devicePixelRatio, 0, 2 * Math.PI);
-    ctx.fill();
-    ctx.restore();
+    within(plot, (ctx) => {
+      ctx.strokeStyle = ctx.fillStyle = this.colours[index - 1];
+      if (this.look.lines[index - 1].dashed) ctx.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
+      trace(plot, across, up);
+      const last = across.length - 1;
+      ctx.beginPath();
+      ctx.arc(plot.valToPos(across[last], "x", true), plot.valToPos(up[last], "y", true), 4 * devicePixelRatio, 0, 2 * Math.PI);
+      ctx.fill();
+    });
     return null;
   };
 }

@@ -1,5 +1,6 @@
 // What the parts of the page share.
 
+import type { Chart } from "./charts";
 import type { Library } from "./library";
 import type { Settings } from "./settings";
 
@@ -23,6 +24,8 @@ export interface Files {
   csv: string;
   ssv: string;
   python: string;
+  /** What is drawn of it. */
+  charts: readonly Chart<never>[];
 }
 
 /** One of the pages between which a visitor chooses. */

@@ -1,7 +1,8 @@
 // Elements, made shortly.
 
 import { Refusal } from "./library";
-import { Mistyped, typed } from "./typed";
+import type { DisplayUnit } from "./tables";
+import { Mistyped, quoting, typed } from "./typed";
 
 type Child = Node | string | null;
 
@@ -35,62 +36,75 @@ export function byId(id: string): HTMLElement {
   return found;
 }
 
-/** A slider with its name, and its value and unit in a field, where values beyond the slider can be typed. */
+/**
+ * A slider with its name, and its value and unit in a field, where values beyond the slider can be typed. The event `put`
+ * with a value as its detail shows one that was set elsewhere.
+ */
 export function slider(options: {
   label: string;
   unit: string;
+  /** Other units that may be typed, as they are to be turned into `unit`. */
+  others?: readonly DisplayUnit[];
   min: number;
   max: number;
   step: number;
   value: number;
   title?: string;
+  /** Whether only values above 0 make sense. */
+  isPositive?: boolean;
   /** The number that is shown for a place of the slider, and its inverse, if it is not the place itself. */
   scale?: { shown: (place: number) => number; place: (shown: number) => number };
   /** Takes over a value; throws a refusal. */
   onChange: (value: number) => void;
 }): HTMLElement {
   const { shown, place } = options.scale ?? { shown: (same: number) => same, place: (same: number) => same };
-  const text = (value: number) => `${Number(shown(value).toPrecision(6))} ${options.unit}`.trim();
-  const take = (value: number): void => {
-    options.onChange(value);
-    field.value = text(value);
+  const problem = element("p", { class: "problem", role: "alert", hidden: true });
+  const put = (value: number): void => {
+    input.value = String(value);
+    field.value = `${Number(shown(value).toPrecision(6))} ${options.unit}`.trim();
     input.setAttribute("aria-valuetext", field.value);
+    tell("");
+  };
+  const tell = (text: string): void => {
+    problem.textContent = text;
+    problem.hidden = text === "";
+    field.setAttribute("aria-invalid", String(text !== ""));
+  };
+  const take = (read: () => number, text?: string): void => {
+    try {
+      const value = read();
+      options.onChange(value);
+      put(value);
+    } catch (error) {
+      if (!(error instanceof Mistyped || error instanceof Refusal)) throw error;
+      tell(text !== undefined && error instanceof Refusal ? quoting(text, error.message) : error.message);
+    }
   };
   const field = element("input", {
     type: "text",
     inputmode: "decimal",
     autocomplete: "off",
     "aria-label": `${options.label}, value`,
-    onchange: () => {
-      let problem = "";
-      try {
-        const number = typed(field.value, options.unit, []);
-        if ((options.min > 0 || options.scale) && number <= 0) throw new Mistyped(`“${field.value.trim()}” is not positive`);
-        const value = place(number);
-        take(value);
-        input.value = String(value);
-      } catch (error) {
-        if (!(error instanceof Mistyped || error instanceof Refusal)) throw error;
-        problem = error.message;
-      }
-      field.setCustomValidity(problem);
-      field.setAttribute("aria-invalid", String(problem !== ""));
-      field.reportValidity();
-    },
+    onchange: () =>
+      take(() => {
+        const number = typed(field.value, options.unit, options.others ?? []);
+        if (options.isPositive && number <= 0) throw new Mistyped(`“${field.value.trim()}” is not positive`);
+        return place(number);
+      }, field.value),
   });
-  field.value = text(options.value);
   const input = element("input", {
     type: "range",
     min: String(options.min),
     max: String(options.max),
     step: String(options.step),
     "aria-label": options.label,
-    "aria-valuetext": text(options.value),
-    oninput: () => take(input.valueAsNumber),
+    oninput: () => take(() => input.valueAsNumber),
   });
-  input.value = String(options.value);
+  put(options.value);
   const attributes = { class: "slider", ...(options.title ? { title: options.title } : {}) };
-  return element("div", attributes, element("span", {}, options.label), input, field);
+  const root = element("div", attributes, element("span", {}, options.label), input, field, problem);
+  root.addEventListener("put", (event) => put((event as CustomEvent<number>).detail));
+  return root;
 }
 
 /** A choice among names. */

@@ -1,7 +1,9 @@
 // What a visitor takes home.
 
 import type { Context, Files } from "./context";
+import { css } from "./charts";
 import { element } from "./dom";
+import { drawing } from "./svg";
 
 /** Fills a place with buttons for the files of the present page and for its link. */
 export function offerFiles(place: HTMLElement, files: () => Files | null, context: Context): void {
@@ -18,16 +20,29 @@ export function offerFiles(place: HTMLElement, files: () => Files | null, contex
       },
       label,
     );
-  const link = element(
+  const svg = element(
     "button",
-    { type: "button", title: "Copy a link that restores this setting", onclick: () => void copy(link, context) },
-    "Copy link",
+    {
+      type: "button",
+      title: "The charts as they are, for reports and slides",
+      onclick: () => {
+        const made = files();
+        if (made) save(`${made.name}.svg`, drawing(made.charts, (name) => css(name, "light")));
+      },
+    },
+    "SVG",
   );
+  const link = copier("Copy link", "Copy a link that restores this setting", context, (address) => address);
   place.append(
     offer("CSV", "The run so far, in SI units", "csv", "csv"),
     offer("SSV", "The changed parameters, for the FMU", "ssv", "ssv"),
     offer("Python", "A program that repeats the run", "python", "py"),
+    svg,
     link,
+    copier("Copy frame", "Copy the text that shows this setting in another page", context, (address) => {
+      const [page, fragment] = address.split("#");
+      return `<iframe title="Pneumatic servo cylinder" src="${page.split("?")[0]}?embed#${fragment.replaceAll("&", "&amp;")}" width="100%" height="680"></iframe>`;
+    }),
   );
 }
 
@@ -38,15 +53,19 @@ function save(name: string, text: string): void {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
-async function copy(button: HTMLElement, context: Context): Promise<void> {
-  const fragment = context.settings.fragment(context.library.tables);
-  history.replaceState(null, "", fragment);
-  try {
-    await navigator.clipboard.writeText(location.href);
-    button.textContent = "Copied";
-  } catch {
-    // A page that was opened as a file may not be allowed to; the link is in the address then.
-    button.textContent = "It is in the address";
-  }
-  setTimeout(() => (button.textContent = "Copy link"), 2000);
+/** A button that copies a text with the address of the present setting. */
+function copier(label: string, title: string, context: Context, text: (address: string) => string): HTMLElement {
+  const copy = async () => {
+    history.replaceState(null, "", context.settings.fragment(context.library.tables));
+    try {
+      await navigator.clipboard.writeText(text(location.href));
+      button.textContent = "Copied";
+    } catch {
+      // A page that was opened as a file may not be allowed to.
+      prompt(`${label}: Ctrl+C`, text(location.href));
+    }
+    setTimeout(() => (button.textContent = label), 2000);
+  };
+  const button = element("button", { type: "button", title, onclick: () => void copy() }, label);
+  return button;
 }

@@ -1,11 +1,11 @@
-// The page in the frame of another one, `index.html?embedded`: the plant alone, in the colours of that page and as high as
+// The page in the frame of another one, `index.html?embed`: the plant alone, in the colours of that page and as high as
 // it needs to be.
 
 const asked = new URLSearchParams(location.search);
 const root = document.documentElement;
 
 /** Whether the address asks for it. */
-export const isEmbedded = asked.has("embedded");
+export const isEmbedded = asked.has("embed") || asked.has("embedded");
 
 /** Takes over a theme; anything else is left alone, since any page may write to a frame. */
 function take(theme: unknown): void {

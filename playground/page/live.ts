@@ -4,9 +4,11 @@ import { Clock } from "./clock";
 import type { Cylinder } from "./cylinder";
 import { CYLINDER } from "./settings";
 import type { Context, Files, Page } from "./context";
-import { element, segments } from "./dom";
+import { TimeChart, type Chart, type Plot } from "./charts";
+import { byId, element, segments } from "./dom";
 import { startsByItself } from "./embedded";
 import { Refusal } from "./library";
+import type { Essentials } from "./parameter-slider";
 import { Run, STEP, type Exchange, type Member } from "./run";
 import { signalEditor, type Scale } from "./signal-editor";
 
@@ -17,6 +19,9 @@ const SPEEDS = [
   [0.05, "1:20"],
   [0.01, "1:100"],
 ] as const;
+
+/** Whether there is a column beside the page. */
+const WIDE = matchMedia("(min-width: 1001px)");
 
 /** By how much the charts show more than at real time, at most. */
 const LONGEST = 5;
@@ -34,6 +39,13 @@ export abstract class LivePage implements Page {
   private isStale = true;
   private turn = 0;
   private push = 0;
+  private sliders: Essentials | null = null;
+  /** A run that is shown behind the present one, to compare with. */
+  private kept: Run | null = null;
+  /** The range of time that the visitor has chosen to see. */
+  private zoom: [number, number] | null = null;
+  private readonly keep = element("button", { type: "button", title: "Keep this run behind the next one, to compare", onclick: () => this.keepRun() }, "Keep");
+  private readonly whole = element("button", { type: "button", hidden: true, onclick: () => this.zoomTo(null) }, "Whole time");
 
   constructor(protected readonly context: Context) {}
 
@@ -44,9 +56,11 @@ export abstract class LivePage implements Page {
   protected abstract readonly scale: Scale;
   /** Shows the present state of the run. */
   protected abstract scene(run: Run): void;
-  /** Shows its past from a row on in the charts, over a range of time: one function for each chart. */
-  protected abstract plots(run: Run, first: number, range: [number, number]): (() => void)[];
-  protected abstract filesOf(run: Run): Files;
+  /** What each of the charts shows of a run from a row on. */
+  protected abstract plots(run: Run, first: number): Plot[];
+  /** The charts, in the order of `plots`. */
+  protected abstract readonly charts: readonly Chart<never>[];
+  protected abstract filesOf(run: Run): Omit<Files, "charts">;
 
   /** Lets the visitor push the carriages of some drawings, all of them at once. */
   protected pushable(cylinders: readonly Cylinder[]): void {
@@ -64,20 +78,33 @@ export abstract class LivePage implements Page {
     return [["externalForce", (this.context.settings.values[CYLINDER].get("externalForce") ?? 0) + this.push]];
   }
 
-  /** Puts scene and charts in their places, once they are made. */
-  protected assemble(scene: Node[], charts: Node[]): void {
+  /** Puts scene and charts in their places, once they are made; the sliders stand beside them or below the input. */
+  protected assemble(scene: Node[], sliders: Essentials): void {
+    this.sliders = sliders;
+    for (const chart of this.charts) if (chart instanceof TimeChart) chart.onZoom = (range) => this.zoomTo(range);
     const step = element("button", { type: "button", "data-step": "", onclick: () => this.stepOnce() }, "Step 1 ms");
     const again = element("button", { type: "button", "data-again": "", onclick: () => this.restart() }, "Restart");
-    const speed = segments("Speed", SPEEDS, 1, (value) => (this.clock.speed = value));
-    const transport = element("div", { class: "transport" }, this.play, step, again, speed, this.status);
+    const speed = segments("Speed", SPEEDS, 1, (value) => {
+      this.clock.speed = value;
+      this.isStale = true;
+    });
+    const transport = element("div", { class: "transport" }, this.play, step, again, this.keep, speed, this.whole, this.status);
     const editor = signalEditor(this.context.settings.signal, this.scale, () => {
       if (this.run) this.run.isRetuned = true;
       this.context.changed();
     });
+    const card = element("section", { class: "card scene" }, ...scene, transport, editor);
     this.root.replaceChildren(
-      element("section", { class: "card scene" }, ...scene, transport, editor),
-      element("section", { class: "charts" }, ...charts),
+      card,
+      element("section", { class: "charts" }, ...this.charts.map((chart) => chart.root)),
     );
+    const place = () => {
+      // Beside the page, where there is room, so that the charts are in sight while a value is changed.
+      if (!WIDE.matches) card.append(sliders.root);
+      else byId("essentials").replaceChildren(sliders.root);
+    };
+    place();
+    WIDE.addEventListener("change", () => this.root.isConnected && place());
     this.restart();
     this.label();
   }
@@ -93,6 +120,21 @@ export abstract class LivePage implements Page {
       this.run = null;
       this.stop(error);
     }
+  }
+
+  /** Keeps the run to be shown behind the next one, or lets it go. */
+  private keepRun(): void {
+    this.kept = this.kept ? null : this.run;
+    this.keep.textContent = this.kept ? "Let go" : "Keep";
+    if (this.kept) this.restart();
+    this.isStale = true;
+  }
+
+  /** Shows a range of time, or what there is. */
+  private zoomTo(range: [number, number] | null): void {
+    this.zoom = range;
+    this.whole.hidden = range === null;
+    this.isStale = true;
   }
 
   toggle(): void {
@@ -122,6 +164,7 @@ export abstract class LivePage implements Page {
   }
 
   change(model: string, name: string, value: number, isLive: boolean): void {
+    if (name === "friction.law") this.sliders?.show();
     if (!isLive || !this.run) {
       this.restart();
       return;
@@ -141,7 +184,7 @@ export abstract class LivePage implements Page {
       isRetuned ? "# Something was changed under way; this program has the last values from the beginning.\n" : "",
       recording.isCut ? "# The file of the run begins in its middle; this program begins with the initial state.\n" : "",
     ];
-    return { ...files, python: notes.join("") + files.python };
+    return { ...files, charts: this.charts, python: notes.join("") + files.python };
   }
 
   private advance(): void {
@@ -156,11 +199,14 @@ export abstract class LivePage implements Page {
   private show(run: Run): void {
     const span = this.window * Math.min(Math.max(this.clock.speed, 0.02), LONGEST);
     const end = Math.max(run.time, span);
-    const first = Math.max(run.recording.rows - Math.ceil(span / STEP) - 1, 0);
+    const range = this.zoom ?? [end - span, end];
     this.scene(run);
-    // While it runs, the charts take turns, so that a frame has time for the drawing.
-    const plots = this.plots(run, first, [end - span, end]);
-    plots.filter((_, index) => !this.isRunning || index % 2 === this.turn).forEach((plot) => plot());
+    const plots = this.plots(run, run.recording.rowAt(range[0]));
+    const kept = this.kept && this.plots(this.kept, this.kept.recording.rowAt(range[0]));
+    plots.forEach((plot, index) => {
+      // While it runs, the charts take turns, so that a frame has time for the drawing.
+      if (!this.isRunning || index % 2 === this.turn) plot.draw(range, kept?.[index]);
+    });
     this.turn = 1 - this.turn;
     const { rate, frames, dropped } = this.clock;
     this.status.textContent = `t = ${run.time.toFixed(3)} s`;

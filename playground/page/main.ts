@@ -10,7 +10,7 @@ import { Parameters } from "./parameters";
 import { Settings, VIEWS, type View } from "./settings";
 import { tabs } from "./tabs";
 import { isLive, model, variable } from "./tables";
-import { themeButton } from "./theme";
+import { screenButton, themeButton } from "./theme";
 import { Study, type FitContext } from "./fit/study";
 import { ClosedLoop } from "./views/closed-loop";
 import { Fit } from "./views/fit";
@@ -51,6 +51,7 @@ class Playground implements FitContext {
       this.open();
       this.address("pushState");
     });
+    screenButton(byId("screen"));
     themeButton(byId("theme"));
     offerFiles(byId("files"), () => this.page?.files() ?? null, this);
     addEventListener("hashchange", () => this.follow());
@@ -76,6 +77,7 @@ class Playground implements FitContext {
     this.library.start(TRIAL, of, new Map([...this.settings.values[of], [name, value]]));
     this.settings.give(of, entry, value);
     this.page?.change(of, name, value, isLive(entry));
+    this.parameters.put(of, entry, value);
     if (name === "friction.law") this.lawChanged(of, value);
     this.changed();
   }
@@ -95,6 +97,7 @@ class Playground implements FitContext {
   /** Shows the page of the present settings. */
   open(): void {
     this.tell(null);
+    byId("essentials").replaceChildren();
     this.page = new PAGES[this.settings.view](this);
     byId("page").replaceChildren(this.page.root);
     this.showTab(this.settings.view);

@@ -3,7 +3,7 @@
 import type { Context } from "./context";
 import { element } from "./dom";
 import { Refusal } from "./library";
-import { Mistyped, typed } from "./typed";
+import { Mistyped, quoting, typed } from "./typed";
 import { displayUnit, group, isLive, isSettable, items, lawGroup, model, short, type Model, type Variable } from "./tables";
 
 /** Words that the tables have for words of a search. */
@@ -60,6 +60,15 @@ export class Parameters {
     if (focused) document.getElementById(focused)?.focus();
   }
 
+  /** Shows a value that was set elsewhere. */
+  put(of: string, { name }: Variable, value: number): void {
+    const field = document.getElementById(`${of}.${name}`);
+    if (!(field instanceof HTMLInputElement || field instanceof HTMLSelectElement) || field === document.activeElement) return;
+    if (field.type === "checkbox") (field as HTMLInputElement).checked = value !== 0;
+    else field.value = String(value);
+    field.closest(".row")?.classList.toggle("changed", this.context.settings.values[of].has(name));
+  }
+
   /** The groups of a model; a group is what stands before the last dot of a name. */
   private groups(of: Model, words: string[]): HTMLElement[] {
     const groups = new Map<string, Variable[]>();
@@ -77,7 +86,7 @@ export class Parameters {
     const order = [...groups].sort(([a], [b]) => Number(b === law) - Number(a === law));
     order.sort(([a], [b]) => Number(b === "friction") - Number(a === "friction"));
     return order.map(([name, variables]) => {
-      const isOpen = words.length > 0 || ["friction", "gain", law].includes(name);
+      const isOpen = words.length > 0 || name === law;
       const values = this.context.settings.values[of.name];
       const changed = variables.filter((variable) => values.has(variable.name)).length;
       const title = name === "" ? of.name : name;
@@ -92,13 +101,14 @@ export class Parameters {
     const value = settings.values[of.name].get(variable.name) ?? variable.start ?? 0;
     const id = `${of.name}.${variable.name}`;
     const problem = element("p", { class: "problem", id: `${id}-problem`, role: "alert" });
+    const isNumber = variable.kind === "Real" || variable.kind === "Integer";
     const unit = displayUnit(library.tables, variable);
     const shown = element("span", { class: "muted" });
     const tell = (number: number) => {
       const isOther = variable.kind === "Real" && unit.name !== variable.of && unit.name !== "";
       shown.textContent = isOther ? `= ${short(number * unit.factor + unit.offset, 5)} ${unit.name}` : "";
     };
-    const take = (field: HTMLElement, read: () => number) => {
+    const take = (field: HTMLInputElement | HTMLSelectElement, read: () => number) => {
       try {
         const number = read();
         this.change(of.name, variable, number);
@@ -106,9 +116,10 @@ export class Parameters {
         field.removeAttribute("aria-invalid");
         row.classList.toggle("changed", settings.values[of.name].has(variable.name));
         tell(number);
+        for (const other of document.querySelectorAll(`[data-parameter="${id}"]`)) other.dispatchEvent(new CustomEvent("put", { detail: number }));
       } catch (error) {
         if (!(error instanceof Refusal || error instanceof Mistyped)) throw error;
-        problem.textContent = error.message;
+        problem.textContent = error instanceof Refusal && isNumber ? quoting(field.value, error.message) : error.message;
         field.setAttribute("aria-invalid", "true");
       }
     };
@@ -126,7 +137,7 @@ export class Parameters {
     return row;
   }
 
-  private field(variable: Variable, value: number, take: (field: HTMLElement, read: () => number) => void): HTMLElement {
+  private field(variable: Variable, value: number, take: (field: HTMLInputElement | HTMLSelectElement, read: () => number) => void): HTMLElement {
     if (variable.kind === "Enumeration") {
       const choices = items(this.context.library.tables, variable);
       const select = element("select", { onchange: () => take(select, () => Number(select.value)) });

@@ -28,6 +28,18 @@ export class Recording {
     return this.columns[this.names.indexOf(name)].subarray(Math.max(from, 0), this.length);
   }
 
+  /** The last row at or before a time in s; the first one if there is none. */
+  rowAt(time: number): number {
+    const times = this.columns[0];
+    let [low, high] = [0, this.length];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= time) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
   /** The last value of a column. */
   last(name: string): number {
     return this.length ? this.columns[this.names.indexOf(name)][this.length - 1] : NaN;

@@ -44,7 +44,8 @@ export class Settings {
     const voltage: Signal = { kind: "sine", level: 5, amplitude: 0.6, period: 4, points: rising, centring: 1 };
     this.signals = {
       "stick-slip": { ...voltage },
-      "two-laws": { ...voltage },
+      // So slow and small that one law rests where the other creeps.
+      "two-laws": { ...voltage, amplitude: 0.5, period: 8 },
       presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested, centring: 0 },
       fit: { ...voltage }, // which nothing moves by
       "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising, centring: 0 },

@@ -16,3 +16,12 @@ export function themeButton(button: HTMLElement): void {
   system.addEventListener("change", tell);
   tell();
 }
+
+/** Makes a button show the page on the whole screen, where the browser can. */
+export function screenButton(button: HTMLElement): void {
+  button.hidden = !document.fullscreenEnabled;
+  button.addEventListener("click", () => {
+    void (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
+  });
+  addEventListener("fullscreenchange", () => (button.textContent = document.fullscreenElement ? "Window" : "Full screen"));
+}

@@ -22,3 +22,8 @@ export function typed(text: string, unit: string, others: readonly DisplayUnit[]
   const right = units.length ? `its unit is ${units.join(" or ")}` : "it has no unit";
   throw new Mistyped(`${quoted}: ${name} does not fit, ${right}`);
 }
+
+/** A refusal of a value, which says what was typed where the value is written in another way, say in another unit. */
+export function quoting(text: string, refusal: string): string {
+  return refusal.includes(` ${text.trim()} `) ? refusal : `“${text.trim()}”: ${refusal}`;
+}

@@ -16,6 +16,7 @@ test("a run of more than two minutes loses its beginning, and says so", async ()
   assert.deepEqual([recording.column("time")[0], recording.last("time")], [30_000, 120_000]);
   const [times, squares] = ["time", "square"].map((name) => recording.column(name));
   assert.ok(times.every((time, row) => time === 30_000 + row && squares[row] === time * time));
+  assert.deepEqual([0, 30_000.5, 70_000, 1e9].map((time) => recording.rowAt(time)), [0, 0, 40_000, 90_000]);
   const lines = recording.csv().trimEnd().split("\n");
   assert.deepEqual([lines.length, lines[0], lines[1]], [90_002, "time,square", "30000,900000000"]);
 });
@@ -76,6 +77,13 @@ test("sticking, break-away and end stop are found in a recording, and a path has
   rows.forEach(([position, sticking], row) => recording.push([row, position, sticking]));
   assert.deepEqual(episodes(recording, 0, 0.5), { sticking: [[0, 2], [5, 6]], breakAways: [2], stops: [[3, 4]] });
   assert.deepEqual([...withoutJumps(Float64Array.of(0, 1, 2, 9, 10, 9.5))], [0, 1, NaN, 9, 10, 9.5]);
+});
+
+test("axes are divided at round values", async () => {
+  const { ticks } = await part("svg");
+  assert.deepEqual(ticks([-0.2, 1.1]), [0, 0.5, 1]);
+  assert.deepEqual(ticks([0, 12]), [0, 2, 4, 6, 8, 10, 12]);
+  assert.deepEqual(ticks([289.97, 290.03]), [289.97, 289.98, 289.99, 290, 290.01, 290.02, 290.03]);
 });
 
 /** Shows frames every 16 ms for some time; steps take some time each. */

@@ -248,8 +248,87 @@ test("values are typed beside a slider, with a decimal comma too, and a bad one 
   assert.equal((await fragment(page)).get("amplitude"), "0.75");
   await field.fill("abc");
   await field.press("Enter");
-  assert.equal(await field.evaluate((input) => input.validationMessage), "“abc” is no number");
+  const problem = page.locator(".slider .problem:visible");
+  assert.equal(await problem.textContent(), "“abc” is no number");
   assert.equal((await fragment(page)).get("amplitude"), "0.75");
+  await field.fill("0.8");
+  await field.press("Enter");
+  assert.equal(await problem.count(), 0);
+  const mass = page.getByLabel("Moving mass, value");
+  await mass.fill("500 g");
+  await mass.press("Enter");
+  assert.match(await problem.textContent(), /“500 g”: .*mass\.moving = 0\.5/);
+  const supply = page.getByLabel("Supply, value");
+  await supply.fill("6,5");
+  await supply.press("Enter");
+  assert.equal(await supply.inputValue(), "6.5 bar");
+  await supply.fill("700000 Pa");
+  await supply.press("Enter");
+  assert.equal((await fragment(page)).get(`${CYLINDER}.supplyPressure`), "700000");
+  assert.equal(await page.locator(`[id="${CYLINDER}.supplyPressure"]`).inputValue(), "700000", "the list follows the slider");
+  await close();
+});
+
+test("the sliders that matter are those of the law, and follow the list of parameters", async () => {
+  const { page, close } = await open(browser, "#view=stick-slip");
+  const names = () => page.locator(".essentials .slider > span").allTextContents();
+  assert.equal((await names()).length, 7, "and the period beside the input");
+  await page.getByRole("searchbox").fill("Fc");
+  await page.locator(`[id="${CYLINDER}.friction.stribeck.Fc"]`).fill("4.5");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.getByLabel("Coulomb friction, value").inputValue(), "4.5 N");
+  await page.getByLabel("Friction law").selectOption("10");
+  assert.equal((await names()).includes("Static friction"), false, "the law Dahl has none");
+  await close();
+});
+
+test("a run is kept behind the next one, a range of time is enlarged, and the pointer tells values", async () => {
+  const { page, close } = await open(browser, "#view=stick-slip");
+  await runFor(page, 2);
+  const grey = () => page.locator(".plot canvas").first().evaluate((chart) => {
+    const copy = Object.assign(document.createElement("canvas"), { width: chart.width, height: chart.height }).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(chart, 0, 0);
+    const { data } = copy.getImageData(0, 0, chart.width, chart.height);
+    let count = 0;
+    for (let at = 0; at < data.length; at += 4) count += data[at] === 0xb3 && data[at + 1] === 0xbc && data[at + 2] === 0xc5;
+    return count;
+  });
+  assert.equal(await grey(), 0);
+  await page.getByRole("button", { name: "Keep" }).click();
+  await page.waitForTimeout(200);
+  assert.ok((await grey()) > 100, "the kept run is drawn");
+  await page.getByRole("button", { name: "Play" }).click();
+  await runFor(page, 1);
+  await page.locator(".plot").first().scrollIntoViewIfNeeded();
+  const chart = await page.locator(".plot .u-over").first().boundingBox();
+  const at = (share) => [chart.x + share * chart.width, chart.y + 50];
+  await page.mouse.move(...at(0.1));
+  assert.match(await page.locator(".values:visible").textContent(), /^0\.[78]\d+ s: [\d.]+ mm$/);
+  await page.mouse.down();
+  await page.mouse.move(...at(0.05), { steps: 2 });
+  await page.mouse.up();
+  await page.waitForTimeout(200);
+  await page.mouse.move(...at(0.5));
+  assert.match(await page.locator(".values:visible").textContent(), /^0\.[56]\d+ s/);
+  await page.getByRole("button", { name: "Whole time" }).click();
+  await page.getByRole("button", { name: "Let go" }).click();
+  await page.waitForTimeout(200);
+  assert.equal(await grey(), 0);
+  await close();
+});
+
+test("the charts are a drawing that scales", async () => {
+  const { page, close } = await open(browser, "#view=two-laws");
+  await runFor(page, 0.5);
+  const { name, text } = await download(page, "SVG");
+  assert.equal(name, "two-laws.svg");
+  const found = await page.evaluate((svg) => {
+    const drawn = new DOMParser().parseFromString(svg, "image/svg+xml");
+    return { failed: drawn.querySelectorAll("parsererror").length, texts: [...drawn.querySelectorAll("text")].map((one) => one.textContent), lines: drawn.querySelectorAll("polyline").length };
+  }, text);
+  assert.equal(found.failed, 0);
+  assert.ok(found.lines >= 7, `${found.lines} lines`);
+  for (const label of ["Position in mm", "Time in s", "Velocity in mm/s", "Friction force in N"]) assert.ok(found.texts.includes(label), label);
   await close();
 });
 
@@ -303,7 +382,7 @@ test("gains are tuned while the loop runs", async () => {
   const { page, close } = await open(browser, "#view=closed-loop");
   await runFor(page, 0.1);
   const time = (await status(page)).time;
-  await page.getByLabel("gain.position", { exact: true }).first().fill("30");
+  await page.getByLabel("Position gain", { exact: true }).fill("30");
   await page.waitForTimeout(200);
   assert.equal((await status(page)).time, time, "the run does not restart");
   assert.equal((await fragment(page)).get("PositionController.gain.position"), "30");

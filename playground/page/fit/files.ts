@@ -7,7 +7,7 @@ import type { FitContext, Study } from "./study";
 
 type Found = NonNullable<Study["found"]>;
 
-export function filesOf(context: FitContext, found: Found): Files {
+export function filesOf(context: FitContext, found: Found): Omit<Files, "charts"> {
   const { library, study } = context;
   const { question, answer } = found;
   const base = question.file.replace(/\.[^.]*$/, "");

@@ -84,10 +84,10 @@ function takeOver(context: FitContext, answer: Answer): void {
 }
 
 /** For each compared signal a chart of measured and simulated values, and one of their difference. */
-export function curves({ courses }: Answer): HTMLElement {
+export function curves({ courses }: Answer): TimeChart[] {
   const signals = [...(courses[0]?.measured.keys() ?? [])];
   const times = drawn(courses, ({ time }) => time, 1, ({ time }) => time[time.length - 1]);
-  const charts = signals.flatMap((signal) => {
+  return signals.flatMap((signal) => {
     const [unit, factor] = shownIn(signal);
     const line = (of: (course: Course) => ArrayLike<number>) => drawn(courses, of, factor, () => NaN);
     const measured = line((course) => course.measured.get(signal) ?? []);
@@ -96,16 +96,15 @@ export function curves({ courses }: Answer): HTMLElement {
     const difference = measured.map((value, index) => value - simulated[index]);
     return [both, chart(`${signal}: measured less simulated`, unit, ["difference"], times, [difference])];
   });
-  return element("section", { class: "charts" }, ...charts);
 }
 
 const COLOURS: Record<string, string> = { measured: "--line-2", simulated: "--line-1", difference: "--line-3" };
 
-function chart(title: string, up: string, labels: string[], times: number[], lines: number[][]): HTMLElement {
-  const look = labels.map((label) => ({ label, colour: COLOURS[label] }));
+function chart(title: string, up: string, labels: string[], times: number[], lines: number[][]): TimeChart {
+  const look = labels.map((label) => ({ label, colour: COLOURS[label], dashed: label === "simulated" }));
   const made = new TimeChart({ title, up, lines: look, span: 1e-3 });
-  made.show(times, lines, [times[0], times[times.length - 1]]);
-  return made.root;
+  made.show({ times, lines }, [times[0], times[times.length - 1]]);
+  return made;
 }
 
 /** Values of all stretches, as many as fit on the pixels; behind each stretch, a value for the gap. */

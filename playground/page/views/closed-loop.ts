@@ -1,12 +1,13 @@
 // The cylinder in a position loop, whose gains are sliders.
 
-import { TimeChart } from "../charts";
-import type { Context, Files } from "../context";
+import { Plot, TimeChart } from "../charts";
+import type { Context } from "../context";
 import { Cylinder, SHOWN } from "../cylinder";
-import { element, slider } from "../dom";
+import { element } from "../dom";
 import { episodes, withoutJumps } from "../episodes";
 import { lawChoice } from "../law-choice";
 import { LivePage } from "../live";
+import { Essentials, parameterSlider } from "../parameter-slider";
 import { closedLoop } from "../python";
 import { MM, thinning } from "../quantities";
 import { Readouts } from "../readouts";
@@ -14,17 +15,16 @@ import { STEP, type Exchange, type Member, type Run } from "../run";
 import { CONTROLLER, CYLINDER } from "../settings";
 import { at } from "../signal";
 import type { Scale } from "../signal-editor";
-import { model, variable } from "../tables";
 import { FRICTION, frictionOverVelocity, position } from "./charts";
 
-/** The gains with the ends of their sliders, in the units of the table. */
-const GAINS: readonly (readonly [string, number, number])[] = [
-  ["gain.position", 0, 60],
-  ["gain.velocity", 0, 40],
-  ["gain.integral", 0, 100],
-  ["feedForward.gain", 0, 5],
-  ["valve.deadZone", 0, 0.2],
-  ["valve.transition", 0, 1],
+/** The parameters of the controller that have sliders, with the ends of these in SI units. */
+const GAINS: readonly (readonly [string, string, [number, number]])[] = [
+  ["gain.position", "Position gain", [0, 60]],
+  ["gain.velocity", "Velocity gain", [0, 40]],
+  ["gain.integral", "Integral gain", [0, 100]],
+  ["feedForward.gain", "Feed-forward", [0, 5]],
+  ["valve.deadZone", "Compensation", [0, 0.2]],
+  ["valve.transition", "Transition", [0, 1]],
 ];
 /** Time in s over which the loop is judged. */
 const JUDGED = 8;
@@ -64,14 +64,14 @@ export class ClosedLoop extends LivePage {
     span: 0.5,
   });
   private readonly over = frictionOverVelocity([FRICTION]);
+  protected readonly charts = [this.position, this.error, this.voltage, this.over];
 
   constructor(context: Context) {
     super(context);
     const law = lawChoice(context, CYLINDER, "Friction law");
-    const gains = element("div", { class: "gains" }, ...GAINS.map((gain) => this.gain(...gain)));
-    const charts = [this.position, this.error, this.voltage, this.over].map((chart) => chart.root);
+    const gains = element("div", { class: "gains" }, ...GAINS.map(([name, label, ends]) => parameterSlider(context, CONTROLLER, name, label, ends)));
     this.pushable([this.cylinder]);
-    this.assemble([law, this.cylinder.root, this.readouts.root, gains], charts);
+    this.assemble([law, this.cylinder.root, this.readouts.root, gains], new Essentials(context, CYLINDER));
   }
 
   protected members(): Member[] {
@@ -106,22 +106,23 @@ export class ClosedLoop extends LivePage {
     this.judge(run);
   }
 
-  protected plots({ recording }: Run, first: number, range: [number, number]): (() => void)[] {
+  protected plots({ recording }: Run, first: number): Plot[] {
     const column = thinning(recording, first);
-    const time = column("time");
+    const times = column("time");
     const stroke = this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
     const marks = episodes(recording, first, stroke, "plant.");
-    const velocity = withoutJumps(recording.column("plant.velocity", first)).map((value) => value * MM);
     const [wanted, is] = ["controller.referencePosition", "plant.position"].map((name) => column(name, MM));
+    const over = () =>
+      [withoutJumps(recording.column("plant.velocity", first)).map((value) => value * MM), recording.column("plant.frictionForce", first)] as const;
     return [
-      () => this.position.show(time, [wanted, is], range, marks),
-      () => this.error.show(time, [wanted.map((value, index) => value - is[index])], range),
-      () => this.voltage.show(time, [column("plant.valveVoltage")], range),
-      () => this.over.show([velocity, recording.column("plant.frictionForce", first)]),
+      new Plot(this.position, () => ({ times, lines: [wanted, is], episodes: marks })),
+      new Plot(this.error, () => ({ times, lines: [wanted.map((value, index) => value - is[index])] })),
+      new Plot(this.voltage, () => ({ times, lines: [column("plant.valveVoltage")] })),
+      new Plot(this.over, () => [over()]),
     ];
   }
 
-  protected filesOf({ recording, isPushed }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run) {
     const { settings, library } = this.context;
     const parts = [
       { model: CYLINDER, prefix: "plant.", values: settings.values[CYLINDER] },
@@ -142,21 +143,6 @@ export class ClosedLoop extends LivePage {
         isPushed,
       ),
     };
-  }
-
-  private gain(name: string, min: number, max: number): HTMLElement {
-    const { library, settings } = this.context;
-    const of = variable(model(library.tables, CONTROLLER), name);
-    return slider({
-      label: name,
-      unit: of.of === "1" ? "" : (of.of ?? ""),
-      title: of.description,
-      min,
-      max,
-      step: (max - min) / 200,
-      value: settings.values[CONTROLLER].get(name) ?? of.start ?? 0,
-      onChange: (value) => this.context.change(CONTROLLER, name, value),
-    });
   }
 
   /** How well it follows and how often it sticks, of late. */

@@ -1,5 +1,6 @@
 // Parameters from a measured table: the fit of the Python package, in the browser.
 
+import type { TimeChart } from "../charts";
 import type { Files, Page } from "../context";
 import { element } from "../dom";
 import { columnTable, dropZone, experimentChoice } from "../fit/data-card";
@@ -20,6 +21,7 @@ export class Fit implements Page {
   readonly root = element("div", { class: "page fit" });
   readonly driven = DRIVEN;
   private readonly study: Study;
+  private charts: readonly TimeChart[] = [];
   private readonly bar = element("progress", { max: "1", "aria-label": "Progress" });
   private readonly told = element("output", { class: "status", "data-progress": "" });
 
@@ -39,7 +41,7 @@ export class Fit implements Page {
 
   files(): Files | null {
     if (!this.study.found) this.context.tell("There is no fit yet: start one first.");
-    return this.study.found && filesOf(this.context, this.study.found);
+    return this.study.found && Object.assign(filesOf(this.context, this.study.found), { charts: this.charts });
   }
 
   /** Shows everything anew; what has the focus keeps it. */
@@ -48,10 +50,11 @@ export class Fit implements Page {
     const focused = document.activeElement?.getAttribute("aria-label");
     const law = lawChoice(context, study.modelName, "Law");
     const { found } = study;
+    this.charts = found ? curves(found.answer) : [];
     this.root.replaceChildren(
       element("section", { class: "card scene" }, dropZone(context), experimentChoice(context), columnTable(context) ?? ""),
       element("section", { class: "card scene" }, law, freeList(context), choices(context), this.transport()),
-      ...(found ? [resultTables(context, found.answer), curves(found.answer)] : []),
+      ...(found ? [resultTables(context, found.answer), element("section", { class: "charts" }, ...this.charts.map(({ root }) => root))] : []),
     );
     this.tell();
     if (focused && !document.activeElement?.getAttribute("aria-label")) {

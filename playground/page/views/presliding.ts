@@ -1,6 +1,6 @@
 // The friction force of a law under a drawn displacement: hysteresis loops, which close or do not.
 
-import { PathChart, TimeChart } from "../charts";
+import { PathChart, TimeChart, type Paths } from "../charts";
 import type { Context, Files, Page } from "../context";
 import { element, segments, slider } from "../dom";
 import { lawChoice } from "../law-choice";
@@ -49,6 +49,10 @@ export class Presliding implements Page {
   private readonly force = friction([FRICTION], { span: 0.01 });
   private run: Run | null = null;
   private isStale = true;
+  /** The loops that are shown, and those that are kept behind them, to compare. */
+  private shown: Paths = [];
+  private kept: Paths | null = null;
+  private readonly keep = element("button", { type: "button", title: "Keep these loops behind the next ones, to compare", onclick: () => this.keepLoops() }, "Keep");
 
   constructor(private readonly context: Context) {
     const shapes = segments<string>(
@@ -61,6 +65,7 @@ export class Presliding implements Page {
     const amplitude = slider({
       label: "Amplitude",
       unit: "µm",
+      isPositive: true,
       scale: { shown: (power) => Number((10 ** power).toPrecision(4)), place: Math.log10 },
       min: 0,
       max: 4,
@@ -80,7 +85,7 @@ export class Presliding implements Page {
     this.showPad();
     const controls = element("div", { class: "signal" }, this.pad, amplitude, period);
     const title = element("span", { class: "title" }, "Displacement: draw it");
-    const editor = element("div", { class: "signal-editor" }, title, shapes, controls);
+    const editor = element("div", { class: "signal-editor" }, title, element("div", { class: "buttons" }, shapes, this.keep), controls);
     const law = lawChoice(context, BENCH, "Friction law");
     this.root.append(
       element("section", { class: "card scene" }, law, editor, this.verdict),
@@ -109,6 +114,7 @@ export class Presliding implements Page {
       name: "presliding",
       csv: recording.csv(),
       ssv: library.ssv("Playground", "Set in the playground", [{ model: BENCH, prefix: "", values }], new Date()),
+      charts: [this.loops, this.displacement, this.force],
       python: oneModel(library.tables, BENCH, [["run", values, ""]], input, recording.rows, "presliding.csv"),
     };
   }
@@ -133,6 +139,12 @@ export class Presliding implements Page {
     change();
     this.isStale = true;
     this.context.changed();
+  }
+
+  private keepLoops(): void {
+    this.kept = this.kept ? null : this.shown;
+    this.keep.textContent = this.kept ? "Let go" : "Keep";
+    this.isStale = true;
   }
 
   private take(shape: (fraction: number) => number): void {
@@ -168,9 +180,10 @@ export class Presliding implements Page {
   private draw({ recording, time }: Run): void {
     const column = thinning(recording, 0);
     const [times, x, force] = [column("time"), column("position", MICROMETRES), column("frictionForce")];
-    this.loops.show([x, force]);
-    this.displacement.show(times, [x], [0, time]);
-    this.force.show(times, [force], [0, time]);
+    this.loops.show([[x, force]], [0, time], this.kept ?? undefined);
+    this.displacement.show({ times, lines: [x] }, [0, time]);
+    this.force.show({ times, lines: [force] }, [0, time]);
+    this.shown = [[x, force]];
     const all = recording.column("frictionForce");
     const span = all.reduce((a, b) => Math.max(a, b)) - all.reduce((a, b) => Math.min(a, b));
     this.judge(loops(recording.column("position"), all), span);

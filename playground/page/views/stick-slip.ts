@@ -1,12 +1,13 @@
 // One cylinder under a voltage: it sticks and slips.
 
-import { TimeChart } from "../charts";
-import type { Context, Files } from "../context";
+import { Plot, TimeChart } from "../charts";
+import type { Context } from "../context";
 import { CentredInput } from "../centring";
 import { Cylinder, SHOWN } from "../cylinder";
 import { episodes, withoutJumps } from "../episodes";
 import { lawChoice } from "../law-choice";
 import { LivePage } from "../live";
+import { Essentials } from "../parameter-slider";
 import { oneModel } from "../python";
 import { BAR, MM, thinning } from "../quantities";
 import { Readouts } from "../readouts";
@@ -47,13 +48,13 @@ export class StickSlip extends LivePage {
   });
   private readonly friction = friction([FRICTION], { episodes: true });
   private readonly over = frictionOverVelocity([FRICTION]);
+  protected readonly charts = [this.position, this.pressures, this.friction, this.over];
 
   constructor(context: Context) {
     super(context);
-    const charts = [this.position, this.pressures, this.friction, this.over].map((chart) => chart.root);
     const law = lawChoice(context, CYLINDER, "Friction law");
     this.pushable([this.cylinder]);
-    this.assemble([law, this.cylinder.root, this.readouts.root], charts);
+    this.assemble([law, this.cylinder.root, this.readouts.root], new Essentials(context, CYLINDER));
   }
 
   protected members(): Member[] {
@@ -77,17 +78,16 @@ export class StickSlip extends LivePage {
     this.readouts.show("Valve", `${now("valveVoltage").toFixed(2)} V`);
   }
 
-  protected plots({ recording }: Run, first: number, range: [number, number]): (() => void)[] {
+  protected plots({ recording }: Run, first: number): Plot[] {
     const column = thinning(recording, first);
-    const time = column("time");
+    const times = column("time");
     const marks = episodes(recording, first, this.stroke);
-    const velocity = withoutJumps(recording.column("velocity", first)).map((value) => value * MM);
-    const [a, b] = ["chamberA.pressure", "chamberB.pressure"];
+    const over = () => [withoutJumps(recording.column("velocity", first)).map((value) => value * MM), recording.column("frictionForce", first)] as const;
     return [
-      () => this.position.show(time, [column("position", MM)], range, marks),
-      () => this.pressures.show(time, [column(a, BAR), column(b, BAR)], range),
-      () => this.friction.show(time, [column("frictionForce")], range, marks),
-      () => this.over.show([velocity, recording.column("frictionForce", first)]),
+      new Plot(this.position, () => ({ times, lines: [column("position", MM)], episodes: marks })),
+      new Plot(this.pressures, () => ({ times, lines: [column("chamberA.pressure", BAR), column("chamberB.pressure", BAR)] })),
+      new Plot(this.friction, () => ({ times, lines: [column("frictionForce")], episodes: marks })),
+      new Plot(this.over, () => [over()]),
     ];
   }
 
@@ -95,7 +95,7 @@ export class StickSlip extends LivePage {
     return this.context.settings.values[CYLINDER].get("cylinder.stroke") ?? 0.5;
   }
 
-  protected filesOf({ recording, isPushed }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run) {
     const { settings, library } = this.context;
     const values = settings.values[CYLINDER];
     const input = { variable: "valveVoltage", signal: settings.signal, isPushed };

@@ -1,13 +1,14 @@
 // Two cylinders that differ in their friction law alone, under the same voltage.
 
-import { TimeChart } from "../charts";
-import type { Context, Files } from "../context";
+import { Plot, TimeChart } from "../charts";
+import type { Context } from "../context";
 import { CentredInput } from "../centring";
 import { Cylinder, SHOWN } from "../cylinder";
 import { element } from "../dom";
 import { withoutJumps } from "../episodes";
 import { lawChoice, secondLawChoice } from "../law-choice";
 import { LivePage } from "../live";
+import { Essentials } from "../parameter-slider";
 import { oneModel } from "../python";
 import { MM, thinning } from "../quantities";
 import { Readouts } from "../readouts";
@@ -28,7 +29,7 @@ const LINES = [
 export class TwoLaws extends LivePage {
   readonly driven = [`${CYLINDER}.valveVoltage`];
   protected readonly scale = VOLTAGE;
-  protected readonly window = 8;
+  protected readonly window = 16;
   private readonly cylinders = ["First law", "Second law"].map((title) => new Cylinder(title));
   private readonly readouts = new Readouts(["First is at", "Second is at", "Difference", "Largest so far", "Sticks"]);
   private readonly position = position(LINES, { marked: true });
@@ -40,6 +41,7 @@ export class TwoLaws extends LivePage {
   });
   private readonly friction = friction(LINES, { marked: true });
   private readonly over = frictionOverVelocity(LINES);
+  protected readonly charts = [this.position, this.difference, this.friction, this.over];
   private largest = { of: null as Run | null, value: 0, rows: 0 };
 
   constructor(context: Context) {
@@ -53,9 +55,8 @@ export class TwoLaws extends LivePage {
     const sides = [first, second].map((law, index) =>
       element("div", { class: `side side-${index + 1}` }, law, this.cylinders[index].root),
     );
-    const charts = [this.position, this.difference, this.friction, this.over].map((chart) => chart.root);
     this.pushable(this.cylinders);
-    this.assemble([element("div", { class: "sides" }, ...sides), this.readouts.root], charts);
+    this.assemble([element("div", { class: "sides" }, ...sides), this.readouts.root], new Essentials(context, CYLINDER));
   }
 
   protected members(): Member[] {
@@ -91,9 +92,9 @@ export class TwoLaws extends LivePage {
     this.readouts.show("Sticks", heldA && heldB ? "both" : heldA ? "first" : heldB ? "second" : "neither");
   }
 
-  protected plots({ recording, members }: Run, first: number, range: [number, number]): (() => void)[] {
+  protected plots({ recording, members }: Run, first: number): Plot[] {
     const column = thinning(recording, first);
-    const time = column("time");
+    const times = column("time");
     const both = (name: string, factor?: number) => members.map(({ prefix }) => column(prefix + name, factor));
     const [one, other] = both("position", MM);
     const path = (index: number): [Column, Column] => {
@@ -101,14 +102,14 @@ export class TwoLaws extends LivePage {
       return [withoutJumps(whole("velocity")).map((value) => value * MM), whole("frictionForce")];
     };
     return [
-      () => this.position.show(time, [one, other], range),
-      () => this.difference.show(time, [one.map((value, index) => other[index] - value)], range),
-      () => this.friction.show(time, both("frictionForce"), range),
-      () => this.over.show(path(0), path(1)),
+      new Plot(this.position, () => ({ times, lines: [one, other] })),
+      new Plot(this.difference, () => ({ times, lines: [one.map((value, index) => other[index] - value)] })),
+      new Plot(this.friction, () => ({ times, lines: both("frictionForce") })),
+      new Plot(this.over, () => [path(0), path(1)]),
     ];
   }
 
-  protected filesOf({ recording, isPushed }: Run): Files {
+  protected filesOf({ recording, isPushed }: Run) {
     const { settings, library } = this.context;
     const variants = this.variants();
     const input = { variable: "valveVoltage", signal: settings.signal, isPushed };
