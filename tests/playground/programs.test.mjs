@@ -22,8 +22,8 @@ const TOLERANCE = 1e-9;
 const RUNS = [
   ["stick-slip", `&${CYLINDER}.friction.law=14&${CYLINDER}.supplyPressure=600000`, 'run["position"]', "position"],
   ["stick-slip", "&signal=ramp&amplitude=3&period=0.3", 'run["frictionForce"]', "frictionForce"],
-  ["two-laws", "&second=16", 'second["position"]', "GMS.position"],
-  ["two-laws", "&signal=drawn&second=16", 'first["position"]', "Stribeck.position"],
+  ["two-laws", "&amplitude=3&period=0.3&second=16", 'second["position"]', "GMS.position"],
+  ["two-laws", "&signal=drawn&amplitude=3&period=0.3&second=16", 'first["position"]', "Stribeck.position"],
   ["presliding", "&signal=drawn&FrictionBench.friction.law=15", 'run["position"]', "position"],
   ["presliding", `&signal=drawn&points=${FALLING}`, 'run["position"]', "position"],
   ["closed-loop", "&level=0.3&period=1&PositionController.gain.position=20", "position", "plant.position"],
