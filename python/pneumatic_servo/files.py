@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import os
 import re
@@ -11,21 +12,38 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
 
 STREAMS = {"/dev/stdout": 1, "/dev/stderr": 2}
 DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/fd/(\d+)")
 
 
-@contextmanager
-def opened(file: Path) -> Iterator[TextIO]:
-    """Open a table to read; what is not UTF-8 is refused with the name of the file."""
-    with file.open(newline="", encoding="utf-8-sig") as stream:
+def text_of(file: Path, encoding: str | None = None) -> str:
+    """Return the text of a table: UTF-8, UTF-16 with a byte order mark, else Windows-1252, unless an encoding is given.
+
+    Raises
+    ------
+    ValueError
+        For what is no text in this encoding, or an encoding that there is not; it names the file.
+    """
+    data = file.read_bytes()
+    marked = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    tried = [encoding] if encoding is not None else ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
+    fault = ""
+    for name in tried:
         try:
-            yield stream
-        except UnicodeDecodeError as error:
-            byte = error.object[error.start]
-            raise ValueError(f"{file}: byte 0x{byte:02x} is no UTF-8; the table must be UTF-8") from None
+            text = data.decode(name)
+        except LookupError:
+            raise ValueError(f"encoding={name!r}: there is no such encoding") from None
+        except UnicodeError as error:
+            byte = f"byte 0x{error.object[error.start]:02x}" if isinstance(error, UnicodeDecodeError) else "it"
+            fault = f"{file}: {byte} is no text in {name}"
+        else:
+            if "\0" in text:
+                fault = f"{file}: it is no text in {name}, since it has bytes of 0"
+                continue
+            return text
+    hint = "; encoding= says in which it is" if encoding is None else ""
+    raise ValueError(fault + hint)
 
 
 def check_place(file: Path) -> None:

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from pneumatic_servo import values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.columns import Table
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.noticed import tell_ends, tell_saturation
 from pneumatic_servo.run import Run
-from pneumatic_servo.tables import Table, numbers, of_frame, read_table
+from pneumatic_servo.tables import numbers, of_frame, read_table
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -85,7 +86,7 @@ def of_table(variables: Variables, table: Table) -> tuple[dict[str, Input], floa
 def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]:
     place = f"{table.file}:{table.first}"
     for number, name in enumerate(table.names):
-        if table.names.index(name) != number:
+        if name and table.names.index(name) != number:
             raise ValueError(f"{place}, column {number + 1}: {name} is there twice")
     if "time" not in table.names:
         hint = did_you_mean("time", table.names) or (
@@ -97,7 +98,8 @@ def _columns(variables: Variables, table: Table) -> tuple[Array, dict[str, int]]
     inputs = [name for name in variables if variables[name].role == "input"]
     chosen = {name: number for number, name in enumerate(table.names) if name in inputs}
     for number, name in enumerate(table.names, start=1):
-        if name != "time" and name not in variables:
+        # A column without a name holds the numbers of the rows, as pandas writes them.
+        if name and name != "time" and name not in variables:
             raise ValueError(
                 f"{place}, column {number}: {name} is not an input{did_you_mean(name, variables)}; "
                 f"the inputs are {', '.join(inputs)}"

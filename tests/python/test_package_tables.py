@@ -75,7 +75,7 @@ def test_fault_beside_decimal_commas_is_named_and_no_comma(tmp_path: Path) -> No
     file = tmp_path / "data.csv"
     file.write_text("time;valveVoltage\n0,5;1,5\n1,0;low\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"data\.csv:3, column 2 \(valveVoltage\): 'low' is no number$"):
-        read_table(file)
+        read_table(file).in_si(1, "V", "V")
     file.write_text("time;valveVoltage\n0,5;1,5\n1,0;2,25\n", encoding="utf-8")
     assert read_table(file).values.tolist() == [[0.5, 1.5], [1.0, 2.25]]
 
@@ -84,7 +84,7 @@ def test_number_that_is_not_finite_is_named_by_its_place(tmp_path: Path) -> None
     file = tmp_path / "data.parquet"
     pd.DataFrame({"t": [0.0, 0.1, 0.2], "x": [1.0, 2.0, np.inf]}).to_parquet(file)
     with pytest.raises(ValueError, match=r"data\.parquet:2, column 2 \(x\): inf is not finite"):
-        read_table(file)
+        read_table(file).in_si(1, "m", "m")
 
 
 KEPT = sorted((Path(__file__).parents[2] / "fuzz" / "kept" / "readers").iterdir())

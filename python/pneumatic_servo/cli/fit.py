@@ -81,6 +81,7 @@ def add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random starts (default: 0)")
     parser.add_argument("--starts", type=int, default=32, metavar="N", help="number of random starts (default: 32)")
     parser.add_argument("--rated", type=float, default=1.0, metavar="N", help="normal force of load level 1, in N")
+    parser.add_argument("--encoding", metavar="NAME", help="of the tables (default: UTF-8, else Windows-1252)")
     parser.add_argument("--window", type=float, metavar="S", help="start anew from what is measured every S seconds")
     parser.add_argument("--play", type=float, metavar="M", help="play in m that hides the jitter of a position")
 
@@ -91,6 +92,7 @@ def run(options: argparse.Namespace) -> None:
     check_outputs(options.out, options.json, options.report, options.posterior, inputs=options.csv)
     common = {
         "experiment": options.experiment, "fit": options.fit, "columns": options.columns,
+        "encoding": options.encoding,
         "settings": known(options.experiment, options.set), "hold_out": options.hold_out, "seed": options.seed,
         "starts": options.starts, "rated": options.rated, "window": options.window, "play": options.play,
         "width": options.width, "inputs": options.inputs, "loss": options.loss, "intervals": options.intervals,

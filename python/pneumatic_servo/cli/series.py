@@ -47,8 +47,8 @@ def run(options: argparse.Namespace) -> None:
     found = fitting.fit_series(
         dict(zip(labels, options.csv, strict=True)), experiment=options.experiment, law=options.law,
         changing=options.changing, shared=options.shared, settings=known(options.experiment, options.set),
-        columns=options.columns, seed=options.seed, starts=options.starts, rated=options.rated,
-        window=options.window, play=options.play,
+        columns=options.columns, encoding=options.encoding, seed=options.seed, starts=options.starts,
+        rated=options.rated, window=options.window, play=options.play,
     )  # fmt: skip
     if options.out is not None:
         found.to_csv(options.out)

@@ -66,6 +66,7 @@ def fit(
     law: str,
     fit: str | Sequence[str] = (),
     columns: str | Mapping[str, str] | None = None,
+    encoding: str | None = None,
     settings: Parameters | None = None,
     hold_out: float = 0.0,
     hold_out_data: Data | Sequence[Data] = (),
@@ -107,8 +108,11 @@ def fit(
         compared (the time constant of a filter of first order), for ``motion`` ``area`` and ``friction.kappaA``, for
         ``force`` ``incline``, ``spring`` and ``springRest``.
     columns : str or mapping, optional
-        ``SIGNAL=column[unit],...``, or the same as a mapping; by default the columns that have the names of signals,
-        in the units that stand behind them.
+        ``SIGNAL=column[unit],...``, or the same as a mapping; a column as it stands in the table, ``"Zeit [s]"``, or
+        without its unit, and with a minus before it for the opposite sign. By default the columns that have the names
+        of signals, in the units that stand behind them.
+    encoding : str, optional
+        How files of text are encoded; by default as UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     settings : mapping or path, optional
         Parameters that are known, with units as for `Model.simulate`, or an SSV file of them. What nobody gives has
         the model's default, which a note tells.
@@ -183,9 +187,9 @@ def fit(
     watch = Watch(f"fit {law}")
     with told(progress, watch):
         return _fit(
-            data, experiment=experiment, law=law, fit=fit, columns=columns, settings=settings, hold_out=hold_out,
-            hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width, play=play, window=window,
-            inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
+            data, experiment=experiment, law=law, fit=fit, columns=columns, encoding=encoding, settings=settings,
+            hold_out=hold_out, hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width,
+            play=play, window=window, inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
             cross_validate=cross_validate, law_error=law_error, workers=workers,
             executor=executor if cluster is None else cluster.get_executor(), watch=watch,
         )  # fmt: skip
@@ -193,8 +197,8 @@ def fit(
 
 def _fit(
     data: Any, *, experiment: str, law: str, fit: str | Sequence[str], columns: str | Mapping[str, str] | None,
-    settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int, rated: float,
-    width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
+    encoding: str | None, settings: Parameters | None, hold_out: float, hold_out_data: Any, seed: int, starts: int,
+    rated: float, width: float, play: float | None, window: float | None, inputs: str, loss: str, intervals: str,
     posterior: bool, cross_validate: str | Sequence[str], law_error: float, workers: int | None,
     executor: Executor | None, watch: Watch,
 ) -> Fit:  # fmt: skip
@@ -224,9 +228,9 @@ def _fit(
         emcee_of()
     check_names(experiment, law)
     read = columns_of(columns) if columns is not None else None
-    sources = _read(data, read)
+    sources = _read(data, read, encoding)
     is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
-    extra_sources = _read(hold_out_data, read) if is_extra else []
+    extra_sources = _read(hold_out_data, read, encoding) if is_extra else []
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
     )
@@ -410,11 +414,11 @@ def free_parameters(experiment: Experiment, given: str | Sequence[str]) -> list[
     return free
 
 
-def _read(data: Any, columns: Mapping[str, Column] | None) -> list[Measured]:
+def _read(data: Any, columns: Mapping[str, Column] | None, encoding: str | None) -> list[Measured]:
     sources = listed(data)
     if not len(sources):
         raise ValueError("there are no data")
-    return [measured(number, source, columns) for number, source in enumerate(sources, start=1)]
+    return [measured(number, source, columns, encoding) for number, source in enumerate(sources, start=1)]
 
 
 def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[list[Record], list[str]]:

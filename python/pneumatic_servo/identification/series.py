@@ -40,8 +40,8 @@ ENDED = 1e-7
 """Relative change of the cost at which it ends."""
 HALVINGS = 8
 """How often a step that does not lower the cost is halved."""
-TAKEN = ("columns", "settings", "seed", "starts", "rated", "width", "play", "window", "inputs", "workers", "executor",
-         "cluster", "progress")  # fmt: skip
+TAKEN = ("columns", "encoding", "settings", "seed", "starts", "rated", "width", "play", "window", "inputs", "workers",
+         "executor", "cluster", "progress")  # fmt: skip
 """Options of a fit that one of a series has, too."""
 COLUMNS = ["record", "parameter", "value", "low", "high", "unit", "moves", "p"]
 
@@ -151,8 +151,8 @@ def fit_series(
     changing, shared : str or sequence of str
         What has a value for each record, and what has the same in all: ``NAME[=start][:low:high]`` as for `fit`.
     **options
-        As for `fit`: columns, settings, seed, starts, rated, width, play, window, inputs, workers, executor, cluster
-        and progress.
+        As for `fit`: columns, encoding, settings, seed, starts, rated, width, play, window, inputs, workers, executor,
+        cluster and progress.
 
     Returns
     -------

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo.columns import Table, names_and_units
 from pneumatic_servo.identification.signals import SIGNALS, si_of
 from pneumatic_servo.inputs import held_from
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run
-from pneumatic_servo.tables import Table, numbers, of_frame, read_table
+from pneumatic_servo.tables import numbers, of_frame, read_table
 from pneumatic_servo.units import scale
 from pneumatic_servo.words import said
 
@@ -27,11 +28,15 @@ DRIVEN = ("valveVoltage", "supplyPressure", "externalForce")
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its name, its unit if one is given, and whether its sign is the opposite of ours."""
+    """A column of a table: its name, its unit if one is given, and whether its sign is the opposite of ours.
+
+    `typed` is how somebody wrote it, which may be what stands in the table, with the unit there.
+    """
 
     name: str
     unit: str | None
     turned: bool = False
+    typed: str = field(default="", compare=False)
 
     @staticmethod
     def of(signal: str, text: str) -> Column:
@@ -41,12 +46,27 @@ class Column:
             raise ValueError(
                 f"{where}: there is no signal {signal}{did_you_mean(signal, SIGNALS)}; there are {', '.join(SIGNALS)}"
             )
-        match = re.fullmatch(r"(-?)(.+?)(?:\[([^\[\]]*)\])?", text.strip())
+        match = re.fullmatch(r"(-?)\s*(.+?)\s*(?:\[([^\[\]]*)\])?", text.strip())
         if match is None:
             raise ValueError(f"{where}: it must be {signal}=column or {signal}=column[unit]")
-        if match[3] is not None:
-            si_of(signal, match[3], where)
-        return Column(match[2], match[3], bool(match[1]))
+        return Column(match[2], match[3], bool(match[1]), text.strip())
+
+    def among(self, signal: str, header: Sequence[str], names: Sequence[str]) -> tuple[list[int], Column]:
+        """Return the places of the columns that are meant, and this as it is meant there.
+
+        The whole text may stand in the header; otherwise its name does, with a unit behind it or without.
+        """
+        for text in (self.typed, self.typed.removeprefix("-").lstrip()):
+            exact = [place for place, one in enumerate(header) if text and one == text]
+            if exact:
+                return exact, replace(self, name=text, unit=None, turned=text != self.typed)
+        if self.unit is not None:
+            si_of(signal, self.unit, said("columns", f"{signal}={self.typed}"))
+        for known in (header, names):
+            found = [place for place, one in enumerate(known) if one == self.name]
+            if found:
+                return found, self
+        return [], self
 
 
 def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
@@ -94,12 +114,12 @@ class Measured:
     stated: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
-def measured(number: int, source: Any, columns: Mapping[str, Column] | None) -> Measured:
+def measured(number: int, source: Any, columns: Mapping[str, Column] | None, encoding: str | None = None) -> Measured:
     """Return the signals of a file, a table of pandas, a run, or a mapping of arrays."""
     if isinstance(source, Run):
         return _of_run(number, source)
     if isinstance(source, str | Path):
-        return _of_table(read_table(source), Path(source).name, columns)
+        return _of_table(read_table(source, encoding), Path(source).name, columns)
     if hasattr(source, "columns") and hasattr(source, "iloc"):
         return _of_table(of_frame(source, Path(f"record {number}")), f"record {number}", columns)
     if isinstance(source, Mapping):
@@ -119,31 +139,38 @@ def _of_run(number: int, run: Run) -> Measured:
 
 def _of_mapping(number: int, source: Mapping[str, Any], columns: Mapping[str, Column] | None) -> Measured:
     name = f"record {number}"
-    by_name = set(source) <= set(SIGNALS) and not all(column.name in source for column in (columns or {}).values())
-    if columns is None or by_name:
-        unknown = next((key for key in source if key not in SIGNALS), None)
+    header = [str(key) for key in source]
+    names, units = names_and_units(header)
+    meant = {signal: column.among(signal, header, names)[0] for signal, column in (columns or {}).items()}
+    if columns is None or (set(names) <= set(SIGNALS) and not all(meant.values())):
+        unknown = next((key for key in names if key not in SIGNALS), None)
         if unknown is not None:
             raise ValueError(
                 f"there is no signal {unknown}{did_you_mean(str(unknown), SIGNALS)}; there are {', '.join(SIGNALS)}; "
                 "`columns` says which of the arrays is which signal"
             )
-        signals = {key: _numbers(key, values) for key, values in source.items()}
-        return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {signal}")
-    signals, stated = {}, {}
-    for signal, column in columns.items():
-        if column.name not in source:
+        columns = {key: Column(key, None) for key in names}
+    signals, stated, arrays = {}, {}, list(source.values())
+    for signal, given in columns.items():
+        found, column = given.among(signal, header, names)
+        if not found:
             raise ValueError(
                 f"{said('columns')}: there is no array {column.name} for {signal}"
-                f"{did_you_mean(column.name, source)}; there are {', '.join(map(str, source))}"
+                f"{did_you_mean(column.name, names)}; there are {', '.join(header)}"
             )
+        if len(found) > 1:
+            raise ValueError(f"{name}: there are {len(found)} arrays {column.name}; which is {signal}?")
+        where = f"{name}, {header[found[0]]}"
+        unit = _unit_of(units[found[0]], signal, column, where)
         times, offset = 1.0, 0.0
-        if column.unit is not None:
-            si = si_of(signal, column.unit, signal)
-            times, offset = scale(column.unit, si, signal)
-            stated[signal] = (si, said("columns", f"{signal}={column.name}[{column.unit}]"))
-        values = times * _numbers(column.name, source[column.name]) + offset
+        if unit is not None:
+            si = si_of(signal, unit, where)
+            times, offset = scale(unit, si, signal)
+            stated[signal] = (si, said("columns", f"{signal}={column.name}[{column.unit}]") if column.unit else where)
+        values = times * _numbers(header[found[0]], arrays[found[0]]) + offset
         signals[signal] = -values if column.turned else values
-    return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {columns[signal].name}", stated=stated)
+    places = {signal: columns[signal].name for signal in signals}
+    return Measured(name, signals, lambda signal, row: f"{name}, sample {row} of {places[signal]}", stated=stated)
 
 
 def _numbers(name: str, values: Any) -> Array:
@@ -154,15 +181,19 @@ def _numbers(name: str, values: Any) -> Array:
 
 
 def _of_table(table: Table, name: str, columns: Mapping[str, Column] | None) -> Measured:
-    chosen = _by_name(table) if columns is None else columns
-    places = {signal: _place(table, signal, column) for signal, column in chosen.items()}
+    found = {
+        signal: _place(table, signal, column)
+        for signal, column in (_by_name(table) if columns is None else columns).items()
+    }
+    places = {signal: place for signal, (place, _) in found.items()}
+    chosen = {signal: column for signal, (_, column) in found.items()}
     if not len(table.values):
         raise ValueError(f"{table.file}: there are no rows below the header")
     signals, written, stated = {}, {}, {}
     for signal, column in chosen.items():
         place = places[signal]
         where = f"{table.file}:{table.first}, column {place + 1} ({table.names[place]})"
-        unit = _unit_of(table, place, signal, column, where)
+        unit = _unit_of(table.units[place], signal, column, where)
         si = SIGNALS[signal] if unit is None else si_of(signal, unit, where)
         values = table.in_si(place, unit or si, si)
         signals[signal] = -values if column.turned else values
@@ -188,9 +219,8 @@ def _by_name(table: Table) -> dict[str, Column]:
     return found
 
 
-def _unit_of(table: Table, place: int, signal: str, column: Column, where: str) -> str | None:
+def _unit_of(written: str | None, signal: str, column: Column, where: str) -> str | None:
     """Return the unit of a column: as given or as written in the table, which must agree; None without either."""
-    written = table.units[place]
     # Behind a pressure it is a chamber.
     if written == "A" and signal != "force":
         written = None
@@ -202,8 +232,8 @@ def _unit_of(table: Table, place: int, signal: str, column: Column, where: str) 
     return column.unit
 
 
-def _place(table: Table, signal: str, column: Column) -> int:
-    found = table.find(column.name)
+def _place(table: Table, signal: str, column: Column) -> tuple[int, Column]:
+    found, column = column.among(signal, table.header, table.names)
     place = f"{table.file}:{table.first}"
     if not found:
         hint = did_you_mean(column.name, table.names)
@@ -212,11 +242,11 @@ def _place(table: Table, signal: str, column: Column) -> int:
         )
     if len(found) > 1:
         raise ValueError(f"{place}: there are {len(found)} columns {column.name}; which is {signal}?")
-    return found[0]
+    return found[0], column
 
 
 def _check_time(table: Table, place: int, column: Column) -> None:
-    times = table.values[:, place]
+    times = table.values[:, place]  # as written, for the message
     falls = np.flatnonzero(np.diff(times) <= 0.0)
     if len(falls):
         row = int(falls[0]) + 1
