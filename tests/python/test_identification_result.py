@@ -16,6 +16,7 @@ from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.result import Fit
 from pneumatic_servo.identification.signals import Units
 from pneumatic_servo.identification.verdict import Finding, Verdict
+from test_identification import RIG, RIG_COLUMNS
 
 FC = "friction.coulomb.Fc"
 
@@ -130,3 +131,35 @@ def test_what_lies_beyond_the_data_is_said_of_signals_that_are_known() -> None:
     )
     with pytest.raises(ValueError, match=r"^asked pressure: this fit knows the ranges of force, velocity$"):
         found.beyond({"force": 1.0, "pressure": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("experiment", "law", "fit", "inputs"),
+    [
+        ("rig", "Stribeck", "friction.stribeck.Fs=12.4,valve.C=4.4e-9", "held"),
+        ("rig", "Stribeck", "friction.stribeck.Fs=12.4,valve.C=4.4e-9", "lines"),
+        ("mechanical", "Stribeck", "friction.stribeck.Fs=12.4,friction.stribeck.Fc=7.6", "held"),
+        ("pneumatic", "None", "valve.deadZone=0.065,valve.C=4.4e-9", "held"),
+    ],
+)
+def test_fit_is_replayed_as_it_was_fitted(experiment: str, law: str, fit: str, inputs: str) -> None:
+    """With the fitted begin of each stretch, which the settings alone do not have, and its inputs: to the bit."""
+    known: dict[str, Any] = {} if experiment == "mechanical" else {"supplyPressure": 6e5}
+    found = ps.fit(RIG, experiment=experiment, law=law, fit=fit, columns=RIG_COLUMNS, settings=known, starts=0,
+                   inputs=inputs, hold_out=0.2, progress=False)  # fmt: skip
+    [differences] = found.problem.differences([found.x])
+    for number in (0, len(found.problem.windows) - 1):
+        window, run = found.problem.windows[number], found.simulate(number)
+        for signal in found.problem.experiment.compared:
+            seen = np.interp(window.record.time, run.time, run[signal])
+            assert (window.record.signals[signal] - seen).tobytes() == differences[number][signal].tobytes()
+        # The gas half has a carriage of 10 t, which `simulate` warns of.
+        if experiment != "pneumatic":
+            again = found.problem.experiment.simulated.simulate(
+                run.settings, inputs=run, stop=run.time[-1], step=window.record.step, outputs=["position"]
+            )
+            assert again["position"].tobytes() == run["position"].tobytes()
+    with pytest.raises(ValueError, match=r"window = 9999 is refused: the data have"):
+        found.simulate(9999)
+    with pytest.raises(ValueError, match=r"there is no variable posiion"):
+        found.simulate(outputs=["posiion"])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import Experiment, Window
-from pneumatic_servo.identification.experiments.base import Around
+from pneumatic_servo.identification.experiments.base import SHORTEST, Around
 from pneumatic_servo.identification.parameters import Free, viscous_of
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.sensor import Sensor
@@ -94,6 +94,10 @@ class Problem:
             whole = prepared[0][0] if is_whole else experiment.prepare(record)[0]
             for part, (driven, used) in zip(parts, prepared, strict=True):
                 held = part.time + part.begin - record.begin > limit if share < 1.0 else np.ones_like(used)
+                fitted = np.flatnonzero(used & ~held)
+                if len(fitted) and fitted[-1] + 1 < SHORTEST:
+                    # What is left of a part is too short to be run.
+                    held = np.ones_like(used)
                 begin = experiment.corrected(experiment.begin(part, driven)).without(named)
                 around = Around(part.begin - record.begin, record.grid, whole)
                 windows.append(Window(part, driven, held, used, begin, around))
@@ -298,21 +302,16 @@ class Problem:
 
     def run(self, group: list[int], every: Vectors, outputs: Sequence[str], most: int | None = None) -> Runs:
         """Make the runs of a group of windows under vectors."""
-        experiment = self.experiment
         settings: list[Mapping[str, Value]] = []
         driven: dict[str, list[Array]] = {}
-        # The load level multiplies all friction but the viscous one.
-        viscous = [] if self.scale == 1.0 else viscous_of(experiment.law, experiment.table)
         for vector, index in _pairs(group, every):
             values, begins = every[vector]
-            scaled = {name: self.scale * experiment.value(name, values) for name in viscous}
-            settings.append({**begins[index], **experiment.start(self.windows[index], values), **scaled})
-            for name, course in experiment.inputs(self.windows[index], values).items():
-                is_scaled = name == "friction.level" and self.scale != 1.0
-                driven.setdefault(name, []).append(self.scale * course if is_scaled else course)
+            settings.append(self.settings_of(self.windows[index], values, begins[index]))
+            for name, course in self.inputs_of(self.windows[index], values).items():
+                driven.setdefault(name, []).append(course)
         record = self.windows[group[0]].record
         grid = record.grid
-        return experiment.simulated._run_many(
+        return self.experiment.simulated._run_many(
             settings,
             common={"solver.relativeTolerance": self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
@@ -322,6 +321,20 @@ class Problem:
             workers=self.workers,
             most=most,
         )
+
+    def settings_of(self, window: Window, values: Mapping[str, float], begin: Mapping[str, float]) -> dict[str, Value]:
+        """Return what the run of a window is given: its beginning, and what is known or free."""
+        # The load level multiplies all friction but the viscous one.
+        viscous = [] if self.scale == 1.0 else viscous_of(self.experiment.law, self.experiment.table)
+        scaled = {name: self.scale * self.experiment.value(name, values) for name in viscous}
+        return {**begin, **self.experiment.start(window, values), **scaled}
+
+    def inputs_of(self, window: Window, values: Mapping[str, float]) -> dict[str, Array]:
+        """Return the inputs of the run of a window at its communication points."""
+        return {
+            name: self.scale * course if name == "friction.level" and self.scale != 1.0 else course
+            for name, course in self.experiment.inputs(window, values).items()
+        }
 
     def _compare(self, window: Window, outputs: Mapping[str, Array], values: Mapping[str, float]) -> dict[str, Array]:
         record = window.record

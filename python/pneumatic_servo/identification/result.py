@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pneumatic_servo import checks
 from pneumatic_servo.files import whole
 from pneumatic_servo.identification.doubts import Doubt, doubt
 from pneumatic_servo.identification.fitted import Fitted
@@ -20,8 +21,9 @@ from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.verdict import Verdict, verdict
-from pneumatic_servo.run import table
+from pneumatic_servo.run import Run, table
 from pneumatic_servo.ssv import ssv
+from pneumatic_servo.unfinished import SimulationError
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,46 @@ class Fit(Fitted):
             if signal not in self.ranges.limits:
                 raise ValueError(f"asked {signal}: this fit knows the ranges of {', '.join(self.ranges.limits)}")
         return tuple(self.ranges.beyond(asked).values())
+
+    def simulate(self, window: int = 0, *, outputs: Sequence[str] | None = None) -> Run:
+        """Make the run of a fitted stretch of data again, bit for bit as the fit compares it.
+
+        It begins with the fitted position, velocity and pressures of this stretch, and its inputs are held, or on
+        lines, as in the fit. ``Model.simulate(found)`` has the fitted parameters alone.
+
+        Parameters
+        ----------
+        window : int
+            Number of the stretch: a record is one, unless it has gaps or is cut by ``window=`` of the fit; those held
+            out are counted, too. ``found.problem.windows`` has what was measured in each.
+        outputs : sequence of str, optional
+            Variables to record; by default the inputs and all outputs of the model that the fit runs.
+
+        Returns
+        -------
+        Run
+            Its time begins with the stretch; `Run.settings` has all that the run was given.
+
+        Raises
+        ------
+        ValueError
+            For a stretch or a variable that there is not.
+        SimulationError
+            When the solver cannot go on.
+        """
+        problem, model = self.problem, self.problem.experiment.simulated
+        count = len(problem.windows)
+        if not 0 <= checks.whole_number("window", window, least=0) < count:
+            raise ValueError(f"window = {window} is refused: the data have {count} stretches, numbered from 0")
+        vector = [(problem.values(self.x), problem.begins(self.x))]
+        inputs = problem.inputs_of(problem.windows[window], vector[0][0])
+        names = list(model._recorded(outputs, inputs))
+        runs = problem.run([window], vector, names)
+        if runs.failures:
+            error = SimulationError(runs.failures[0])
+            error.finished = runs[0]
+            raise error
+        return runs[0]
 
     def as_dict(self) -> dict[str, Any]:
         """Return what is written as JSON."""
