@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
 from dataclasses import dataclass, replace
+from reprlib import repr as shortened
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import _native
+from pneumatic_servo.run import Runs
 from pneumatic_servo.tasks import cancel, is_finished
 from pneumatic_servo.variables import Value
 
@@ -51,13 +53,48 @@ class Work:
     outputs: Sequence[str]
     most: int | None = None
 
-    def part(self, first: int, last: int) -> Work:
-        """Return the runs from one number up to another."""
+    def part(self, numbers: Sequence[int]) -> Work:
+        """Return the runs of some numbers."""
         return replace(
             self,
-            runs=self.runs[first:last],
-            inputs={name: _part(course, first, last, len(self.runs)) for name, course in self.inputs.items()},
+            runs=[self.runs[number] for number in numbers],
+            inputs={name: _part(course, numbers, len(self.runs)) for name, course in self.inputs.items()},
         )
+
+    def beside(self, earlier: Runs, make: Callable[[Work], Done]) -> Done:
+        """Make the runs that are not among earlier ones of the same work, and put all of them together.
+
+        Raises
+        ------
+        ValueError
+            When the earlier runs are of other work; it says what differs.
+        """
+        missing = self.missing(earlier)
+        whole = Done(earlier._values.copy(), earlier.rows.copy(), dict(earlier.failures), None, [])
+        if not missing:
+            return whole
+        done = make(self.part(missing))
+        whole.values[missing] = done.values
+        whole.rows[missing] = done.rows
+        whole.failures.update({missing[run]: failure for run, failure in done.failures.items()})
+        whole.noticed.extend((missing[run], name, value, remark) for run, name, value, remark in done.noticed)
+        return replace(whole, ended=done.ended)
+
+    def missing(self, earlier: Runs) -> list[int]:
+        """Return the numbers of the runs that earlier ones of the same work did not finish."""
+        check_same(earlier, [{**self.shared, **own} for own in self.runs], self.outputs)
+        _, step, count, every = self.grid
+        rows = -(-count // every) + 1
+        if len(earlier.time) != rows or (count and abs(earlier.time[-1] - self.grid[0] - count * step) > 0.5 * step):
+            raise ValueError(
+                f"resume: the earlier runs have {len(earlier.time)} rows up to {earlier.time[-1]:g} s, these {rows} up "
+                f"to {self.grid[0] + count * step:g} s"
+            )
+        before = earlier.inputs or {}
+        for name in dict.fromkeys([*self.inputs, *before]):
+            if name not in before or name not in self.inputs or not _is_same(before[name], self.inputs[name]):
+                raise ValueError(f"resume: the input {name} of the earlier runs is another one")
+        return unfinished(earlier)
 
     def make(self, threads: int, progress: Callable[[int], None] | None = None) -> Done:
         """Make the runs on threads of this process."""
@@ -83,7 +120,7 @@ class Work:
         """
         size = max(1, -(-len(self.runs) // PIECES))
         places = [(first, min(first + size, len(self.runs))) for first in range(0, len(self.runs), size)]
-        tasks = [executor.submit(_make, self.part(first, last)) for first, last in places]
+        tasks = [executor.submit(_make, self.part(range(first, last))) for first, last in places]
         try:
             _wait(tasks, [last - first for first, last in places], progress)
         except KeyboardInterrupt as interrupt:
@@ -177,8 +214,36 @@ def _aligned(course: Courses) -> Courses:
     return np.require(course, requirements=("C", "A")) if isinstance(course, np.ndarray) else course
 
 
-def _part(course: Courses, first: int, last: int, number: int) -> Courses:
+def _part(course: Courses, numbers: Sequence[int], count: int) -> Courses:
     if isinstance(course, tuple):
         times, rows = course
-        return times, rows if len(rows) != number else np.ascontiguousarray(rows[first:last])
-    return np.ascontiguousarray(course[first:last]) if isinstance(course, np.ndarray) else course
+        return times, rows if len(rows) != count else np.ascontiguousarray(rows[list(numbers)])
+    return np.ascontiguousarray(course[list(numbers)]) if isinstance(course, np.ndarray) else course
+
+
+def _is_same(one: Courses, other: Courses) -> bool:
+    return np.array_equal(np.shape(one), np.shape(other)) and all(map(np.array_equal, *map(_arrays, (one, other))))
+
+
+def _arrays(course: Courses) -> tuple[object, ...]:
+    return course if isinstance(course, tuple) else (course,)
+
+
+def check_same(earlier: Runs, runs: Sequence[Mapping[str, Value]], outputs: Sequence[str]) -> None:
+    """Refuse runs of another study, by what differs."""
+    if not isinstance(earlier, Runs):
+        raise TypeError(f"resume must be the `finished` of runs that were interrupted, not {shortened(earlier)}")
+    if list(earlier.variables) != list(outputs):
+        raise ValueError(f"resume: the earlier runs recorded {', '.join(earlier.variables)}, not {', '.join(outputs)}")
+    if len(earlier) != len(runs):
+        raise ValueError(f"resume: there are {len(earlier)} earlier runs, but {len(runs)} here")
+    for number, (before, now) in enumerate(zip(earlier._settings, runs, strict=True)):
+        for name in dict.fromkeys([*now, *before]):
+            if before.get(name) != now.get(name):
+                had, has = (own.get(name, "not given") for own in (before, now))
+                raise ValueError(f"resume: {name} of run {number} was {had}, and here it is {has}")
+
+
+def unfinished(earlier: Runs) -> list[int]:
+    """Return the numbers of runs that did not come to their end, and may: those that failed would fail again."""
+    return [int(run) for run in np.flatnonzero(~earlier.is_complete) if run not in earlier.failures]

@@ -27,7 +27,7 @@ from pneumatic_servo.inputs import (
     tell_unusual,
 )
 from pneumatic_servo.linear import Linearisation, linearise
-from pneumatic_servo.many import Done, Work
+from pneumatic_servo.many import Done, Work, check_same, unfinished
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.run import Run, Runs
@@ -315,6 +315,7 @@ class Model(ModelDescription):
         workers: int | None = None,
         executor: Executor | None = None,
         keep_failures: bool = False,
+        resume: Runs | None = None,
         controller: Controller | None = None,
         period: float | None = None,
         delay: float = 0.0,
@@ -347,6 +348,9 @@ class Model(ModelDescription):
             other. The bits are the same.
         keep_failures : bool
             Whether runs that cannot go on are left with fewer rows instead of raising an error.
+        resume : Runs, optional
+            The ``finished`` of an interrupted call with the same arguments, which may have been pickled: what is
+            complete there is not made again.
         controller, period, delay : optional
             What closes the loop of each run: see `simulate`. Such runs are made one after the other, and inputs are
             the same for all.
@@ -385,16 +389,20 @@ class Model(ModelDescription):
             loop = Loop(self, controller, grid, period, delay)
             if executor is not None or workers is not None:
                 raise ValueError("workers and executor are for runs without a controller")
-            with _shown(progress, self.name, len(runs), " runs") as tell:
-                return self._many_closed(loop, given, inputs, outputs, tell, keep_failures=keep_failures)
+            return self._many_closed(loop, given, inputs, outputs, progress, resume, keep_failures=keep_failures)
         if period is not None or delay != 0.0:
             raise ValueError("period and delay are those of a controller, and none is given")
         runs = self._all_fitted(shared, runs)
         driven = {name: courses(self.inputs, name, given, len(runs), grid) for name, given in inputs.items()}
         recorded = self._recorded(outputs, inputs)
         work = Work(self.name, shared, runs, driven, grid.numbers, list(recorded))
-        with _shown(progress, self.name, len(runs), " runs") as tell:
-            done = work.make(threads, tell) if executor is None else work.make_by(executor, tell)
+        number = len(runs) if resume is None else len(work.missing(resume))
+        with _shown(progress, self.name, number, " runs") as tell:
+
+            def make(part: Work) -> Done:
+                return part.make(threads, tell) if executor is None else part.make_by(executor, tell)
+
+            done = make(work) if resume is None else work.beside(resume, make)
         found = self._runs_of(work, done, grid, recorded, keep_failures=keep_failures)
         for run, name, value, remark in done.noticed:
             noticed.tell(self.variables, [(name, value, remark)], f"run {run} of {len(runs)}: ")
@@ -405,31 +413,41 @@ class Model(ModelDescription):
 
     def _many_closed(
         self, loop: Loop, runs: Sequence[Mapping[str, Value]], inputs: Mapping[str, Input],
-        outputs: Sequence[str] | None, tell: Callable[[int], object] | None, *, keep_failures: bool,
+        outputs: Sequence[str] | None, progress: progress.Progress, earlier: Runs | None, *, keep_failures: bool,
     ) -> Runs:  # fmt: skip
         """Make many runs in closed loops, one after the other."""
-        finished: list[Run] = []
-        failures: dict[int, str] = {}
-        ended: BaseException | None = None
-        for number, settings in enumerate(runs):
-            try:
-                finished.append(self._closed(loop, settings, inputs, outputs, None))
-            except (SimulationError, Interrupted) as error:
-                finished += [error.finished] if isinstance(error.finished, Run) else []
-                failures[number] = str(error)
-                if isinstance(error, Interrupted) or not keep_failures:
-                    ended = error
-                    break
-            if tell is not None:
-                tell(number + 1)
-        values_ = np.full((len(runs), len(finished[0].variables), loop.grid.rows), np.nan)
+        recorded = self._recorded(outputs, {name: None for name in self.inputs if name not in runs[0]})
+        values_ = np.full((len(runs), len(recorded), loop.grid.rows), np.nan)
         rows = np.zeros(len(runs), dtype=np.int64)
-        for number, run in enumerate(finished):
-            rows[number] = len(run)
-            values_[number, :, : len(run)] = [run[name] for name in run.variables]
-        found = Runs(loop.grid.times(), values_, finished[0].variables, runs, rows, failures)
+        failures: dict[int, str] = {}
+        missing = list(range(len(runs)))
+        if earlier is not None:
+            check_same(earlier, runs, list(recorded))
+            if earlier.time.tobytes() != loop.grid.times().tobytes():
+                raise ValueError("resume: the earlier runs have other times")
+            missing, failures = unfinished(earlier), dict(earlier.failures)
+            values_[:], rows[:] = earlier._values, earlier.rows
+        ended: BaseException | None = None
+        with _shown(progress, self.name, len(missing), " runs") as tell:
+            for done, number in enumerate(missing, start=1):
+                run: object = None
+                try:
+                    run = self._closed(loop, runs[number], inputs, list(recorded), None)
+                    if tell is not None:
+                        tell(done)
+                except SimulationError as error:
+                    run, failures[number] = error.finished, str(error)
+                    ended = None if keep_failures else error
+                except KeyboardInterrupt as error:
+                    run, ended = getattr(error, "finished", run), error
+                if isinstance(run, Run):
+                    rows[number] = len(run)
+                    values_[number, :, : len(run)] = [run[name] for name in recorded]
+                if ended is not None:
+                    break
+        found = Runs(loop.grid.times(), values_, recorded, runs, rows, failures)
         if isinstance(ended, SimulationError):
-            problem = SimulationError(f"run {len(finished) - 1} of {len(runs)}: {ended}")
+            problem = SimulationError(f"run {number} of {len(runs)}: {ended}")
             problem.finished = found
             raise problem
         if ended is not None:
@@ -439,7 +457,7 @@ class Model(ModelDescription):
     def _runs_of(self, work: Work, done: Done, grid: Grid, recorded: Variables, *, keep_failures: bool) -> Runs:
         """Return runs that were made; unless failures are to be kept, the first of them is raised."""
         settings = [{**work.shared, **own} for own in work.runs]
-        finished = Runs(grid.times(), done.values, recorded, settings, done.rows, done.failures)
+        finished = Runs(grid.times(), done.values, recorded, settings, done.rows, done.failures, inputs=work.inputs)
         if done.ended is not None:
             _raise(done.ended, finished)
         if done.failures and not keep_failures:

@@ -245,6 +245,8 @@ class Runs(Sequence[Run]):
         What is recorded.
     numbers : list of int
         The number of each run: of a part of a study those of the study.
+    inputs : dict or None
+        What drove them, by which a study that is resumed is known again.
     """
 
     def __init__(
@@ -256,7 +258,9 @@ class Runs(Sequence[Run]):
         rows: NDArray[np.int64],
         failures: Mapping[int, str],
         numbers: Sequence[int] | None = None,
+        inputs: Mapping[str, Any] | None = None,
     ) -> None:
+        self.inputs = inputs
         self.numbers = list(range(len(values))) if numbers is None else list(numbers)
         self.time = time
         self.variables = variables

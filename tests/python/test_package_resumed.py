@@ -1,0 +1,98 @@
+"""A study that was interrupted goes on: what is complete is not made again, and the bits are those of one call."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+
+ZONES = np.linspace(0.0, 0.2, 40)
+GIVEN: dict[str, Any] = {
+    "parameters": {"valve.deadZone": ZONES}, "inputs": {"valveVoltage": np.linspace(6.0, 7.0, 40)}, "stop": 0.1,
+    "step": 1e-3, "outputs": ["valveVoltage", "position"],
+}  # fmt: skip
+LONG: dict[str, Any] = {"common": {"friction.law": "Bristle"}, "stop": 1.0}
+"""A step of breaking bonds takes longest."""
+
+
+def interrupted(many: Callable[..., ps.Runs], at: int, **given: Any) -> ps.Runs:
+    def progress(done: int, total: int) -> None:
+        if done >= at:
+            raise KeyboardInterrupt
+
+    with pytest.raises(ps.Interrupted) as caught:
+        many(progress=progress, **given)
+    finished: Any = caught.value.finished
+    assert isinstance(finished, ps.Runs)
+    return finished
+
+
+def test_interrupted_study_is_resumed_where_it_ended() -> None:
+    many = partial(ps.Model().simulate_many, **GIVEN | LONG)
+    finished: ps.Runs = pickle.loads(pickle.dumps(interrupted(many, 1, workers=1)))
+    before = int(np.sum(finished.is_complete))
+    assert 0 < before < 40
+    told: list[tuple[int, int]] = []
+    runs = many(resume=finished, progress=lambda *counts: told.append(counts))
+    assert runs.is_complete.all() and told[-1] == (40 - before, 40 - before)
+    assert runs["position"].tobytes() == many(progress=False)["position"].tobytes()
+    # Complete as it is, it is not made again.
+    again = many(resume=runs, progress=lambda *counts: told.append(counts))
+    assert again["position"].tobytes() == runs["position"].tobytes() and told[-1] == (40 - before, 40 - before)
+
+
+class Counting:
+    made = 0
+
+    def __call__(self, time: float, seen: Mapping[str, float]) -> float:
+        Counting.made += time == 0.0
+        return 5.0 + 20.0 * (0.25 - seen["position"])
+
+
+def test_study_of_closed_loops_is_resumed_too() -> None:
+    given: dict[str, Any] = {"parameters": {"mass.moving": np.linspace(0.8, 1.2, 5)}, "controller": Counting(),
+                             "stop": 0.05, "step": 1e-3, "outputs": ["position"]}  # fmt: skip
+    many = ps.Model().simulate_many
+    finished = interrupted(many, 2, **given)
+    assert finished.is_complete.tolist() == [True, True, False, False, False] and Counting.made == 2
+    runs = many(resume=finished, progress=False, **given)
+    assert Counting.made == 5
+    assert runs["position"].tobytes() == many(progress=False, **given)["position"].tobytes()
+
+
+OTHER: dict[str, tuple[dict[str, Any], str]] = {
+    "another value": ({"parameters": {"valve.deadZone": ZONES + 0.01}}, "valve.deadZone of run 0 was 0.0, and here it"),
+    "another parameter": ({"common": {"mass.moving": 2.0}}, "mass.moving of run 0 was not given, and here it is 2.0"),
+    "another input": ({"inputs": {"valveVoltage": np.linspace(6.0, 7.1, 40)}}, "the input valveVoltage of the earlier"),
+    "another end": ({"stop": 0.2}, "the earlier runs have 101 rows up to 0.1 s, these 201 up to 0.2 s"),
+    "other outputs": ({"outputs": ["position"]}, "the earlier runs recorded valveVoltage, position, not position"),
+    "no runs": ({"resume": {"position": 1.0}}, "resume must be the `finished` of runs"),
+}
+
+
+@pytest.mark.parametrize("case", OTHER)
+def test_runs_of_another_study_are_refused(case: str) -> None:
+    changed, words = OTHER[case]
+    many = ps.Model().simulate_many
+    earlier = many(progress=False, **GIVEN)
+    with pytest.raises((TypeError, ValueError), match=words):
+        many(**{**GIVEN, "resume": earlier, "progress": False, **changed})
+
+
+def test_run_that_failed_is_kept_as_it_is() -> None:
+    """It would fail again."""
+    many = ps.Model().simulate_many
+    earlier = many(progress=False, **GIVEN)
+    short = copy.copy(earlier)
+    short.rows, short.failures = earlier.rows.copy(), {3: "the solver cannot go on"}
+    short.rows[3] = 50
+    runs = many(resume=short, keep_failures=True, progress=False, **GIVEN)
+    assert runs.failures == short.failures and runs.rows[3] == 50
+    with pytest.raises(ps.SimulationError, match="run 3 of 40: the solver cannot go on"):
+        many(resume=short, progress=False, **GIVEN)
