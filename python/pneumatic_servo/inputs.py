@@ -18,7 +18,7 @@ from pneumatic_servo.grid import Grid
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.noticed import tell_ends, tell_saturation
 from pneumatic_servo.run import Run
-from pneumatic_servo.tables import numbers, of_frame, read_table
+from pneumatic_servo.tables import is_counted, numbers, of_frame, read_table
 from pneumatic_servo.units import in_unit, is_quantity, magnitude, to_si
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -196,7 +196,10 @@ def tell_unusual(variables: Variables, driven: Mapping[str, Any], grid: Grid) ->
 
 def _one_per_run(variable: Variable, column: Array, number: int) -> Array:
     if column.shape != (number,):
-        raise ValueError(f"{variable.name}: there are {number} runs, but the values have the shape {column.shape}")
+        hint = "; points of several runs are (t, u) with u of shape (runs, times)" if column.ndim > 1 else ""
+        raise ValueError(
+            f"{variable.name}: there are {number} runs, but the values have the shape {column.shape}{hint}"
+        )
     for run, value in enumerate(column):
         try:
             values.check_range(variable, float(value))
@@ -217,6 +220,8 @@ def _as_points(given: Any) -> Any:
     if isinstance(given, Mapping):
         return _formed(given)
     if hasattr(given, "index") and hasattr(given, "to_numpy"):
+        if is_counted(given.index):
+            raise ValueError("a Series must have times as its index; one of values alone is series.to_numpy()")
         return seconds_of(given.index), given.to_numpy()
     if isinstance(given, np.ndarray) and given.ndim == 2 and given.shape[1] == 2:
         return given[:, 0], given[:, 1]
@@ -251,8 +256,7 @@ def seconds_of(times: Any) -> Any:
     """Return times in s; of dates the seconds since the first, of durations their seconds, else what is given."""
     if getattr(times, "tz", None) is not None:
         times = times.tz_convert(None)
-    found = np.asarray(times)
-    return numbers(found) if found.dtype.kind in "mMfiu" else np.asarray(times, dtype=float)
+    return numbers(times)
 
 
 def _is_constant_with_unit(given: Any) -> bool:
@@ -277,8 +281,8 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     moments = given[0]
     if is_quantity(moments):
         moments = magnitude(moments, "s", "time")
-    elif getattr(moments, "dtype", None) is not None and np.asarray(moments).dtype.kind in "mM":
-        moments = seconds_of(moments)
+    elif not isinstance(moments, np.ma.MaskedArray) and np.asarray(moments).dtype.kind in "mMOU":
+        moments = _seconds(variable, moments)
     times = _numbers(variable, moments)
     column = _numbers(variable, given[1], unit)
     if times.ndim != 1 or not len(times) or column.ndim not in (1, 2) or column.shape[-1] != len(times):
@@ -296,6 +300,13 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
         place = np.unravel_index(bad, column.shape)
         values.check_range(variable, float(column[place]), float(times[place[-1]]))
     return times, column
+
+
+def _seconds(variable: Variable, moments: Any) -> Array:
+    try:
+        return np.asarray(seconds_of(moments))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{variable.name}: the times {shortened(moments)} are refused: {error}") from None
 
 
 FORMS = "a constant, a pair (t, u) of times and values, or a function of time"
@@ -369,6 +380,8 @@ def _check_kind(variable: Variable, given: Any) -> None:
 
 def settings_of_runs(variables: Variables, parameters: Any, number: int | None) -> list[dict[str, Value]]:
     """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run."""
+    if hasattr(parameters, "columns") and hasattr(parameters, "iloc"):
+        parameters = {str(name): parameters[name].tolist() for name in parameters.columns}
     if isinstance(parameters, str) or not isinstance(parameters, Mapping | Sequence):
         raise TypeError(f"parameters must be mappings of names to values, not {shortened(parameters)}")
     if not isinstance(parameters, Mapping) and len(parameters):

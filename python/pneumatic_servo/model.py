@@ -325,9 +325,9 @@ class Model(ModelDescription):
 
         Parameters
         ----------
-        parameters : sequence of mappings, or mapping
+        parameters : sequence of mappings, mapping or DataFrame
             The parameters of each run, or arrays of shape (runs,) by name beside values that all runs share; with
-            units as for `simulate`, an array as ``([5, 6], "bar")``.
+            units as for `simulate`, an array as ``([5, 6], "bar")``. A DataFrame has a row for each run.
         inputs : mapping, optional
             Inputs over time: as for `simulate`, and besides arrays of shape (runs,) with a constant for each run, and
             points ``(t, u)`` with u of shape (runs, times). Functions are called once for all runs.

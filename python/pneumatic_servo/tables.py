@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -52,16 +53,23 @@ def _of_parquet(file: Path) -> Table:
 
 
 def of_frame(frame: Any, file: Path) -> Table:
-    """Return the table of a pandas DataFrame; an index that is called ``time`` is a column.
+    """Return the table of a pandas DataFrame; its index is a column, if it has a name or consists of times.
 
     What a run has recorded says so by itself, also after it was kept in a Parquet file.
     """
     is_recorded = bool(frame.attrs.get(Run.RECORDED, False))
+    if frame.index.name is None and "time" not in frame.columns and frame.index.dtype.kind in "mMf":
+        frame = frame.rename_axis("time")
     if frame.index.name is not None and frame.index.name not in frame.columns:
         frame = frame.reset_index()
     # By place, since a name may be there twice, which is refused where somebody asks for it.
     columns = [_array(frame.iloc[:, place]) for place in range(len(frame.columns))]
     return replace(_of_columns(file, [str(name) for name in frame.columns], columns), is_recorded=is_recorded)
+
+
+def is_counted(index: Any) -> bool:
+    """Tell whether an index of pandas only counts the rows."""
+    return type(index).__name__ == "RangeIndex" and index.name is None
 
 
 def _array(series: Any) -> NDArray[Any]:
@@ -89,6 +97,8 @@ def numbers(column: Any) -> NDArray[np.float64]:
         return np.asarray(found / np.timedelta64(1, "s"), dtype=float)
     # Of texts of its own NumPy would say the name that it has for them.
     listed = found.tolist() if found.dtype.kind in "OUT" else None
+    if listed and isinstance(listed[0], timedelta):
+        return np.array([one.total_seconds() for one in listed])
     if listed and found.ndim == 1 and not isinstance(listed[0], int | float):
         clock = seconds_since_first([str(one) for one in listed])
         if clock is not None:

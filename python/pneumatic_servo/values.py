@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from reprlib import repr as shortened
 from typing import Any, SupportsFloat
 
+import numpy as np
+
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.names import did_you_mean, similar
@@ -79,6 +81,8 @@ def seconds(argument: str, given: object) -> float:
 
 
 def _plain(variable: Variable, given: Any) -> float:
+    if np.ma.is_masked(given):
+        raise ValueError(f"{variable.name} is refused: the value is masked; fill it, or leave it out")
     if not is_number(given):
         what = f"it must be a single number{in_unit(variable.unit)}"
         shown = given if hasattr(given, "shape") else shortened(given)
