@@ -40,6 +40,7 @@ const parts = {
   STYLE: await bundled("style.css"),
   SCRIPT: await script("main.ts"),
   WORKER: await script("fit/worker.ts"),
+  RACER: await script("race/worker.ts"),
   EXAMPLE: await compressed(new URL("../examples/rig.csv", import.meta.url)),
   PLANT: await compressed(plant),
   LICENCES: escaped([await readFile(licences, "utf8"), ...(await Promise.all(packages))].join("\n")),

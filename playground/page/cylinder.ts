@@ -41,17 +41,14 @@ export class Cylinder {
   private readonly flows: SVGElement[];
   private readonly push = shape("path", { class: "pushed" });
   private readonly newton = shape("text", { class: "newton", y: 46 });
+  private readonly mark = shape("path", { class: "target" });
   private force = 0;
-  /** Hears of the force in N by which the visitor pushes the carriage. */
-  onPush: ((force: number) => void) | null = null;
 
   /** `title` says which of several it is. */
   constructor(private readonly title: string) {
     const piston = shape("rect", { x: -8, y: TOP, width: 16, height: BOTTOM - TOP, rx: 2, class: "steel" });
     const rod = shape("rect", { x: 0, y: 50, width: ROD, height: 12, class: "steel" });
     this.moving.append(rod, piston, this.carriage, this.stuck);
-    this.carriage.append(hint());
-    this.grab();
     const pipe = (x: number, side: number) =>
       shape("path", { d: `M${x} ${BOTTOM + 4} V112 H${144 + side * 18} V126`, class: "pipe" });
     this.flows = [LEFT + 8, RIGHT - 8].map((x) => shape("path", { transform: `translate(${x} 103)`, class: "flow" }));
@@ -73,6 +70,7 @@ export class Cylinder {
       this.b,
       shape("path", { d: `M${LEFT} ${TOP} H${RIGHT} V48 M${RIGHT} 64 V${BOTTOM} H${LEFT} V${TOP}`, class: "barrel" }),
       shape("path", { d: "M280 91 H488", class: "rail" }),
+      this.mark,
       this.moving,
       this.arrow,
       this.push,
@@ -84,14 +82,16 @@ export class Cylinder {
     );
   }
 
-  /** Lets a pointer that holds the carriage, or an arrow key, push it. */
-  private grab(): void {
+  /** Lets a pointer that holds the carriage, or an arrow key, push it; `onPush` hears of the force in N. */
+  letPush(onPush: (force: number) => void): void {
     let from: number | null = null;
     const pushed = (force: number) => {
       this.force = force;
       this.carriage.setAttribute("aria-valuenow", force.toFixed(0));
-      this.onPush?.(force);
+      onPush(force);
     };
+    this.carriage.append(hint());
+    this.carriage.classList.add("pushable");
     const place = (event: Event) => {
       const drawing = this.root.getBoundingClientRect();
       return ((event as PointerEvent).clientX - drawing.left) * (500 / drawing.width);
@@ -120,6 +120,11 @@ export class Cylinder {
       pushed(side * BY_KEY);
     });
     for (const kind of ["keyup", "blur"]) this.carriage.addEventListener(kind, () => pushed(0));
+  }
+
+  /** Marks where the middle of the carriage is at a position. */
+  aim(position: number, stroke: number): void {
+    this.mark.setAttribute("d", `M${(FROM + ((TO - FROM) * position) / stroke + ROD + 25).toFixed(2)} 4 V100`);
   }
 
   /** Shows values in the order of [`SHOWN`], for a stroke in m. */

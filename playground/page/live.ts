@@ -65,10 +65,10 @@ export abstract class LivePage implements Page {
   /** Lets the visitor push the carriages of some drawings, all of them at once. */
   protected pushable(cylinders: readonly Cylinder[]): void {
     for (const cylinder of cylinders) {
-      cylinder.onPush = (force) => {
+      cylinder.letPush((force) => {
         this.push = force;
         if (this.run && force !== 0) this.run.isPushed = true;
-      };
+      });
     }
   }
 

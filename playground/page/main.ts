@@ -15,6 +15,7 @@ import { Study, type FitContext } from "./fit/study";
 import { ClosedLoop } from "./views/closed-loop";
 import { Fit } from "./views/fit";
 import { Presliding } from "./views/presliding";
+import { Race } from "./views/race";
 import { StickSlip } from "./views/stick-slip";
 import { TwoLaws } from "./views/two-laws";
 
@@ -23,6 +24,7 @@ const PAGES: Record<View, new (context: FitContext) => Page> = {
   "two-laws": TwoLaws,
   presliding: Presliding,
   "closed-loop": ClosedLoop,
+  race: Race,
   fit: Fit,
 };
 /** A slot for trying out values, beyond those of the pages. */

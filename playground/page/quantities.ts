@@ -6,11 +6,11 @@ import type { Recording } from "./record";
 const DRAWN = 2500;
 
 /** Every so many rows are drawn, from a row whose number is a multiple of it, so that a line does not flicker. */
-export function thinning(recording: Recording, first: number): (name: string, factor?: number) => Float64Array {
-  const stride = Math.max(Math.ceil((recording.rows - first) / DRAWN), 1);
+export function thinning(recording: Recording, first: number, end = recording.rows): (name: string, factor?: number) => Float64Array {
+  const stride = Math.max(Math.ceil((end - first) / DRAWN), 1);
   const from = first - (first % stride);
   return (name, factor = 1) => {
-    const column = recording.column(name, from);
+    const column = recording.column(name, from, end);
     const count = Math.ceil(column.length / stride);
     const thin = new Float64Array(count);
     for (let index = 0; index < count; index += 1) thin[index] = column[index * stride] * factor;

@@ -23,9 +23,9 @@ export class Recording {
     this.length += 1;
   }
 
-  /** The values of a column from a row on. */
-  column(name: string, from = 0): Float64Array {
-    return this.columns[this.names.indexOf(name)].subarray(Math.max(from, 0), this.length);
+  /** The values of a column from a row on, or up to another one. */
+  column(name: string, from = 0, to = this.length): Float64Array {
+    return this.columns[this.names.indexOf(name)].subarray(Math.max(from, 0), Math.min(to, this.length));
   }
 
   /** The last row at or before a time in s; the first one if there is none. */
@@ -38,6 +38,11 @@ export class Recording {
       else high = middle;
     }
     return low;
+  }
+
+  /** The value of a column in a row. */
+  at(name: string, row: number): number {
+    return this.columns[this.names.indexOf(name)][row];
   }
 
   /** The last value of a column. */

@@ -35,9 +35,11 @@ export class Run {
     library: Library,
     readonly members: readonly Member[],
     private readonly exchange: Exchange,
+    /** The slot of the first of the plants; the others are in those behind it. */
+    first = 0,
   ) {
-    this.plants = members.map((member, slot) =>
-      library.start(slot, member.model, new Map([...member.values, ...member.first])),
+    this.plants = members.map((member, index) =>
+      library.start(first + index, member.model, new Map([...member.values, ...member.first])),
     );
     this.readers = members.map((member, index) => this.plants[index].reader(member.watched));
     const names = members.flatMap((member) => member.watched.map((name) => member.prefix + name));

@@ -2,9 +2,10 @@
 
 import { isSettable, model, type Tables, type Variable } from "./tables";
 import { EXPERIMENTS, type ExperimentName } from "./fit/signals";
+import { FIRST_CODE, type Result } from "./race/rules";
 import { along, KINDS, POINTS, type Kind, type Signal } from "./signal";
 
-export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop", "fit"] as const;
+export const VIEWS = ["stick-slip", "two-laws", "presliding", "closed-loop", "race", "fit"] as const;
 export type View = (typeof VIEWS)[number];
 
 export const CYLINDER = "PneumaticServoCylinder";
@@ -17,10 +18,13 @@ const MODELS: Record<Exclude<View, "fit">, string[]> = {
   "two-laws": [CYLINDER],
   presliding: [BENCH],
   "closed-loop": [CYLINDER, CONTROLLER],
+  race: [CYLINDER, CONTROLLER],
 };
 
 /** The law that shows nested loops first: MaxwellSlip. */
 const BENCH_LAW = 17;
+
+export type Racer = "hand" | "code";
 
 export class Settings {
   view: View = "stick-slip";
@@ -29,6 +33,14 @@ export class Settings {
   /** The experiment of a fit, and the parameters that are free in it; by default the usual ones of the law. */
   experiment: ExperimentName = "rig";
   free: readonly string[] | null = null;
+  /** Who races: the hand of the visitor, or a program. */
+  racer: Racer = "hand";
+  code = FIRST_CODE;
+  /** Whether the program came with a link, and was not touched since. */
+  isForeign = false;
+  /** The result to beat, which came with a link, and the visitor's best one. */
+  toBeat: Result | null = null;
+  best: Result | null = null;
   readonly signals: Record<View, Signal>;
   /** Values that differ from the defaults, by model. */
   readonly values: Record<string, Map<string, number>> = {
@@ -47,7 +59,8 @@ export class Settings {
       // So slow and small that one law rests where the other creeps.
       "two-laws": { ...voltage, amplitude: 0.5, period: 8 },
       presliding: { kind: "drawn", level: 0, amplitude: 1e-5, period: 10, points: nested, centring: 0 },
-      fit: { ...voltage }, // which nothing moves by
+      race: { ...voltage }, // these two have no input of this kind
+      fit: { ...voltage },
       "closed-loop": { kind: "ramp", level: 0.25, amplitude: 0.04, period: 8, points: rising, centring: 0 },
     };
   }
@@ -68,6 +81,11 @@ export class Settings {
     if (this.view === "fit") {
       link.set("experiment", this.experiment);
       if (this.free) link.set("free", this.free.join(" "));
+    } else if (this.view === "race") {
+      const result = this.best ?? this.toBeat;
+      link.set("racer", this.racer);
+      if (this.racer === "code") link.set("code", this.code);
+      if (result) link.set("score", `${(1e3 * result.off).toFixed(2)} mm ${result.time.toFixed(2)} s`);
     } else {
       const { kind, level, amplitude, period, points, centring } = this.signal;
       link.set("signal", kind);
@@ -96,6 +114,8 @@ export class Settings {
     if (link.has("signal")) signal.centring = 0;
     this.experiment = EXPERIMENTS.find((candidate) => candidate === link.get("experiment")) ?? "rig";
     this.free = null;
+    this.racer = "hand";
+    this.toBeat = this.best = null;
     for (const of of this.models) this.forget(of);
     for (const [key, text] of link) {
       const problem = this.take(key, text, signal, tables);
@@ -121,6 +141,21 @@ export class Settings {
     if (key === "experiment" && this.view === "fit") return this.experiment === text ? null : `${text} is no experiment`;
     if (key === "free" && this.view === "fit") {
       this.free = text.split(" ").filter(Boolean);
+      return null;
+    }
+    if (key === "racer" && this.view === "race") {
+      if (text === "hand" || text === "code") this.racer = text;
+      return this.racer === text ? null : `${text} is no racer: hand or code`;
+    }
+    if (key === "code" && this.view === "race") {
+      this.isForeign ||= text !== this.code;
+      this.code = text;
+      return null;
+    }
+    if (key === "score" && this.view === "race") {
+      const [, off, seconds] = /^(\d+(?:\.\d+)?) mm (\d+(?:\.\d+)?) s$/.exec(text) ?? [];
+      if (seconds === undefined) return `${text} is no score`;
+      this.toBeat = { off: Number(off) / 1e3, time: Number(seconds) };
       return null;
     }
     if (key === "signal") {

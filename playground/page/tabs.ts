@@ -8,6 +8,7 @@ const TITLES: Record<View, string> = {
   "two-laws": "Two laws",
   presliding: "Presliding",
   "closed-loop": "Closed loop",
+  race: "Race",
   fit: "Fit",
 };
 

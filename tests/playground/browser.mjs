@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 /** The page as a visitor opens it: a file. */
-const PAGE = pathToFileURL(process.env.PLAYGROUND ?? "../../target/playground/index.html").href;
+export const PAGE = pathToFileURL(process.env.PLAYGROUND ?? "../../target/playground/index.html").href;
 const FLAGS = [
   "--headless",
   "--no-sandbox",

@@ -1,8 +1,10 @@
 // What a visitor can do, and what he sees.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
+import { once } from "node:events";
+import { createServer } from "node:http";
 import { after, before, test } from "node:test";
-import { download, launch, open, runFor, VIEWS } from "./browser.mjs";
+import { download, launch, open, PAGE, runFor, VIEWS } from "./browser.mjs";
 
 let browser;
 before(async () => (browser = await launch()));
@@ -330,6 +332,68 @@ test("the charts are a drawing that scales", async () => {
   assert.ok(found.lines >= 7, `${found.lines} lines`);
   for (const label of ["Position in mm", "Time in s", "Velocity in mm/s", "Friction force in N"]) assert.ok(found.texts.includes(label), label);
   await close();
+});
+
+/** What the page says once a race is over. */
+async function raceOver(page) {
+  const over = () => /wins?\. You: .* PID: /.test(document.querySelector("output.verdict").textContent);
+  await page.waitForFunction(over, null, { timeout: 60_000 });
+  return page.locator("output.verdict").textContent();
+}
+
+test("a carriage is raced by hand against the controller, and the link has the score to beat", async () => {
+  const { page, close } = await open(browser, "#view=race", { viewport: { width: 400, height: 800 } });
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 400);
+  const lever = page.getByRole("slider", { name: "Valve voltage" });
+  await lever.fill("6.5");
+  await page.waitForTimeout(400);
+  await lever.fill("4.8");
+  const verdict = await raceOver(page);
+  const [, off, time, score] = /You: ([\d.]+) mm off after ([\d.]+) s: score (\d+\.\d+)/.exec(verdict).map(Number);
+  assert.ok(Math.abs(off + 0.1 * time - score) < 0.02, verdict);
+  assert.equal((await fragment(page)).get("score"), `${off.toFixed(2)} mm ${time.toFixed(2)} s`);
+  const link = new URL(page.url()).hash;
+  await close();
+  const other = await open(browser, link);
+  assert.ok((await other.page.locator("output.verdict").textContent()).startsWith(`To beat: ${off.toFixed(2)} mm off`));
+  await other.close();
+});
+
+test("a program of a link runs when it is told to, touches no network, and is said what is wrong with it", async () => {
+  const asked = [];
+  const server = createServer((request, answer) => answer.end(String(asked.push(request.url)))).listen(0, "127.0.0.1").unref();
+  await once(server, "listening");
+  const address = `http://127.0.0.1:${server.address().port}/`;
+  const reaching = `try { const ask = new XMLHttpRequest(); ask.open("GET", "${address}", false); ask.send(); } catch {}`;
+  const code = `${reaching}\nfunction control(time, position) { return position < 0.29 ? 5.6 : 5; }`;
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(`${PAGE}#${new URLSearchParams({ view: "race", racer: "code", code })}`);
+  await page.waitForSelector("html[data-ready]");
+  assert.equal(await page.getByLabel("Your program").inputValue(), code);
+  assert.equal(await page.getByText("This program came with the link").isVisible(), true);
+  await page.keyboard.press("Space");
+  await page.waitForTimeout(1000);
+  assert.equal(page.workers().length, 0, "nothing runs");
+  assert.equal(await page.locator("output.verdict").textContent(), "");
+  await page.getByRole("button", { name: "Race", exact: true }).click();
+  await raceOver(page);
+  assert.deepEqual(asked, []);
+  for (const [wrong, problem] of [
+    ["function control() { return NaN; }", /control\(0, ...\) returned NaN: it must be a voltage in V/],
+    ["let a;\nb = 1;\nfunction control() { return 5; }", /^line 2: .*b is not defined/],
+    ["function control() { for (;;); }", /no answer after 10 s/],
+  ]) {
+    await page.getByLabel("Your program").fill(wrong);
+    await page.getByRole("button", { name: "Race", exact: true }).click();
+    await page.waitForFunction(() => document.querySelector("output.verdict").textContent !== "The program runs", null, { timeout: 30_000 });
+    assert.match(await page.locator("output.verdict").textContent(), problem);
+  }
+  // A worker within a loop ends after some time.
+  for (let wait = 0; wait < 50 && page.workers().length > 0; wait += 1) await page.waitForTimeout(200);
+  assert.equal(page.workers().length, 0);
+  await context.close();
+  server.close();
 });
 
 test("the search of parameters knows other words and other units", async () => {
