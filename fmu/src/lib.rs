@@ -7,7 +7,7 @@
 //! | `calls` | which call is allowed in which mode, as data |
 //! | `failure` | how a call ends that did not succeed |
 //! | `host` | the host's memory: arrays and strings that are read and written through pointers |
-//! | `memory` | whether there is room for an instance |
+//! | `memory`, `unload` | whether there is room for an instance; what is freed when the library is unloaded |
 //! | `face` | what the faces have in common |
 //! | `export` | the one line by which a library says which models it serves |
 //! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
@@ -34,5 +34,6 @@ mod fnv;
 mod host;
 mod instance;
 mod memory;
+mod unload;
 
 pub use instance::{LOG_CATEGORIES, Library, LogCategory, guid, guid_of_source};

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 
-/// More bytes than an instance takes with its run, and the first one with the tables of all models.
+/// More bytes than an instance takes with its run, and the first one with the table of its model.
 const ROOM: usize = 2 << 20;
 
 /// Refuses to go on where the system does not grant the memory of an instance. Not asked of WebAssembly, and of the sources in

@@ -54,13 +54,13 @@ pub struct Driven<'a> {
 impl<'a> Driven<'a> {
     /// Inputs of a table by their names, each with its signal.
     pub fn all<'b>(
-        table: &Table,
+        table: &'static Table,
         signals: impl Iterator<Item = PyResult<(&'b String, Signal<'a>)>>,
     ) -> PyResult<Vec<Self>> {
         signals.map(|it| it.and_then(|(name, signal)| Self::find(table, name, signal))).collect()
     }
 
-    fn find(table: &Table, name: &str, signal: Signal<'a>) -> PyResult<Self> {
+    fn find(table: &'static Table, name: &str, signal: Signal<'a>) -> PyResult<Self> {
         let refuse = || refused(format!("{name} is not an input{}", resembling(table, name)));
         let entry = table.find(name).ok_or_else(refuse)?;
         let Place::Input(place) = entry.place else { return Err(refuse()) };

@@ -7,6 +7,7 @@ mod setup;
 mod transition;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 pub use self::experiment::{Course, Experiment, Panel, Signal};
 pub use self::plant::{Plant, Saved};
@@ -16,7 +17,7 @@ use crate::co_simulation::Simulation;
 use crate::hybrid::Indicator;
 pub use crate::session::Start;
 use crate::start_sized;
-use crate::system::{System, assert_sound, indicators, references, table};
+use crate::system::{System, assert_sound, indicators, references, shared_table, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
 pub use crate::variables::{SettingError, Value};
 
@@ -29,6 +30,8 @@ pub struct Model {
     pub description: &'static str,
     /// The variable table; made once per process.
     pub variables: fn() -> &'static Table,
+    /// The same for those that hold it only while they run, so that a library leaves nothing behind when it is unloaded.
+    pub table: fn() -> Arc<Table>,
     /// The event indicators, in the order of their places: those of all friction laws and modes.
     pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
@@ -53,6 +56,7 @@ impl Model {
             name,
             description,
             variables: table::<E, U>,
+            table: shared_table::<E, U>,
             indicators: indicators::<E, U>,
             start: |start| start_sized!(start, E, U, [N]),
             experiment,
@@ -72,7 +76,7 @@ impl Model {
     /// # Errors
     /// [`ParameterError`] when the defaults do not fit together.
     pub fn default_starts(&self) -> Result<BTreeMap<u32, f64>, ParameterError> {
-        let table = (self.variables)();
+        let table = (self.table)();
         let default = |variable: &Variable| variable.start.unwrap_or_default();
         let (parameters, inputs): (Vec<f64>, Vec<f64>) =
             (table.parameters().map(default).collect(), table.inputs().map(default).collect());
@@ -94,12 +98,13 @@ impl Model {
             let start = variable.start.or_else(|| starts.get(&variable.reference).copied());
             Variable { start, ..variable.clone() }
         };
-        Ok((self.variables)().iter().map(started).collect())
+        Ok((self.table)().iter().map(started).collect())
     }
 
     #[cold]
     fn with_default_named(&self, mut error: ParameterError) -> ParameterError {
-        let entry = (self.variables)().find(&error.variable);
+        let table = (self.table)();
+        let entry = table.find(&error.variable);
         if entry.is_some_and(|entry| entry.variable.start == Some(error.value)) {
             error.reason += &format!("; this is its default: give {}, too", error.variable);
         }

@@ -93,7 +93,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
 
     /// The states as the table lists them, with the start values of those that are not integrated.
     fn table_states(&self, computed: &[f64]) -> Vec<State> {
-        let (table, scales): (_, [f64; N]) = (self.session.table, self.equations.scales());
+        let (table, scales): (_, [f64; N]) = (&self.session.table, self.equations.scales());
         let references = table.states();
         let states = references.filter_map(|reference| {
             let value = table.computed().position(|variable| variable.reference == reference)?;

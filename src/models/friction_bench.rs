@@ -22,7 +22,7 @@ use crate::friction::{
 use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
-use crate::system::{System, Tables, references, table};
+use crate::system::{System, Tables, references, shared_table, table};
 use crate::variables::{Choice, Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
@@ -35,6 +35,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         name: "FrictionBench",
         description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
         variables: table::<FrictionBench<L>, INPUTS>,
+        table: shared_table::<FrictionBench<L>, INPUTS>,
         indicators: FrictionBench::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

@@ -3,7 +3,7 @@
 use super::Start;
 use crate::numbers::{Real, Scalar};
 use crate::solver::{Counters, Settings, Tuning};
-use crate::system::{System, table};
+use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, ParameterSet, StateSet, Values};
 
 /// Reads what equations are made of from all parameters of a model, which vary with slopes or (without any) not at all, and the
@@ -16,7 +16,7 @@ pub fn read<E: System<U>, const U: usize, P>(
     slopes: &[f64],
     read: impl FnOnce(&mut Values) -> Result<P, ParameterError>,
 ) -> Result<(P, Settings), ParameterError> {
-    let table = table::<E, U>();
+    let table = shared_table::<E, U>();
     if let Some(problem) = table.problem() {
         return Err(problem.clone());
     }
@@ -46,7 +46,7 @@ pub fn build<E: System<U>, const U: usize>(start: &Start, slopes: &[f64]) -> Res
 /// # Errors
 /// [`ParameterError`] with the name of a state that has none.
 pub fn check<E: System<U>, const U: usize>(equations: &E) -> Result<(), ParameterError> {
-    let table = table::<E, U>();
+    let table = shared_table::<E, U>();
     for state in E::State::ALL {
         // Models that count references from elsewhere have a state several times, or leave it out: a trolley that is not there.
         let (n, reference) = (equations.states(), state.reference());
@@ -75,7 +75,7 @@ pub(crate) fn check_outputs<E: System<U>, const N: usize, const U: usize>(
 ) -> Result<(), ParameterError> {
     // No arithmetic yields this number.
     const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_dead_beef);
-    let listed = table::<E, U>().computed().count() - Counters::COUNT - E::RESIDUALS;
+    let listed = shared_table::<E, U>().computed().count() - Counters::COUNT - E::RESIDUALS;
     let mut computed = vec![Real::of(UNWRITTEN); 2 * listed + 100];
     equations.outputs(Real::of(0.0), &Real::all(x), &Real::all(u), memory, &mut computed);
     let is_written = |number: &Real| number.value.to_bits() != UNWRITTEN.to_bits();

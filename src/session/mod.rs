@@ -5,6 +5,7 @@ mod differentiate;
 
 use std::cell::RefCell;
 use std::fmt;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ pub use self::build::{build, check, read};
 use self::differentiate::differentiate;
 pub(crate) use self::differentiate::differentiate_varied;
 use crate::numbers::{Real, Scalar};
-use crate::system::{System, table};
+use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, Table};
 
 /// Everything a run starts from.
@@ -70,7 +71,7 @@ impl std::error::Error for SnapshotError {}
 /// What a run of equations keeps beside them: its parameters and the clock of the host.
 #[derive(Clone)]
 pub(crate) struct Session {
-    pub table: &'static Table,
+    pub table: Arc<Table>,
     /// All parameters, in the order of the table.
     pub parameters: Vec<f64>,
     /// Clock of the host in s at the start. Equations count their time from there, so that late clocks, which resolve
@@ -85,7 +86,7 @@ pub(crate) struct Session {
 impl Session {
     /// A run of equations that begins.
     pub fn begin<E: System<U>, const U: usize>(start: &Start) -> Self {
-        let (table, parameters) = (table::<E, U>(), start.parameters.to_vec());
+        let (table, parameters) = (shared_table::<E, U>(), start.parameters.to_vec());
         let computed = RefCell::new(vec![Real::of(0.0); table.computed().count()]);
         Self { table, parameters, start: start.time, time: start.time, computed }
     }

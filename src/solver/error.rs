@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Why a communication step could not be completed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum StepError {
     /// The step size fell below what the clock resolves.
     StepSizeTooSmall {
@@ -49,10 +49,10 @@ pub enum StepError {
 }
 
 /// A state where a step starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     /// Its name.
-    pub state: &'static str,
+    pub state: String,
     /// Its value.
     pub value: f64,
     /// Its rate per second.
@@ -60,7 +60,7 @@ pub struct Course {
 }
 
 /// Why a step is not accepted; states and events by name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Rejection {
     /// The estimated error of a state exceeds what the tolerance allows.
     Inaccurate(Course),

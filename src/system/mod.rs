@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`System`] | a model: its tables, how it starts, how it changes, what it shows, what makes its runs faster |
 //! | [`Event`] | what can end a mode: its name, its indicator, and what it does |
-//! | [`Tables`], [`table`] | the variables of a model, and its table |
+//! | [`Tables`], [`table`], [`shared_table`] | the variables of a model, and its table |
 
 mod event;
 mod jacobian;
@@ -22,7 +22,7 @@ pub use self::event::{Event, Happening, Watch};
 pub use self::jacobian::{jacobian_by_couplings, jacobian_by_duals};
 pub use self::place::Place;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
-pub use self::tables::{Tables, references, state_name, table};
+pub use self::tables::{Tables, references, shared_table, state_name, table};
 use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride};
 use crate::numbers::{Real, Scalar};
 use crate::variables::{Notices, ParameterError, StateSet, Values};

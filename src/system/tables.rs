@@ -1,11 +1,10 @@
-//! The variables of a model, and the table that is made of them once per process.
+//! The variables of a model, and the table that is made of them.
 
 use std::any::TypeId;
-use std::collections::HashMap;
-use std::sync::{LazyLock, Mutex};
+use std::sync::Arc;
 
 use super::{Counters, MAX_KINKS, System, Tuning};
-use crate::variables::{Meaning, ParameterError, Role, Table, Variable};
+use crate::variables::{Meaning, ParameterError, Role, Table, Variable, kept};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
 /// the numbers that stand for enumerations.
@@ -57,21 +56,28 @@ impl Tables {
     }
 }
 
-/// The table of a model.
+/// The table of a model, made once per process.
 pub fn table<E: System<U>, const U: usize>() -> &'static Table {
-    /// The tables made so far, by the types of the equations: a generic function has no static of its own for each type.
-    static MADE: LazyLock<Mutex<HashMap<TypeId, &'static Table>>> = LazyLock::new(Mutex::default);
-    let mut made = MADE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    made.entry(TypeId::of::<E>()).or_insert_with(|| {
-        let tables = E::tables();
-        let problem = tables.problem(U).or_else(untold::<E, U>);
-        let Tables { inputs, computed, parameters } = tables;
-        let counters = Counters::table(references::COUNTERS);
-        let own = [vec![Variable::time()], inputs, computed, counters, parameters].concat();
-        let solving = Tuning::grouped(references::SOLVER).into_iter().map(|it| it.meaning(Meaning::Solving));
-        let table = Table::new([own, solving.collect()].concat());
-        Box::leak(Box::new(table.with_problem(problem)))
-    })
+    kept::lent(TypeId::of::<E>(), make::<E, U>)
+}
+
+/// The table of a model for those that hold it only while they run.
+pub fn shared_table<E: System<U>, const U: usize>() -> Arc<Table> {
+    kept::shared(TypeId::of::<E>(), make::<E, U>)
+}
+
+fn make<E: System<U>, const U: usize>() -> Table {
+    let tables = E::tables();
+    let problem = tables.problem(U).or_else(untold::<E, U>);
+    let Tables { inputs, computed, parameters } = tables;
+    let solving = Tuning::grouped(references::SOLVER).into_iter().map(|it| it.meaning(Meaning::Solving));
+    let mut all = vec![Variable::time()];
+    all.extend(inputs);
+    all.extend(computed);
+    all.extend(Counters::table(references::COUNTERS));
+    all.extend(parameters);
+    all.extend(solving);
+    Table::new(all).with_problem(problem)
 }
 
 /// What equations do not tell of their indicators and kinks.
@@ -87,9 +93,9 @@ fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
 }
 
 /// Name of the variable of a model that is a state, by its index among `n` states.
-pub fn state_name<E: System<U>, const U: usize>(equations: &E, state: usize, n: usize) -> &'static str {
-    let table = table::<E, U>();
+pub fn state_name<E: System<U>, const U: usize>(equations: &E, state: usize, n: usize) -> String {
+    let table = shared_table::<E, U>();
     let reference = table.states().find(|reference| equations.state_at(*reference, n) == Some(state));
     let entry = reference.and_then(|reference| table.by_reference(reference));
-    entry.map_or("an internal state", |entry| entry.variable.name.as_str())
+    entry.map_or("an internal state", |entry| entry.variable.name.as_str()).to_owned()
 }

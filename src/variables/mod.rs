@@ -5,6 +5,7 @@ mod array;
 mod declare;
 mod enumeration;
 mod error;
+pub(crate) mod kept;
 mod notice;
 mod setting;
 mod states;
@@ -20,6 +21,8 @@ pub use declare::{Declaration, Field, ParameterSet, Tunable};
 pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
+#[doc(hidden)]
+pub use kept::forget_tables;
 pub use notice::{Notice, Notices};
 pub(crate) use setting::find;
 pub use setting::{SettingError, Value};

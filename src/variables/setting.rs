@@ -90,7 +90,7 @@ pub enum SettingError {
         /// The name.
         name: String,
         /// Names of the model that resemble it.
-        similar: Vec<&'static str>,
+        similar: Vec<String>,
     },
     /// The variable cannot be set, or not now.
     NotSettable {
@@ -138,8 +138,11 @@ impl From<ParameterError> for SettingError {
 ///
 /// # Errors
 /// [`SettingError::Unknown`] if there is none.
-pub fn find(table: &Table, name: &str) -> Result<Entry, SettingError> {
-    table.find(name).ok_or_else(|| SettingError::Unknown { name: name.to_owned(), similar: table.similar(name) })
+pub fn find<'a>(table: &'a Table, name: &str) -> Result<Entry<'a>, SettingError> {
+    table.find(name).ok_or_else(|| {
+        let similar = table.similar(name).into_iter().map(str::to_owned).collect();
+        SettingError::Unknown { name: name.to_owned(), similar }
+    })
 }
 
 #[cfg(test)]
@@ -166,7 +169,8 @@ mod tests {
     }
 
     fn number(name: &str, value: impl Into<Value<'static>>) -> Result<f64, String> {
-        let entry = find(&table(), name).map_err(|error| error.to_string())?;
+        let table = table();
+        let entry = find(&table, name).map_err(|error| error.to_string())?;
         value.into().number(entry.variable).map_err(|error| error.to_string())
     }
 

@@ -20,19 +20,19 @@ pub enum Place {
 
 /// An entry of a [`Table`]: a variable, where its value is kept, and what else follows from the table as a whole.
 #[derive(Clone, Copy, Debug)]
-pub struct Entry {
+pub struct Entry<'a> {
     /// The variable.
-    pub variable: &'static Variable,
+    pub variable: &'a Variable,
     /// The place of its value.
     pub place: Place,
     /// If it is a continuous state, its number in the order in which the table lists the derivatives.
     pub state: Option<usize>,
 }
 
-/// All variables of a model; made once per process.
+/// All variables of a model.
 #[derive(Debug)]
 pub struct Table {
-    variables: &'static [Variable],
+    variables: Box<[Variable]>,
     places: Vec<Place>,
     states: Vec<Option<usize>>,
     /// Places of the enumeration parameters, in the order of the Integers that can choose for them: the last parameters.
@@ -62,7 +62,6 @@ impl Table {
         let (numbered, numbers): (Vec<_>, Vec<_>) =
             parameters.enumerate().filter_map(|(place, variable)| Some((place, variable.number()?))).unzip();
         variables.extend(numbers);
-        let variables: &'static [Variable] = variables.leak();
         let mut counts = [0; 3];
         let mut next = |kind: usize| {
             counts[kind] += 1;
@@ -101,7 +100,7 @@ impl Table {
             let reason = format!("the value reference {reference} of {name} is used twice; {other} has it, too");
             problem.get_or_insert_with(|| about(variable, &reason));
         }
-        for variable in variables {
+        for variable in &variables {
             let lost = variable
                 .derivative_of
                 .iter()
@@ -142,10 +141,11 @@ impl Table {
         }
         let number = |variable: &Variable| states.iter().position(|state| *state == variable.reference);
         let states = variables.iter().map(number).collect();
-        let (lengths, stray) = array::lengths(variables);
+        let (lengths, stray) = array::lengths(&variables);
         if let Some(stray) = stray {
             problem.get_or_insert_with(|| about(stray, "it does not follow the other elements of its array"));
         }
+        let variables = variables.into_boxed_slice();
         Self { variables, places, states, numbered, lengths, by_name, by_reference, problem }
     }
 
@@ -161,31 +161,31 @@ impl Table {
     }
 
     /// The entry of a variable, by its index.
-    fn entry(&self, index: usize) -> Entry {
+    fn entry(&self, index: usize) -> Entry<'_> {
         Entry { variable: &self.variables[index], place: self.places[index], state: self.states[index] }
     }
 
     /// All entries, in order.
-    pub fn entries(&self) -> impl Iterator<Item = Entry> {
+    pub fn entries(&self) -> impl Iterator<Item = Entry<'_>> {
         (0..self.variables.len()).map(|index| self.entry(index))
     }
 
     /// The variable of a name.
-    pub fn find(&self, name: &str) -> Option<Entry> {
+    pub fn find(&self, name: &str) -> Option<Entry<'_>> {
         let found = self.by_name.binary_search_by_key(&name, |index| self.variables[*index].name.as_str());
         found.ok().map(|place| self.entry(self.by_name[place]))
     }
 
     /// The variable of a value reference.
-    pub fn by_reference(&self, reference: u32) -> Option<Entry> {
+    pub fn by_reference(&self, reference: u32) -> Option<Entry<'_>> {
         let index = *self.by_reference.get(reference as usize)?;
         (index != NONE).then(|| self.entry(index as usize))
     }
 
     /// The arrays, in order: the number of elements of each, and the first of them. A variable that is no element of an
     /// array is one of a single element.
-    pub fn arrays(&self) -> impl Iterator<Item = (usize, &'static Variable)> {
-        self.lengths.iter().copied().zip(self.variables).filter(|(length, _)| *length > 0)
+    pub fn arrays(&self) -> impl Iterator<Item = (usize, &Variable)> {
+        self.lengths.iter().copied().zip(&self.variables).filter(|(length, _)| *length > 0)
     }
 
     /// How many elements the array has that begins with the variable of a value reference, if there is one.
@@ -203,14 +203,14 @@ impl Table {
     }
 
     /// The enumeration parameter of a case, and the name of the item.
-    pub fn case(&self, case: Case) -> Option<(&'static Variable, &'static str)> {
+    pub fn case(&self, case: Case) -> Option<(&Variable, &'static str)> {
         let choice = self.by_reference(case.reference)?.variable;
         let Kind::Enumeration(of) = choice.kind else { return None };
         of.items.iter().find(|(id, ..)| *id == case.item).map(|(_, name, _)| (choice, *name))
     }
 
     /// The choice of a friction law, the first if a model has several contacts.
-    pub fn friction_law(&self) -> Option<(&'static Variable, &'static Enumeration)> {
+    pub fn friction_law(&self) -> Option<(&Variable, &'static Enumeration)> {
         self.parameters().find_map(|variable| match (variable.meaning, variable.kind) {
             (Some(Meaning::FrictionLaw), Kind::Enumeration(laws)) => Some((variable, laws)),
             _ => None,
@@ -218,12 +218,12 @@ impl Table {
     }
 
     /// The inputs, in order.
-    pub fn inputs(&self) -> impl Iterator<Item = &'static Variable> {
+    pub fn inputs(&self) -> impl Iterator<Item = &Variable> {
         self.variables.iter().filter(|variable| variable.role == Role::Input)
     }
 
     /// The parameters, in order.
-    pub fn parameters(&self) -> impl Iterator<Item = &'static Variable> {
+    pub fn parameters(&self) -> impl Iterator<Item = &Variable> {
         self.variables.iter().filter(|variable| variable.is_parameter())
     }
 
@@ -250,7 +250,7 @@ impl Table {
     }
 
     /// The computed variables, in order.
-    pub fn computed(&self) -> impl Iterator<Item = &'static Variable> {
+    pub fn computed(&self) -> impl Iterator<Item = &Variable> {
         self.variables.iter().filter(|variable| variable.is_computed())
     }
 
@@ -278,7 +278,7 @@ impl Table {
     }
 
     /// Names that resemble one that is not in the table, the nearest first: at most three.
-    pub fn similar(&self, name: &str) -> Vec<&'static str> {
+    pub fn similar(&self, name: &str) -> Vec<&str> {
         let mut near: Vec<_> =
             self.variables.iter().map(|variable| (distance(name, &variable.name), variable.name.as_str())).collect();
         near.sort_unstable();
@@ -290,13 +290,13 @@ impl Table {
 impl Deref for Table {
     type Target = [Variable];
     fn deref(&self) -> &[Variable] {
-        self.variables
+        &self.variables
     }
 }
 
-impl IntoIterator for &Table {
-    type Item = &'static Variable;
-    type IntoIter = std::slice::Iter<'static, Variable>;
+impl<'a> IntoIterator for &'a Table {
+    type Item = &'a Variable;
+    type IntoIter = std::slice::Iter<'a, Variable>;
     fn into_iter(self) -> Self::IntoIter {
         self.variables.iter()
     }

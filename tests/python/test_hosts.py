@@ -2,10 +2,15 @@
 
 All hold the input over steps of 1 ms. They compute the times of the steps in different ways (products, sums, integer
 nanoseconds), which differ in the last bits; so may the results, by a thousand times that.
+
+Besides, hosts that load and unload libraries again and again.
 """
 
 from __future__ import annotations
 
+import _ctypes
+import ctypes
+import platform
 import subprocess
 import sys
 from itertools import pairwise
@@ -14,6 +19,7 @@ from pathlib import Path
 import pytest
 from bounds import assert_close
 from client import Client
+from fmpy import extract, read_model_description
 
 VOLTAGE = 7.0
 STEPS = 200
@@ -104,3 +110,71 @@ def test_toolbox_finds_no_error(fmu: Path, model: str) -> None:
     assert "seems to be compliant with FMI-2.0" in text, text
     assert "No semantic error" in text, text
     assert "ERROR" not in text, text
+
+
+CYCLES = 500
+LEFT = 4096
+"""Bytes that a cycle may leave behind."""
+
+
+class Heap(ctypes.Structure):
+    """What `mallinfo2` of glibc tells of the heap of the main thread."""
+
+    _fields_ = [
+        ("unused", 4 * ctypes.c_size_t),
+        ("mapped", ctypes.c_size_t),
+        ("unused_too", 2 * ctypes.c_size_t),
+        ("allocated", ctypes.c_size_t),
+        ("free", 2 * ctypes.c_size_t),
+    ]
+
+
+def used() -> int:
+    """Bytes that are allocated now."""
+    mallinfo = ctypes.CDLL(None).mallinfo2
+    mallinfo.restype = Heap
+    heap = mallinfo()
+    return int(heap.allocated + heap.mapped)
+
+
+def load_and_unload(library: Path, token: bytes, version: int) -> None:
+    """Make an instance with a freshly loaded library, free it, and unload the library."""
+    handle = _ctypes.dlopen(str(library), ctypes.DEFAULT_MODE)
+    text, pointer, flag = ctypes.c_char_p, ctypes.c_void_p, ctypes.c_bool
+    if version == 2:
+        make = ctypes.CFUNCTYPE(pointer, text, ctypes.c_int, text, text, pointer, ctypes.c_int, ctypes.c_int)(
+            _ctypes.dlsym(handle, "fmi2Instantiate")
+        )
+        instance = make(b"a", 1, token, None, None, 0, 0)
+    else:
+        settings = [text, text, text, flag, flag, flag, flag, pointer, ctypes.c_size_t, pointer, pointer, pointer]
+        make = ctypes.CFUNCTYPE(pointer, *settings)(_ctypes.dlsym(handle, "fmi3InstantiateCoSimulation"))
+        instance = make(b"a", token, None, False, False, False, False, None, 0, None, None, None)
+    assert instance
+    ctypes.CFUNCTYPE(None, pointer)(_ctypes.dlsym(handle, f"fmi{version}FreeInstance"))(instance)
+    _ctypes.dlclose(handle)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the heap is asked through glibc")
+@pytest.mark.parametrize("version", [2, 3])
+def test_library_leaves_no_memory_behind_when_it_is_unloaded(fmus: Path, tmp_path: Path, version: int) -> None:
+    """A study loads and unloads FMUs some thousand times, those of several models in turn."""
+    loaded = []
+    for file in sorted((fmus if version == 2 else fmus / "fmi3").glob("*.fmu")):
+        description = read_model_description(str(file))
+        extract(str(file), str(tmp_path / file.stem))
+        [library] = (tmp_path / file.stem / "binaries").glob(f"*/{file.stem}.so")
+        token = description.guid if version == 2 else description.instantiationToken
+        loaded.append((library, token.encode()))
+    assert len(loaded) > 5
+
+    def cycle() -> None:
+        for library, token in loaded:
+            load_and_unload(library, token, version)
+
+    for _ in range(10):
+        cycle()
+    before = used()
+    for number in range(1, CYCLES + 1):
+        cycle()
+        assert used() - before < LEFT * max(number, 50)

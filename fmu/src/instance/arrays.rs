@@ -1,6 +1,8 @@
 //! Variables as arrays, each by the value reference of its first element; single variables are arrays of one. Event
 //! indicators are variables too.
 
+use std::sync::Arc;
+
 use super::Instance;
 use super::layout::{Base, check_type};
 use crate::calls::Mode;
@@ -14,13 +16,13 @@ impl Instance {
         references: R,
         values: usize,
     ) -> Result<impl Iterator<Item = u32> + Clone + use<R>, Failure> {
-        let layout = self.layout;
+        let layout = Arc::clone(&self.layout);
         let mut number = 0;
         for reference in references.clone() {
             number += layout.elements(reference)?.len();
         }
         check_number(number, values)?;
-        Ok(references.flat_map(|reference| layout.elements(reference).unwrap_or_default()))
+        Ok(references.flat_map(move |reference| layout.elements(reference).unwrap_or_default()))
     }
 
     /// The values of arrays of a type, after all of them have been found; refused unless they are as many as the host has
@@ -66,7 +68,7 @@ impl Instance {
             let name = &variable.name;
             return Err(Failure::error(format!("{name} is computed, from initialization mode on")));
         }
-        self.run.indicators(self.layout, &self.record, &mut self.scratch.indicators)?;
+        self.run.indicators(&self.layout, &self.record, &mut self.scratch.indicators)?;
         Ok(self.scratch.indicators[number])
     }
 }

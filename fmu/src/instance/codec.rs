@@ -89,7 +89,7 @@ mod tests {
     const GUID: &str = "{a model}";
 
     fn example() -> (SavedState, Vec<u8>) {
-        let mut record = Record::new(testing::layout(), crate::instance::Kind::CoSimulation);
+        let mut record = Record::new(&testing::layout(), crate::instance::Kind::CoSimulation);
         record.inputs[0] = f64::from_bits(0x7ff8_dead_beef_0001);
         let state = SavedState { record, snapshot: None };
         let bytes = encode(&state, GUID).expect("bytes");

@@ -8,7 +8,7 @@ impl Instance {
     /// Value references of what a variable depends on directly: of time, inputs and continuous states. What is set depends
     /// on nothing.
     pub fn dependencies(&self, reference: u32) -> Result<Vec<u32>, Failure> {
-        let table = self.layout.table;
+        let table = &self.layout.table;
         if self.layout.indicator(reference).is_some() {
             // Which of them enter depends on law and mode.
             let inputs = table.iter().filter(|it| it.role == Role::Input && matches!(it.kind, Kind::Real(_)));

@@ -1,11 +1,11 @@
 //! Slopes of inputs, rates of outputs, directional and adjoint derivatives.
 
-use super::layout::{Base, Slot};
+use super::layout::Base;
 use super::record::Kind;
 use super::{Instance, Scratch};
 use crate::failure::Failure;
 use pneumatic_servo::co_simulation::Direction;
-use pneumatic_servo::variables::{Place, Role};
+use pneumatic_servo::variables::{Entry, Place, Role};
 
 impl Instance {
     /// Slopes of inputs, with the orders of the derivatives, for the next step: all of them or, if one is refused, none.
@@ -17,7 +17,7 @@ impl Instance {
             return Err(Failure::error("in model exchange the host varies the inputs itself"));
         }
         for (reference, order, slope) in slopes.clone() {
-            let slot = self.layout.typed_slot(reference, Base::Real)?;
+            let slot = self.layout.typed(reference, Base::Real)?;
             let name = &slot.variable.name;
             if slot.variable.role != Role::Input {
                 return Err(Failure::error(format!("{name} is no input")));
@@ -28,7 +28,7 @@ impl Instance {
             }
         }
         for (reference, _, slope) in slopes {
-            if let Place::Input(place) = self.layout.typed_slot(reference, Base::Real)?.place {
+            if let Place::Input(place) = self.layout.typed(reference, Base::Real)?.place {
                 self.record.slopes[place] = slope;
             }
         }
@@ -39,15 +39,16 @@ impl Instance {
     /// Rates of outputs, given with the orders of the derivatives, along the solution with the present inputs, which are
     /// held unless they have been given slopes for the next step.
     pub fn output_derivatives(&mut self, outputs: impl Iterator<Item = (u32, i32)>) -> Result<&[f64], Failure> {
-        self.run.rates(self.layout, &self.record, &mut self.scratch.computed)?;
+        self.run.rates(&self.layout, &self.record, &mut self.scratch.computed)?;
         self.scratch.answers.clear();
         for (reference, order) in outputs {
-            let slot = self.layout.typed_slot(reference, Base::Real)?;
+            let slot = self.layout.typed(reference, Base::Real)?;
             if slot.variable.role != Role::Output {
                 return Err(Failure::error(format!("{} is no output", slot.variable.name)));
             }
             check_order(&slot.variable.name, order)?;
-            self.answer(&slot)?;
+            let value = self.derivative(&slot)?;
+            self.scratch.answers.push(value);
         }
         Ok(&self.scratch.answers)
     }
@@ -69,8 +70,9 @@ impl Instance {
         self.differentiate()?;
         self.scratch.answers.clear();
         for unknown in unknowns {
-            let slot = self.layout.typed_slot(unknown, Base::Real)?;
-            self.answer(&slot)?;
+            let slot = self.layout.typed(unknown, Base::Real)?;
+            let value = self.derivative(&slot)?;
+            self.scratch.answers.push(value);
         }
         Ok(&self.scratch.answers)
     }
@@ -84,7 +86,7 @@ impl Instance {
         knowns: impl Iterator<Item = u32>,
     ) -> Result<&[f64], Failure> {
         for (unknown, seed) in seeds.clone() {
-            let slot = self.layout.typed_slot(unknown, Base::Real)?;
+            let slot = self.layout.typed(unknown, Base::Real)?;
             check_seed(&slot, seed)?;
             computed_place(&slot)?;
         }
@@ -95,10 +97,10 @@ impl Instance {
             self.differentiate()?;
             let mut sum = 0.0;
             for (unknown, seed) in seeds.clone() {
-                sum += seed * self.derivative(&self.layout.typed_slot(unknown, Base::Real)?)?;
+                sum += seed * self.derivative(&self.layout.typed(unknown, Base::Real)?)?;
             }
             if !f64::is_finite(sum) {
-                let name = &self.layout.typed_slot(known, Base::Real)?.variable.name;
+                let name = &self.layout.typed(known, Base::Real)?.variable.name;
                 return Err(Failure::error(format!("the derivative with respect to {name} is not finite but {sum}")));
             }
             self.scratch.answers.push(sum);
@@ -114,7 +116,7 @@ impl Instance {
     }
 
     fn add_to_direction(&mut self, known: u32, seed: f64) -> Result<(), Failure> {
-        let slot = self.layout.typed_slot(known, Base::Real)?;
+        let slot = self.layout.typed(known, Base::Real)?;
         check_seed(&slot, seed)?;
         match (slot.place, slot.state) {
             (Place::Time, _) => self.scratch.time += seed,
@@ -133,18 +135,11 @@ impl Instance {
     fn differentiate(&mut self) -> Result<(), Failure> {
         let Scratch { time, inputs, states, slopes, computed, .. } = &mut self.scratch;
         let direction = Direction { time: *time, inputs, states, parameters: slopes };
-        self.run.directional_derivative(self.layout, &self.record, direction, computed)
-    }
-
-    /// Adds the derivative of a computed variable to the answers, if it is a number.
-    fn answer(&mut self, slot: &Slot) -> Result<(), Failure> {
-        let value = self.derivative(slot)?;
-        self.scratch.answers.push(value);
-        Ok(())
+        self.run.directional_derivative(&self.layout, &self.record, direction, computed)
     }
 
     /// The derivative of a computed variable, if it is a number.
-    fn derivative(&self, slot: &Slot) -> Result<f64, Failure> {
+    fn derivative(&self, slot: &Entry) -> Result<f64, Failure> {
         let value = self.scratch.computed[computed_place(slot)?];
         if !value.is_finite() {
             let name = &slot.variable.name;
@@ -154,7 +149,7 @@ impl Instance {
     }
 }
 
-fn check_seed(slot: &Slot, seed: f64) -> Result<(), Failure> {
+fn check_seed(slot: &Entry, seed: f64) -> Result<(), Failure> {
     if seed.is_finite() {
         return Ok(());
     }
@@ -162,7 +157,7 @@ fn check_seed(slot: &Slot, seed: f64) -> Result<(), Failure> {
     Err(Failure::error(format!("the seed of {name} must be a finite number, not {seed}")))
 }
 
-fn computed_place(slot: &Slot) -> Result<usize, Failure> {
+fn computed_place(slot: &Entry) -> Result<usize, Failure> {
     match slot.place {
         Place::Computed(place) => Ok(place),
         _ => Err(Failure::error(format!("{} is not computed and so no unknown", slot.variable.name))),

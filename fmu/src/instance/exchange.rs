@@ -49,7 +49,7 @@ impl Instance {
 
     /// Updates the discrete part of the model.
     pub fn update(&mut self) -> Result<Update, Failure> {
-        let update = self.run.update(self.layout, &self.record)?;
+        let update = self.run.update(&self.layout, &self.record)?;
         self.tell_notices()?;
         Ok(update)
     }
@@ -106,7 +106,7 @@ impl Instance {
         let mut answers = std::mem::take(&mut self.scratch.answers);
         answers.clear();
         answers.resize(self.length(vector), 0.0);
-        let outcome = self.run.look_from_outside(self.layout, &self.record, |exchange| {
+        let outcome = self.run.look_from_outside(&self.layout, &self.record, |exchange| {
             match vector {
                 Vector::States => exchange.states(&mut answers),
                 Vector::Derivatives => exchange.rates(&mut answers)?,
@@ -135,7 +135,7 @@ impl Instance {
     }
 
     fn outside(&mut self) -> Result<&mut dyn Exchange, Failure> {
-        self.run.outside(self.layout, &self.record)
+        self.run.outside(&self.layout, &self.record)
     }
 }
 

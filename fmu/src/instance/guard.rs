@@ -2,7 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use super::layout::Layout;
 use super::log::{Log, Sink};
@@ -93,7 +93,7 @@ pub fn instantiate(
     }
 }
 
-fn choose(library: &'static Library, wanted: &Wanted) -> Result<&'static Layout, Failure> {
+fn choose(library: &'static Library, wanted: &Wanted) -> Result<Arc<Layout>, Failure> {
     if wanted.name.is_empty() {
         return Err(Failure::error("the instance name is missing"));
     }

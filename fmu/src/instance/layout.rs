@@ -2,12 +2,13 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::guid::guid_of_source;
 use crate::failure::Failure;
 use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::{Entry, Kind, Place, Table, Variable};
+use pneumatic_servo::variables::{Entry, Kind, Table, Variable};
 
 /// What the functions of a face read and write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,31 +52,20 @@ impl fmt::Display for Base {
     }
 }
 
-/// A variable and what the interface needs to know about it.
-#[derive(Debug)]
-pub struct Slot {
-    /// The variable.
-    pub variable: &'static Variable,
-    /// Its place.
-    pub place: Place,
-    /// If it is a continuous state, its number in the order in which the table lists the derivatives.
-    pub state: Option<usize>,
-}
-
 /// The variables of a model as the interface needs them; made once per model.
 pub struct Layout {
     /// The model.
     pub model: &'static Model,
     /// Its variables.
-    pub table: &'static Table,
+    pub table: Arc<Table>,
     /// Its GUID.
     pub guid: String,
-    /// Its inputs.
-    pub inputs: Vec<&'static Variable>,
-    /// Its parameters.
-    pub parameters: Vec<&'static Variable>,
-    /// Its computed variables.
-    pub computed: Vec<&'static Variable>,
+    /// How many inputs it has.
+    pub inputs: usize,
+    /// How many parameters it has.
+    pub parameters: usize,
+    /// How many computed variables it has.
+    pub computed: usize,
     /// How many continuous states it has.
     pub states: usize,
     /// Its event indicators.
@@ -87,32 +77,31 @@ pub struct Layout {
 impl Layout {
     /// The layout of a model from a source with a fingerprint, if it is not one of [`pneumatic_servo`].
     pub fn new(model: &'static Model, source: Option<&str>) -> Self {
-        let table = (model.variables)();
+        let table = (model.table)();
         Self {
             model,
-            table,
             guid: guid_of_source(model, source),
-            inputs: table.inputs().collect(),
-            parameters: table.parameters().collect(),
-            computed: table.computed().collect(),
+            inputs: table.inputs().count(),
+            parameters: table.parameters().count(),
+            computed: table.computed().count(),
             states: table.number_of_states(),
             indicators: (model.indicators)(),
             indicator_variables: model.indicator_variables(),
+            table,
         }
     }
 
-    /// The slot of a value reference.
-    pub fn slot(&self, reference: u32) -> Option<Slot> {
-        let Entry { variable, place, state } = self.table.by_reference(reference)?;
-        Some(Slot { variable, place, state })
+    /// The entry of a value reference, which must have a type.
+    #[inline]
+    pub fn typed(&self, reference: u32, base: Base) -> Result<Entry<'_>, Failure> {
+        let entry = self.table.by_reference(reference).ok_or_else(|| unknown(reference))?;
+        check_type(entry.variable, base)?;
+        Ok(entry)
     }
 
-    /// The slot of a value reference, which must have a type.
-    #[inline]
-    pub fn typed_slot(&self, reference: u32, base: Base) -> Result<Slot, Failure> {
-        let slot = self.slot(reference).ok_or_else(|| unknown(reference))?;
-        check_type(slot.variable, base)?;
-        Ok(slot)
+    /// The name of a computed variable, by its place.
+    pub fn computed_name(&self, place: usize) -> &str {
+        self.table.computed().nth(place).map_or("a computed variable", |variable| variable.name.as_str())
     }
 
     /// The value references of the elements of the array that begins at one; of a single variable just this.
@@ -158,49 +147,19 @@ fn unknown(reference: u32) -> Failure {
 mod tests {
     use super::*;
     use crate::instance::testing;
-    use pneumatic_servo::models;
 
     #[test]
-    fn every_variable_of_every_model_is_found_by_its_reference() {
-        for model in models::ALL.iter().chain([&testing::MODEL]) {
-            let layout = Layout::new(model, None);
-            for variable in (model.variables)() {
-                let slot = layout.slot(variable.reference).expect("a slot");
-                assert_eq!(slot.variable.name, variable.name, "value references must be unique");
-                let (group, place) = match slot.place {
-                    Place::Time => continue,
-                    Place::Input(place) => (&layout.inputs, place),
-                    Place::Parameter(place) => (&layout.parameters, place),
-                    Place::Computed(place) => (&layout.computed, place),
-                };
-                assert_eq!(group[place].name, variable.name);
-            }
-        }
-    }
-
-    #[test]
-    fn states_are_numbered_in_the_order_of_their_derivatives() {
-        for model in models::ALL.iter().chain([&testing::MODEL]) {
-            let layout = Layout::new(model, None);
-            let states = (model.variables)().iter().filter_map(|variable| variable.derivative_of);
-            for (number, reference) in states.enumerate() {
-                assert_eq!(layout.slot(reference).expect("a state").state, Some(number));
-            }
-        }
-    }
-
-    #[test]
-    fn unknown_references_have_no_slot() {
+    fn unknown_references_have_no_entry() {
         let layout = Layout::new(&testing::MODEL, None);
         for reference in [7, 500, 1 << 20, u32::MAX] {
-            assert!(layout.slot(reference).is_none(), "{reference}");
+            assert!(layout.typed(reference, Base::Real).is_err(), "{reference}");
         }
     }
 
     #[test]
     fn wrong_type_is_refused_by_name() {
         let layout = Layout::new(&testing::MODEL, None);
-        let failure = layout.typed_slot(testing::INPUT, Base::Integer).expect_err("a real variable");
+        let failure = layout.typed(testing::INPUT, Base::Integer).expect_err("a real variable");
         assert!(failure.message.contains("input") && failure.message.contains("Real, not Integer"), "{failure:?}");
     }
 }

@@ -32,6 +32,8 @@ mod steps;
 mod testing;
 mod values;
 
+use std::sync::Arc;
+
 pub use self::exchange::Vector;
 pub use self::guard::{Handle, Wanted, instantiate};
 pub use self::guid::{guid, guid_of_source};
@@ -50,7 +52,7 @@ use pneumatic_servo::variables::Notices;
 
 /// An instance of a model.
 pub struct Instance {
-    layout: &'static Layout,
+    layout: Arc<Layout>,
     log: Log,
     record: Record,
     run: Run,
@@ -77,24 +79,24 @@ struct Scratch {
 
 impl Instance {
     /// A new instance.
-    fn new(layout: &'static Layout, kind: Kind, log: Log) -> Self {
+    fn new(layout: Arc<Layout>, kind: Kind, log: Log) -> Self {
         Self {
-            layout,
             log,
-            record: Record::new(layout, kind),
-            run: Run::new(layout),
+            record: Record::new(&layout, kind),
+            run: Run::new(&layout),
             saved: SavedStates::default(),
             notices: Notices::default(),
             scratch: Scratch {
-                parameters: vec![0.0; layout.parameters.len()],
+                parameters: vec![0.0; layout.parameters],
                 time: 0.0,
-                slopes: vec![0.0; layout.parameters.len()],
-                inputs: vec![0.0; layout.inputs.len()],
+                slopes: vec![0.0; layout.parameters],
+                inputs: vec![0.0; layout.inputs],
                 states: vec![0.0; layout.states],
                 indicators: vec![0.0; layout.indicators.len()],
-                computed: vec![0.0; layout.computed.len()],
+                computed: vec![0.0; layout.computed],
                 answers: Vec::with_capacity(layout.table.len()),
             },
+            layout,
         }
     }
 
@@ -132,7 +134,7 @@ impl Instance {
             Kind::CoSimulation => Mode::StepComplete,
             Kind::HybridCoSimulation { .. } => Mode::StepEvent,
             Kind::ModelExchange => {
-                self.run.go_outside(self.layout, &self.record)?;
+                self.run.go_outside(&self.layout, &self.record)?;
                 Mode::Event
             }
         };
@@ -149,7 +151,7 @@ impl Instance {
 
     /// Everything is as after instantiation, except that logging stays as it is and saved states remain usable.
     pub fn reset(&mut self) -> Result<(), Failure> {
-        self.record = Record::new(self.layout, self.record.kind);
+        self.record = Record::new(&self.layout, self.record.kind);
         self.run.discard();
         self.notices = Notices::default();
         self.log.event("start values restored");
@@ -171,9 +173,9 @@ impl Instance {
 
     /// Refuses computed values that are no numbers.
     fn check_computed(&mut self) -> Result<(), Failure> {
-        let computed = self.run.computed(self.layout, &self.record)?;
+        let computed = self.run.computed(&self.layout, &self.record)?;
         let Some(place) = computed.iter().position(|value| !value.is_finite()) else { return Ok(()) };
-        let (name, value) = (&self.layout.computed[place].name, computed[place]);
+        let (name, value) = (self.layout.computed_name(place), computed[place]);
         let cause = "the parameters and inputs leave the range of the equations";
         Err(Failure::error(format!("{name} is not a finite number but {value}: {cause}")))
     }

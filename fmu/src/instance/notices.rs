@@ -6,7 +6,7 @@ use crate::failure::Failure;
 impl Instance {
     /// Warns of what has become unusual since this was last called.
     pub(super) fn tell_notices(&mut self) -> Result<(), Failure> {
-        let notices = self.run.notices(self.layout, &self.record)?;
+        let notices = self.run.notices(&self.layout, &self.record)?;
         // As a rule there are none, and were none.
         if notices.iter().chain(&self.notices).all(Option::is_none) {
             return Ok(());

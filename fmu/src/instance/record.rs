@@ -81,16 +81,14 @@ pub struct Record {
 impl Record {
     /// The record of a new instance.
     pub fn new(layout: &Layout, kind: Kind) -> Self {
-        let starts = |variables: &[&Variable]| -> Vec<f64> {
-            variables.iter().map(|variable| variable.start.unwrap_or_default()).collect()
-        };
+        let start = |variable: &Variable| variable.start.unwrap_or_default();
         Self {
             kind,
             mode: Mode::Instantiated,
             experiment: None,
-            parameters: starts(&layout.parameters),
-            inputs: starts(&layout.inputs),
-            slopes: vec![0.0; layout.inputs.len()],
+            parameters: layout.table.parameters().map(start).collect(),
+            inputs: layout.table.inputs().map(start).collect(),
+            slopes: vec![0.0; layout.inputs],
             last_step: LastStep::default(),
         }
     }

@@ -1,16 +1,39 @@
 //! The models of a shared library by GUID.
 
-use std::sync::OnceLock;
+use std::mem;
+use std::ptr;
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
+use super::guid::{guid_of_source, guid_start};
 use super::layout::Layout;
+use crate::unload;
 use pneumatic_servo::model::Model;
+use pneumatic_servo::variables::forget_tables;
 
 /// The models that a shared library serves; [`export_fmu!`](crate::export_fmu) makes it.
 pub struct Library {
     models: fn() -> &'static [Model],
     source: Option<&'static str>,
-    /// Made at the first use and never changed.
-    layouts: OnceLock<Vec<Layout>>,
+}
+
+/// The layout of a model, made at the first instantiation of the model, with the address of the library that serves it.
+struct Kept {
+    library: usize,
+    layout: Arc<Layout>,
+}
+
+static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+
+/// Frees what no instance holds. A shared library that went without would leave it behind at each unloading.
+extern "C" fn forget() {
+    // Where a thread has ended in the middle of making a layout, as threads do when a process ends, nothing is to be freed.
+    let kept = match KEPT.try_lock() {
+        Ok(mut all) => mem::take(&mut *all),
+        Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
+        Err(TryLockError::WouldBlock) => return,
+    };
+    drop(kept);
+    forget_tables();
 }
 
 impl Library {
@@ -38,7 +61,7 @@ impl Library {
             }
             index += 1;
         }
-        Self { models: list, source, layouts: OnceLock::new() }
+        Self { models: list, source }
     }
 
     /// The models.
@@ -46,19 +69,29 @@ impl Library {
         (self.models)()
     }
 
-    /// The layout of the model with a GUID.
-    pub(super) fn find(&self, guid: &str) -> Option<&Layout> {
-        self.layouts().iter().find(|layout| layout.guid == guid)
+    /// The layout of the model with a GUID. Only the table of this model is made.
+    pub(super) fn find(&self, guid: &str) -> Option<Arc<Layout>> {
+        let library = ptr::from_ref(self).addr();
+        let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = all.iter().find(|kept| kept.library == library && kept.layout.guid == guid) {
+            return Some(Arc::clone(&kept.layout));
+        }
+        let model = self.models().iter().find(|model| guid.starts_with(&guid_start(model, self.source)))?;
+        let layout = Arc::new(Layout::new(model, self.source));
+        if layout.guid != guid {
+            return None;
+        }
+        if all.is_empty() {
+            unload::call(forget);
+        }
+        all.push(Kept { library, layout: Arc::clone(&layout) });
+        Some(layout)
     }
 
     /// Names and GUIDs of all models, for messages.
     pub(super) fn list(&self) -> String {
-        let entries: Vec<_> = self.layouts().iter().map(|it| format!("{} {}", it.model.name, it.guid)).collect();
-        entries.join(", ")
-    }
-
-    fn layouts(&self) -> &[Layout] {
-        self.layouts.get_or_init(|| self.models().iter().map(|model| Layout::new(model, self.source)).collect())
+        let entry = |model: &Model| format!("{} {}", model.name, guid_of_source(model, self.source));
+        self.models().iter().map(entry).collect::<Vec<_>>().join(", ")
     }
 }
 

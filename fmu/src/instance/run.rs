@@ -30,7 +30,7 @@ pub struct Run {
 impl Run {
     /// Nothing started yet.
     pub fn new(layout: &Layout) -> Self {
-        Self { way: None, knows_inputs: false, computed: vec![0.0; layout.computed.len()], is_computed: false }
+        Self { way: None, knows_inputs: false, computed: vec![0.0; layout.computed], is_computed: false }
     }
 
     /// Forgets the run: the next one starts from the record as it is then.

@@ -72,7 +72,7 @@ impl Instance {
         match snapshot {
             Some(snapshot) => {
                 let reuse = self.record.is_running() && has_same_settings(&self.record, record);
-                self.run.restore(self.layout, record, snapshot, reuse)?;
+                self.run.restore(&self.layout, record, snapshot, reuse)?;
             }
             None => self.run.discard(),
         }
@@ -97,7 +97,7 @@ impl Instance {
     /// Keeps the state that bytes stand for, under a new handle.
     pub fn deserialize(&mut self, bytes: &[u8]) -> Result<usize, Failure> {
         let state = codec::decode(bytes, &self.layout.guid)?;
-        state.check(self.layout)?;
+        state.check(&self.layout)?;
         self.saved.keep(state, NULL)
     }
 
@@ -117,9 +117,9 @@ impl SavedState {
     /// Refuses a state that no instance of the model can have had.
     fn check(&self, layout: &Layout) -> Result<(), Failure> {
         let record = &self.record;
-        let fits = record.parameters.len() == layout.parameters.len()
-            && record.inputs.len() == layout.inputs.len()
-            && record.slopes.len() == layout.inputs.len()
+        let fits = record.parameters.len() == layout.parameters
+            && record.inputs.len() == layout.inputs
+            && record.slopes.len() == layout.inputs
             && record.slopes.iter().all(|slope| slope.is_finite())
             && record.last_step.successful_until.is_finite()
             && record.mode != Mode::Fatal
@@ -130,8 +130,8 @@ impl SavedState {
         if let Some(Experiment { start, stop, tolerance }) = record.experiment {
             Experiment::new(start, stop, tolerance)?;
         }
-        check_values(&layout.parameters, &record.parameters)?;
-        check_values(&layout.inputs, &record.inputs)?;
+        check_values(layout.table.parameters(), &record.parameters)?;
+        check_values(layout.table.inputs(), &record.inputs)?;
         match &self.snapshot {
             Some(snapshot) => Run::new(layout).restore(layout, record, snapshot, false),
             None => Ok(()),
@@ -139,8 +139,8 @@ impl SavedState {
     }
 }
 
-fn check_values(variables: &[&Variable], values: &[f64]) -> Result<(), Failure> {
-    for (variable, value) in variables.iter().zip(values) {
+fn check_values<'a>(variables: impl Iterator<Item = &'a Variable>, values: &[f64]) -> Result<(), Failure> {
+    for (variable, value) in variables.zip(values) {
         variable.check(*value)?;
     }
     Ok(())

@@ -27,9 +27,9 @@ impl Instance {
         }
         let outcome = match self.record.kind {
             Kind::HybridCoSimulation { returns_early: true } => {
-                self.run.advance_to_event(self.layout, &self.record, end)?
+                self.run.advance_to_event(&self.layout, &self.record, end)?
             }
-            _ => self.run.advance(self.layout, &self.record, end)?.map(|()| false),
+            _ => self.run.advance(&self.layout, &self.record, end)?.map(|()| false),
         };
         let reached = self.time();
         if is_varied {
@@ -62,9 +62,10 @@ impl Instance {
 
     /// Refuses slopes that lead an input out of its range; between its ends the input is in between.
     fn check_interpolated_inputs(&self, duration: f64) -> Result<(), Failure> {
-        for (place, variable) in self.layout.inputs.iter().enumerate() {
-            let slope = self.record.slopes[place];
-            if slope != 0.0 {
+        for (place, slope) in self.record.slopes.iter().enumerate() {
+            if *slope != 0.0
+                && let Some(variable) = self.layout.table.inputs().nth(place)
+            {
                 variable.check(self.record.inputs[place] + slope * duration)?;
             }
         }

@@ -1,6 +1,6 @@
 //! A small model for the tests of this room: a first-order lag with a closed form, and traps.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,7 @@ pub const MODEL: Model = Model {
     name: "Lag",
     description: "A first-order lag",
     variables: || &TABLE,
+    table: || Arc::new(make_table()),
     indicators: Vec::new,
     start: |start| Ok(Box::new(Lag::new(start)?)),
     experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
@@ -47,7 +48,9 @@ enumeration! {
     }
 }
 
-static TABLE: LazyLock<Table> = LazyLock::new(|| {
+static TABLE: LazyLock<Table> = LazyLock::new(make_table);
+
+fn make_table() -> Table {
     Table::new(vec![
         Variable { role: Role::Time, ..Variable::output(0, "time", units::SECOND) },
         Variable::input(INPUT, "input", units::ONE, 1.0),
@@ -62,7 +65,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
         Variable::parameter(HIGH, "high", units::ONE, 2.0).tunable(),
         Variable::choice(TRAP, "trap", Trap::Nothing),
     ])
-});
+}
 
 /// A silent instance.
 pub fn instance() -> Instance {
@@ -75,9 +78,9 @@ pub fn real(instance: &mut Instance, reference: u32) -> Result<f64, Failure> {
 }
 
 /// The layout of the model.
-pub fn layout() -> &'static Layout {
-    static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout::new(&MODEL, None));
-    &LAYOUT
+pub fn layout() -> Arc<Layout> {
+    static LAYOUT: LazyLock<Arc<Layout>> = LazyLock::new(|| Arc::new(Layout::new(&MODEL, None)));
+    LAYOUT.clone()
 }
 
 struct Lag {

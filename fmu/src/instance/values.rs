@@ -1,10 +1,12 @@
 //! Getting and setting values: all of a call's values or none.
 
+use std::sync::Arc;
+
 use super::Instance;
-use super::layout::{Base, Slot};
+use super::layout::Base;
 use crate::calls::{Mode, describe};
 use crate::failure::Failure;
-use pneumatic_servo::variables::{Kind, Place, Role, Variable};
+use pneumatic_servo::variables::{Entry, Kind, Place, Role, Variable};
 
 /// The modes in which a variable may be set: parameters only until their values are in use, unless tunable.
 fn settable(role: Role) -> &'static [Mode] {
@@ -45,7 +47,7 @@ impl Instance {
         let mut sets_parameters = false;
         let mut sets_states = false;
         for (reference, value) in values.clone() {
-            let slot = self.layout.typed_slot(reference, base)?;
+            let slot = self.layout.typed(reference, base)?;
             self.check_settable(&slot)?;
             slot.variable.check(value)?;
             if slot.state.is_some() && self.record.mode == Mode::Instantiated {
@@ -68,15 +70,16 @@ impl Instance {
         if sets_parameters {
             self.scratch.parameters.copy_from_slice(&self.record.parameters);
             for (reference, value) in values.clone() {
-                if let Place::Parameter(place) = self.layout.typed_slot(reference, base)?.place {
+                if let Place::Parameter(place) = self.layout.typed(reference, base)?.place {
                     self.scratch.parameters[place] = value;
                 }
             }
             self.take_parameters()?;
         }
         if sets_states {
-            let layout = self.layout;
-            let states = values.clone().filter_map(|(reference, value)| Some((layout.slot(reference)?.state?, value)));
+            let layout = Arc::clone(&self.layout);
+            let state = |reference| layout.table.by_reference(reference)?.state;
+            let states = values.clone().filter_map(|(reference, value)| Some((state(reference)?, value)));
             self.move_states(states)?;
         }
         if sets_inputs {
@@ -87,12 +90,17 @@ impl Instance {
     }
 
     pub(super) fn read(&mut self, reference: u32, base: Base) -> Result<f64, Failure> {
-        let slot = self.layout.typed_slot(reference, base)?;
+        let slot = self.layout.typed(reference, base)?;
         let name = &slot.variable.name;
         if matches!(slot.place, Place::Computed(_)) && self.record.mode == Mode::Instantiated {
             return Err(Failure::error(format!("{name} is computed, from initialization mode on")));
         }
-        let value = self.value(slot.place)?;
+        let value = match slot.place {
+            Place::Time => self.time(),
+            Place::Input(place) => self.record.inputs[place],
+            Place::Parameter(place) => self.layout.table.in_use(place, &self.record.parameters),
+            Place::Computed(place) => self.run.computed(&self.layout, &self.record)?[place],
+        };
         if !value.is_finite() {
             return Err(Failure::error(format!("{name} is not a finite number but {value}")));
         }
@@ -100,15 +108,6 @@ impl Instance {
             return Err(Failure::error(format!("{name} = {value} is no 32-bit integer")));
         }
         Ok(value)
-    }
-
-    fn value(&mut self, place: Place) -> Result<f64, Failure> {
-        Ok(match place {
-            Place::Time => self.time(),
-            Place::Input(place) => self.record.inputs[place],
-            Place::Parameter(place) => self.layout.table.in_use(place, &self.record.parameters),
-            Place::Computed(place) => self.run.computed(self.layout, &self.record)?[place],
-        })
     }
 
     /// Refuses a start value other than that of the description, since states start from parameters and inputs. That one may
@@ -128,7 +127,7 @@ impl Instance {
         }))
     }
 
-    fn check_settable(&self, slot: &Slot) -> Result<(), Failure> {
+    fn check_settable(&self, slot: &Entry) -> Result<(), Failure> {
         let variable = slot.variable;
         let modes = if slot.state.is_some() { STATES_SETTABLE } else { settable(variable.role) };
         if modes.contains(&self.record.mode) { Ok(()) } else { Err(not_settable(variable, modes)) }
@@ -137,7 +136,7 @@ impl Instance {
     /// Takes over the parameters in the scratch; a running simulation checks them as a whole, others when they start.
     fn take_parameters(&mut self) -> Result<(), Failure> {
         if self.record.is_running() {
-            self.run.retune(self.layout, &self.record, &self.scratch.parameters)?;
+            self.run.retune(&self.layout, &self.record, &self.scratch.parameters)?;
         } else {
             self.run.discard();
         }

@@ -1,6 +1,6 @@
 //! Tables of variables, parameters and enumerations.
 
-use pneumatic_servo::variables::{Kind, Role, Table, Variable};
+use pneumatic_servo::variables::{Case, Kind, Role, Table, Variable};
 
 use super::text::{escape, number, quantity, unit};
 use crate::description::enumerations as used;
@@ -22,7 +22,9 @@ pub fn interface(id: &str, title: &str, variables: &[&Variable]) -> String {
 /// choice is open.
 pub fn parameters(variables: &Table) -> String {
     let parameters: Vec<_> = variables.parameters().collect();
-    let place = |variable: &'static Variable| (variable.group_and_name().0, variable.counts_for);
+    fn place(variable: &Variable) -> (&str, Option<Case>) {
+        (variable.group_and_name().0, variable.counts_for)
+    }
     let mut places = Vec::new();
     for variable in &parameters {
         if !places.contains(&place(variable)) {

@@ -25,7 +25,7 @@ use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, references, table};
+use crate::system::{System, Tables, references, shared_table, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -37,6 +37,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         name: "DrivenSlider",
         description: "Free slider on a harmonically shaken tray, moved by friction alone",
         variables: table::<DrivenSlider<L>, 1>,
+        table: shared_table::<DrivenSlider<L>, 1>,
         indicators: DrivenSlider::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

@@ -27,7 +27,7 @@ use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, table};
+use crate::system::{System, Tables, shared_table, table};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -39,6 +39,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         name: "Festoon",
         description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
         variables: table::<Festoon<L>, 2>,
+        table: shared_table::<Festoon<L>, 2>,
         indicators: Festoon::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

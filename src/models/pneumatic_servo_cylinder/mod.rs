@@ -39,7 +39,7 @@ mod variables;
 use crate::friction::{Friction, FrictionLaw};
 use crate::model::{Course, Experiment, Model, Panel, Signal};
 use crate::pneumatics::actuator::{Actuating, Actuator};
-use crate::system::{indicators, table};
+use crate::system::{indicators, shared_table, table};
 
 #[doc(hidden)]
 pub use self::cylinder::{Memory, PneumaticServoCylinder};
@@ -55,6 +55,7 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
         variables: table::<PneumaticServoCylinder<L, A>, 3>,
+        table: shared_table::<PneumaticServoCylinder<L, A>, 3>,
         indicators: indicators::<PneumaticServoCylinder<L, A>, 3>,
         start: start::start::<L, A>,
         experiment: Experiment {

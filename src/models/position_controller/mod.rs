@@ -16,9 +16,9 @@
 
 mod equations;
 
-use std::sync::LazyLock;
-
+use std::any::TypeId;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -28,14 +28,15 @@ use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
 use crate::solver::{Mark, StepError};
-use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, units};
+use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, kept, units};
 use crate::{enumeration, inputs, outputs, parameters};
 
 /// The model as the library offers it.
 pub const MODEL: Model = Model {
     name: "PositionController",
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
-    variables: || &TABLE,
+    variables: || kept::lent(TypeId::of::<PositionController>(), make_table),
+    table,
     indicators: Vec::new,
     start: |start| Ok(Box::new(PositionController::new(start)?)),
     experiment: Experiment {
@@ -67,7 +68,12 @@ pub const MODEL: Model = Model {
     },
 };
 
-static TABLE: LazyLock<Table> = LazyLock::new(|| {
+/// The table of the model.
+fn table() -> Arc<Table> {
+    kept::shared(TypeId::of::<PositionController>(), make_table)
+}
+
+fn make_table() -> Table {
     let mut table = vec![Variable::time()];
     table.extend(Inputs::table());
     table.extend(Outputs::<f64>::table());
@@ -75,7 +81,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
     table.push(Variable::counter(202, "samples").text("Samples since initialization"));
     table.extend(Parameters::table());
     Table::new(table)
-});
+}
 
 inputs! {
     #[doc(hidden)]
@@ -157,7 +163,7 @@ parameters! {
 impl Parameters {
     /// Those of values, which vary with slopes or (without any) not at all.
     fn checked(values: &[f64], slopes: &[f64]) -> Result<Self, ParameterError> {
-        let parameters = Self::read(&TABLE.chosen(values, slopes))?;
+        let parameters = Self::read(&table().chosen(values, slopes))?;
         if parameters.polarity == 0 {
             return Err(ParameterError::new("valve.polarity", 0.0, "it must be 1 or -1"));
         }
@@ -420,7 +426,8 @@ impl Simulation for PositionController {
     /// Between samples nothing reacts but the voltage, which is shown from the neutral one on.
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
         computed.fill(0.0);
-        let places = TABLE.parameters().zip(direction.parameters);
+        let table = table();
+        let places = table.parameters().zip(direction.parameters);
         let neutral = places.filter(|(variable, _)| variable.name == NEUTRAL).map(|(_, slope)| slope);
         let [voltage, ..] = computed else { return };
         *voltage = neutral.sum();

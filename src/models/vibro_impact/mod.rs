@@ -26,7 +26,7 @@ use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Number, Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, references, table};
+use crate::system::{System, Tables, references, shared_table, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -38,6 +38,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         name: "VibroImpact",
         description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
         variables: table::<VibroImpact<L>, 1>,
+        table: shared_table::<VibroImpact<L>, 1>,
         indicators: VibroImpact::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

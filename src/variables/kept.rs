@@ -1,0 +1,78 @@
+//! The tables made so far.
+
+use std::any::TypeId;
+use std::mem;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use super::Table;
+
+/// A table, by the type of the equations that it belongs to: a generic function has no static of its own for each type.
+struct Kept {
+    of: TypeId,
+    table: Arc<Table>,
+    /// The same table, once it has been lent for good.
+    lent: Option<&'static Table>,
+}
+
+static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+
+/// The table of a type, which is made at the first use.
+pub fn shared(of: TypeId, make: impl FnOnce() -> Table) -> Arc<Table> {
+    find(&mut lock(), of, make).table.clone()
+}
+
+/// The same for as long as the process lasts: this table is never freed.
+pub fn lent(of: TypeId, make: impl FnOnce() -> Table) -> &'static Table {
+    let mut all = lock();
+    let kept = find(&mut all, of, make);
+    kept.lent.get_or_insert_with(|| Box::leak(Box::new(kept.table.clone())))
+}
+
+/// Frees the tables that nobody else holds; they are made again when they are needed. For a shared library that is about to be
+/// unloaded, and would leave them behind.
+#[doc(hidden)]
+pub fn forget_tables() {
+    // Where a thread has ended in the middle of making one, as threads do when a process ends, nothing is to be freed.
+    let kept = match KEPT.try_lock() {
+        Ok(mut all) => mem::take(&mut *all),
+        Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
+        Err(TryLockError::WouldBlock) => return,
+    };
+    drop(kept);
+}
+
+fn lock() -> MutexGuard<'static, Vec<Kept>> {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn find(all: &mut Vec<Kept>, of: TypeId, make: impl FnOnce() -> Table) -> &mut Kept {
+    let index = all.iter().position(|kept| kept.of == of).unwrap_or_else(|| {
+        all.push(Kept { of, table: Arc::new(make()), lent: None });
+        all.len() - 1
+    });
+    &mut all[index]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::Variable;
+
+    struct Owner;
+
+    #[test]
+    fn tables_are_made_once_and_freed_when_nobody_holds_them() {
+        let of = TypeId::of::<Owner>();
+        let make = || Table::new(vec![Variable::time()]);
+        let first = shared(of, make);
+        assert!(Arc::ptr_eq(&first, &shared(of, || unreachable!("it is there"))));
+        let freed = Arc::downgrade(&first);
+        forget_tables();
+        assert_eq!(freed.strong_count(), 1);
+        drop(first);
+        assert!(freed.upgrade().is_none());
+        let lent = lent(of, make);
+        forget_tables();
+        assert_eq!(lent.len(), 1);
+    }
+}
