@@ -32,8 +32,7 @@ macro_rules! run_sized {
         let states = $crate::system::System::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                let run = $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start)?;
-                break 'run Ok(Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
+                break 'run $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::boxed(equations, settings, $start);
             }
         )+
         Err($crate::variables::ParameterError::new("states", states as f64, "the model is compiled for fewer"))
@@ -57,6 +56,17 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
         check_outputs(&equations, &x, &u, &memory)?;
         let run = Run::new(equations, settings, 0.0, x, memory, u);
         Ok(Self { run, session: Session::begin::<E, U>(start) })
+    }
+
+    /// The same for [`run_sized!`](crate::run_sized), with a frame on the stack of its own: one with runs of all sizes would take
+    /// hundreds of kilobytes.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    #[doc(hidden)]
+    #[inline(never)]
+    pub fn boxed(equations: E, settings: Settings, start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+        Ok(Box::new(Self::new(equations, settings, start)?))
     }
 
     /// Writes the derivatives of the computed variables in a direction of time, states, inputs and parameters.

@@ -48,6 +48,9 @@ impl Instance {
         let mut sets_states = false;
         for (reference, value) in values.clone() {
             let slot = self.layout.typed(reference, base)?;
+            if self.keeps(&slot, value) {
+                continue;
+            }
             self.check_settable(&slot)?;
             slot.variable.check(value)?;
             if slot.state.is_some() && self.record.mode == Mode::Instantiated {
@@ -70,7 +73,10 @@ impl Instance {
         if sets_parameters {
             self.scratch.parameters.copy_from_slice(&self.record.parameters);
             for (reference, value) in values.clone() {
-                if let Place::Parameter(place) = self.layout.typed(reference, base)?.place {
+                let slot = self.layout.typed(reference, base)?;
+                if let Place::Parameter(place) = slot.place
+                    && !self.keeps(&slot, value)
+                {
                     self.scratch.parameters[place] = value;
                 }
             }
@@ -125,6 +131,18 @@ impl Instance {
             Some(initial) => format!("{refusal}; set {} instead", initial.variable.name),
             None => refusal,
         }))
+    }
+
+    /// Whether a value is the one that a fixed parameter has, or is in use for it, and can no longer change. Hosts may send it
+    /// again at any time, with no effect.
+    fn keeps(&self, slot: &Entry, value: f64) -> bool {
+        let Place::Parameter(place) = slot.place else { return false };
+        let parameters = &self.record.parameters;
+        slot.variable.role == Role::Fixed
+            && !settable(Role::Fixed).contains(&self.record.mode)
+            && [parameters[place], self.layout.table.in_use(place, parameters)]
+                .map(f64::to_bits)
+                .contains(&value.to_bits())
     }
 
     fn check_settable(&self, slot: &Entry) -> Result<(), Failure> {
@@ -235,7 +253,7 @@ mod tests {
     #[test]
     fn fixed_parameters_and_inputs_have_their_times() {
         let mut instance = initialized();
-        let failure = set(&mut instance, LAG, 0.5).expect_err("fixed");
+        let failure = set(&mut instance, LAG, 0.6).expect_err("fixed");
         let expected = "lag can only be set before initialization or in initialization mode";
         assert_eq!(failure.message, expected);
         set(&mut instance, HIGH, 3.0).expect("tunable");

@@ -298,12 +298,16 @@ pub fn computed_values_follow_what_is_set_during_initialization() {
     assert_eq!(instance.real("position"), 0.125);
 }
 
+/// OpenModelica sends fixed parameters again after the initialization.
 #[test]
-fn fixed_parameters_are_refused_after_initialization_and_tunable_ones_are_not() {
+fn fixed_parameters_are_kept_after_initialization_and_tunable_ones_are_not() {
     let instance = Instance::initialized();
     let before = instance.fingerprint();
     for variable in variables().iter().filter(|variable| variable.role == Role::Fixed) {
-        assert_eq!(set(&instance, variable, variable.start.expect("a start")), ERROR, "{}", variable.name);
+        let start = variable.start.expect("a start");
+        let other = if variable.kind == Kind::Boolean { 1.0 - start } else { start + 1.0 };
+        assert_eq!(set(&instance, variable, start), OK, "{}: {:?}", variable.name, instance.messages());
+        assert_eq!(set(&instance, variable, other), ERROR, "{}", variable.name);
         let message = instance.message();
         assert!(message.contains(&variable.name) && message.contains("initialization"), "{message}");
     }
@@ -315,6 +319,22 @@ fn fixed_parameters_are_refused_after_initialization_and_tunable_ones_are_not() 
         tunable += 1;
     }
     assert!(tunable > 10, "{tunable}");
+}
+
+/// The number of a law takes the place of the law; neither may change it afterwards, and both may be sent again.
+#[test]
+fn fixed_parameter_keeps_what_is_in_use_and_what_was_set() {
+    let (law, number) = (vr("friction.law"), vr("friction.lawNumber"));
+    let instance = Instance::new();
+    assert_eq!(instance.setup(0.0, None), OK);
+    assert_eq!(instance.set_integer(&[number], &[14]), OK);
+    assert_eq!((instance.enter(), instance.exit()), (OK, OK));
+    let before = instance.fingerprint();
+    assert_eq!(instance.set_integer(&[law, law, number], &[14, 7, 14]), OK, "{:?}", instance.messages());
+    assert_eq!(instance.set_integer(&[law, number], &[14, 7]), ERROR);
+    let mut chosen = [0];
+    assert_eq!((instance.get_integer(&[law], &mut chosen), chosen), (OK, [14]));
+    assert_eq!(instance.fingerprint(), before);
 }
 
 #[test]

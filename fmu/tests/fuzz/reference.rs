@@ -126,6 +126,16 @@ impl Pair {
         value.is_finite().then_some(value)
     }
 
+    /// Whether a value is what a fixed parameter has, or is in use for it, once it can no longer change.
+    fn keeps(&self, variable: &Variable, value: f64) -> bool {
+        if variable.role != Role::Fixed || self.expected.state != 'C' {
+            return false;
+        }
+        let (place, parameters) = (place(variable, Variable::is_parameter), &self.expected.parameters);
+        let kept = [parameters[place], (MODEL.get().variables)().in_use(place, parameters)];
+        kept.map(f64::to_bits).contains(&value.to_bits())
+    }
+
     pub fn can_set(&self, variable: &Variable, value: f64) -> bool {
         let states = match variable.role {
             Role::Input | Role::Tunable => "IMC",
@@ -158,6 +168,9 @@ impl Pair {
         let mut tunes = false;
         for (reference, value) in references.iter().zip(values) {
             let Some(variable) = find(*reference).filter(|variable| of(variable)) else { return false };
+            if self.keeps(variable, *value) {
+                continue;
+            }
             if !self.can_set(variable, *value) {
                 return false;
             }

@@ -51,6 +51,19 @@ impl Structure {
         let initial_unknowns = initial.into_iter().map(|index| Unknown::initial(variables, index)).collect();
         Ok(Self { outputs, derivatives, initial_unknowns })
     }
+
+    /// The same for variables of which the one with an index is not listed: neither as a dependency, nor where the indices are
+    /// counted.
+    pub fn without(&self, left_out: usize) -> Self {
+        let shifted = |index: usize| if index > left_out { index - 1 } else { index };
+        let unknown = |it: &Unknown| {
+            let dependencies = it.dependencies.iter().filter(|index| **index != left_out);
+            Unknown { index: shifted(it.index), dependencies: dependencies.map(|index| shifted(*index)).collect() }
+        };
+        let [outputs, derivatives, initial_unknowns] =
+            [&self.outputs, &self.derivatives, &self.initial_unknowns].map(|list| list.iter().map(unknown).collect());
+        Self { outputs, derivatives, initial_unknowns }
+    }
 }
 
 impl Unknown {
@@ -102,6 +115,19 @@ mod tests {
         assert_eq!(structure.outputs, [Unknown { index: 3, dependencies: vec![3] }]);
         assert_eq!(structure.derivatives, [Unknown { index: 4, dependencies: vec![2, 3] }]);
         Ok(())
+    }
+
+    #[test]
+    fn variable_that_is_left_out_is_no_dependency_and_not_counted() {
+        let unknown = |index, dependencies: &[usize]| Unknown { index, dependencies: dependencies.to_vec() };
+        let all = Structure {
+            outputs: vec![unknown(1, &[1]), unknown(4, &[1, 2, 3])],
+            derivatives: vec![unknown(3, &[2])],
+            initial_unknowns: Vec::new(),
+        };
+        let some = all.without(2);
+        assert_eq!(some.outputs, [unknown(1, &[1]), unknown(3, &[1, 2])]);
+        assert_eq!((some.derivatives, some.initial_unknowns), (vec![unknown(2, &[])], Vec::new()));
     }
 
     /// Otherwise a plant and its controller would make an algebraic loop at initialization.

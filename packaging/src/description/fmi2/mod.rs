@@ -6,7 +6,7 @@ mod variables;
 use std::io;
 
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::{Enumeration, Variable};
+use pneumatic_servo::variables::{Enumeration, Role, Variable};
 use pneumatic_servo_ssp::xml::{Element, Xml};
 
 use super::structure::Structure;
@@ -30,8 +30,18 @@ pub fn write(
         enumerations::write(xml, variables, write_type)?;
         log_categories(xml)?;
         default_experiment(xml, model)?;
-        variables::write(xml, variables)?;
-        structure::write(xml, structure)
+        match variables.iter().position(|variable| variable.role == Role::Time) {
+            // FMI 2.0 does not ask for the independent variable, and one of the name `time` hides Modelica's own in the block
+            // that OpenModelica makes around an FMU.
+            Some(time) => {
+                variables::write(xml, &[&variables[..time], &variables[time + 1..]].concat())?;
+                structure::write(xml, &structure.without(time + 1))
+            }
+            None => {
+                variables::write(xml, variables)?;
+                structure::write(xml, structure)
+            }
+        }
     })
 }
 
