@@ -3,7 +3,7 @@
 mod simulator;
 
 #[doc(hidden)]
-pub use self::simulator::Simulator;
+pub use self::simulator::{Simulator, snapshot_size};
 use crate::hybrid::Indicator;
 use crate::model_exchange::Exchange;
 use crate::sensitivity::Differentiable;

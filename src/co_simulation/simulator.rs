@@ -39,6 +39,13 @@ macro_rules! run_sized {
     }};
 }
 
+/// The most bytes that a serialized [`Snapshot`] of equations with at most a number of states takes. A number takes at most a quarter
+/// more of them than in memory, where it is written with 7 bits in a byte, and a choice takes one that memory may do without.
+#[doc(hidden)]
+pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize {
+    size_of::<f64>() * states + size_of::<(E::Memory, Progress, f64)>() / 4 * 5 + 128
+}
+
 /// A model's equations in motion.
 pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
     run: Run<E, N, U>,

@@ -13,7 +13,7 @@ pub use self::experiment::{Course, Experiment, Panel, Signal};
 pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
 pub use self::transition::Steps;
-use crate::co_simulation::Simulation;
+use crate::co_simulation::{Simulation, snapshot_size};
 use crate::hybrid::Indicator;
 pub use crate::session::Start;
 use crate::start_sized;
@@ -32,6 +32,8 @@ pub struct Model {
     pub variables: fn() -> &'static Table,
     /// The same for those that hold it only while they run, so that a library leaves nothing behind when it is unloaded.
     pub table: fn() -> Arc<Table>,
+    /// The most bytes that a serialized [`Snapshot`](crate::co_simulation::Snapshot) of a run takes.
+    pub snapshot_size: usize,
     /// The event indicators, in the order of their places: those of all friction laws and modes.
     pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
@@ -57,6 +59,7 @@ impl Model {
             description,
             variables: table::<E, U>,
             table: shared_table::<E, U>,
+            snapshot_size: snapshot_size::<E, U>(N),
             indicators: indicators::<E, U>,
             start: |start| start_sized!(start, E, U, [N]),
             experiment,

@@ -15,7 +15,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::co_simulation::Simulation;
+use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{
     self, Contact, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
@@ -36,6 +36,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
         variables: table::<FrictionBench<L>, INPUTS>,
         table: shared_table::<FrictionBench<L>, INPUTS>,
+        snapshot_size: snapshot_size::<FrictionBench<L>, INPUTS>(State::OTHERS + MAX_STATES),
         indicators: FrictionBench::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

@@ -1,25 +1,30 @@
 //! Saved states as bytes.
 //!
 //! ```text
-//! magic (8 bytes) | format version (u32) | length of all bytes (u64) | GUID, record, snapshot in postcard | CRC-32
+//! magic (8 bytes) | format version (u32) | length of all bytes (u64) | GUID, record, snapshot in postcard | zeros | CRC-32
 //! ```
 //!
 //! All numbers are little-endian, so that a state may be restored on another platform. The header is compared as a
-//! whole and the checksum covers the rest: no single changed byte goes unnoticed.
+//! whole and the checksum covers the rest: no single changed byte goes unnoticed. With the zeros all states of a model have
+//! the same length, since there are hosts that ask for it once.
+
+use std::fmt::Display;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
+use super::layout::Layout;
 use super::record::Record;
 use crate::failure::Failure;
 use pneumatic_servo::co_simulation::Snapshot;
 
 const MAGIC: &[u8; 8] = b"PSCstate";
 /// To be raised whenever [`SavedState`] or anything in it changes.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const VERSION_AT: usize = MAGIC.len();
 const LENGTH_AT: usize = VERSION_AT + size_of::<u32>();
 const BODY_AT: usize = LENGTH_AT + size_of::<u64>();
+const CHECKSUM: usize = size_of::<u32>();
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A complete copy of an instance, apart from its log.
@@ -43,11 +48,20 @@ struct Incoming {
     state: SavedState,
 }
 
-/// The bytes of a state of the model with a GUID.
-pub fn encode(state: &SavedState, guid: &str) -> Result<Vec<u8>, Failure> {
-    let body = postcard::to_allocvec_crc32(&Outgoing { guid, state }, CRC.digest())
+/// The bytes of a state of the model with a GUID: as many as a length, unless the state takes more.
+pub fn encode(state: &SavedState, guid: &str, length: usize) -> Result<Vec<u8>, Failure> {
+    let mut body = postcard::to_allocvec(&Outgoing { guid, state })
         .map_err(|error| Failure::error(format!("the state cannot be serialized: {error}")))?;
-    Ok([&header(BODY_AT + body.len())[..], &body].concat())
+    let length = length.max(BODY_AT + body.len() + CHECKSUM);
+    body.resize(length - BODY_AT - CHECKSUM, 0);
+    Ok([&header(length)[..], &body, &CRC.checksum(&body).to_le_bytes()].concat())
+}
+
+/// The length of the states of a model.
+pub fn length(layout: &Layout) -> usize {
+    // GUID, kind, mode, experiment, the last step, the lengths of lists, and the checksum.
+    const OTHERS: usize = 160;
+    BODY_AT + size_of::<f64>() * (layout.parameters + 2 * layout.inputs) + layout.model.snapshot_size + OTHERS
 }
 
 /// The state from which the bytes were made.
@@ -65,8 +79,13 @@ pub fn decode(bytes: &[u8], guid: &str) -> Result<SavedState, Failure> {
     if start[LENGTH_AT..] != expected[LENGTH_AT..] {
         return Err(Failure::error(format!("{} bytes are not the length of the serialized state", bytes.len())));
     }
-    let content: Incoming = postcard::from_bytes_crc32(body, CRC.digest())
-        .map_err(|error| Failure::error(format!("the serialized state is corrupt: {error}")))?;
+    let corrupt = |cause: &dyn Display| Failure::error(format!("the serialized state is corrupt: {cause}"));
+    let checked = body.split_last_chunk().filter(|(body, sum)| CRC.checksum(body) == u32::from_le_bytes(**sum));
+    let (body, _) = checked.ok_or_else(|| corrupt(&"its checksum is another one"))?;
+    let (content, rest): (Incoming, _) = postcard::take_from_bytes(body).map_err(|error| corrupt(&error))?;
+    if rest.iter().any(|byte| *byte != 0) {
+        return Err(corrupt(&"something follows it"));
+    }
     if content.guid != guid {
         return Err(Failure::error(format!("the serialized state belongs to {}, not to {guid}", content.guid)));
     }
@@ -87,12 +106,13 @@ mod tests {
     use crate::instance::testing;
 
     const GUID: &str = "{a model}";
+    const LENGTH: usize = 400;
 
     fn example() -> (SavedState, Vec<u8>) {
         let mut record = Record::new(&testing::layout(), crate::instance::Kind::CoSimulation);
         record.inputs[0] = f64::from_bits(0x7ff8_dead_beef_0001);
         let state = SavedState { record, snapshot: None };
-        let bytes = encode(&state, GUID).expect("bytes");
+        let bytes = encode(&state, GUID, LENGTH).expect("bytes");
         (state, bytes)
     }
 
@@ -102,7 +122,8 @@ mod tests {
         let back = decode(&bytes, GUID).expect("the state");
         assert_eq!(back.record.inputs[0].to_bits(), state.record.inputs[0].to_bits());
         assert_eq!(back.record.parameters, state.record.parameters);
-        assert_eq!(encode(&back, GUID), Ok(bytes));
+        assert_eq!(bytes.len(), LENGTH);
+        assert_eq!(encode(&back, GUID, LENGTH), Ok(bytes));
     }
 
     #[test]
@@ -131,6 +152,6 @@ mod tests {
         assert!(failure.message.contains(GUID) && failure.message.contains("{another}"), "{failure:?}");
         bytes[VERSION_AT] += 1;
         let failure = decode(&bytes, GUID).expect_err("another version");
-        assert!(failure.message.contains("another format than version 3"), "{failure:?}");
+        assert!(failure.message.contains("another format than version 4"), "{failure:?}");
     }
 }

@@ -91,7 +91,7 @@ impl Instance {
 
     /// The bytes of a saved state.
     pub fn serialized(&self, handle: usize) -> Result<Vec<u8>, Failure> {
-        codec::encode(self.saved.get(handle)?, &self.layout.guid)
+        codec::encode(self.saved.get(handle)?, &self.layout.guid, codec::length(&self.layout))
     }
 
     /// Keeps the state that bytes stand for, under a new handle.
@@ -274,7 +274,7 @@ mod tests {
         let mut refuse = |change: fn(&mut SavedState)| {
             let mut state = state.clone();
             change(&mut state);
-            let bytes = codec::encode(&state, &testing::layout().guid).expect("bytes");
+            let bytes = codec::encode(&state, &testing::layout().guid, 0).expect("bytes");
             let failure = instance.deserialize(&bytes).expect_err("an impossible state");
             assert!(!failure.message.contains("corrupt"), "{failure:?}");
         };

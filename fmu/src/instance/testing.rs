@@ -33,6 +33,7 @@ pub const MODEL: Model = Model {
     description: "A first-order lag",
     variables: || &TABLE,
     table: || Arc::new(make_table()),
+    snapshot_size: 64,
     indicators: Vec::new,
     start: |start| Ok(Box::new(Lag::new(start)?)),
     experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },

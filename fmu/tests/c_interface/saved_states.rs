@@ -295,6 +295,36 @@ fn size_must_be_the_one_that_was_told() {
     assert!(room.iter().all(|byte| *byte == 7));
 }
 
+/// There are hosts that ask for the size once.
+#[test]
+fn serialized_states_of_a_model_have_one_size_whatever_the_law_and_the_time() {
+    for model in served() {
+        let size = Instance::of(model).fingerprint().len();
+        let has_laws = (model.variables)().find("friction.law").is_some();
+        for law in if has_laws { laws().into_iter().map(|(law, _)| Some(law)).collect() } else { vec![None] } {
+            let run = Swinging::new(model, law);
+            let assert_size = || assert_eq!(run.instance.fingerprint().len(), size, "{} {law:?}", model.name);
+            run.instance.initialize();
+            assert_size();
+            let state = run.instance.save();
+            for step in (0..60).step_by(5) {
+                run.run(step..step + 5);
+                assert_size();
+            }
+            let (status, copy) = run.instance.deserialize(&run.instance.fingerprint());
+            for state in [state, copy] {
+                assert_eq!((status, run.instance.restore(state)), (OK, OK));
+                assert_size();
+            }
+        }
+        if (model.variables)().number_of_states() > 0 {
+            let exchanging = Instance::for_exchange(model);
+            exchanging.initialize();
+            assert_eq!(exchanging.fingerprint().len(), size, "{}", model.name);
+        }
+    }
+}
+
 #[test]
 fn corrupt_bytes_are_refused_with_a_message() {
     let instance = Instance::initialized();

@@ -55,10 +55,12 @@ fn running(random: &mut Random) -> Instance {
 /// Bytes of which a few are others, with the length and the checksum that fit.
 fn forge(honest: &[u8], random: &mut Random) -> Vec<u8> {
     let mut content = honest[CONTENT_AT..honest.len() - CHECKSUM].to_vec();
+    // Zeros follow what is written.
+    let written = content.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
     for _ in 0..=random.below(4) {
         // The names and numbers of the record come first, the states of the model last: as often the one as the other.
-        let from = if random.one_in(2) { 0 } else { content.len().saturating_sub(300) };
-        let place = from + random.below(content.len() - from);
+        let from = if random.one_in(2) { 0 } else { written.saturating_sub(300) };
+        let place = from + random.below(written - from);
         match random.below(4) {
             0 => content[place] = random.below(256) as u8,
             1 => content.insert(place, random.below(256) as u8),

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::hybrid::{Indicator, Sample};
 use crate::mechanics::GRAVITY;
@@ -38,6 +38,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         description: "Free slider on a harmonically shaken tray, moved by friction alone",
         variables: table::<DrivenSlider<L>, 1>,
         table: shared_table::<DrivenSlider<L>, 1>,
+        snapshot_size: snapshot_size::<DrivenSlider<L>, 1>(State::OTHERS + MAX_STATES),
         indicators: DrivenSlider::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

@@ -20,7 +20,7 @@ mod variables;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
@@ -40,6 +40,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
         variables: table::<Festoon<L>, 2>,
         table: shared_table::<Festoon<L>, 2>,
+        snapshot_size: snapshot_size::<Festoon<L>, 2>(states(MAX_STATES)),
         indicators: Festoon::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {

@@ -36,6 +36,7 @@ mod states;
 mod system;
 mod variables;
 
+use crate::co_simulation::snapshot_size;
 use crate::friction::{Friction, FrictionLaw};
 use crate::model::{Course, Experiment, Model, Panel, Signal};
 use crate::pneumatics::actuator::{Actuating, Actuator};
@@ -56,6 +57,7 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
         variables: table::<PneumaticServoCylinder<L, A>, 3>,
         table: shared_table::<PneumaticServoCylinder<L, A>, 3>,
+        snapshot_size: snapshot_size::<PneumaticServoCylinder<L, A>, 3>(places::MOST),
         indicators: indicators::<PneumaticServoCylinder<L, A>, 3>,
         start: start::start::<L, A>,
         experiment: Experiment {

@@ -37,6 +37,7 @@ pub const MODEL: Model = Model {
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
     variables: || kept::lent(TypeId::of::<PositionController>(), make_table),
     table,
+    snapshot_size: 2 * size_of::<Memory>() + 64,
     indicators: Vec::new,
     start: |start| Ok(Box::new(PositionController::new(start)?)),
     experiment: Experiment {

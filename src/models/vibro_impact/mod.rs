@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::Simulation;
+use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
@@ -39,6 +39,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
         description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
         variables: table::<VibroImpact<L>, 1>,
         table: shared_table::<VibroImpact<L>, 1>,
+        snapshot_size: snapshot_size::<VibroImpact<L>, 1>(State::OTHERS + MAX_STATES),
         indicators: VibroImpact::<L>::indicator_list,
         start: start::<L>,
         experiment: Experiment {
