@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version as installed
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sphinx.addnodes import pending_xref
@@ -17,7 +18,7 @@ version = release = installed("pneumatic-servo")
 language = "en"
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
-exclude_patterns = ["extra", "templates"]
+exclude_patterns = ["extra", "templates", "repository.txt"]
 
 # Anchors as a forge makes them, down to the headings that pages link to.
 myst_heading_anchors = 4
@@ -54,6 +55,10 @@ html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#0b5c98", "color-brand-content": "#0b5c98"},
     "dark_css_variables": {"color-brand-primary": "#7fc1f5", "color-brand-content": "#7fc1f5"},
 }
+# The manifest of the workspace names the repository, once it has an address.
+if repository := (Path(__file__).parent / "repository.txt").read_text(encoding="utf-8"):
+    icon = {"name": "Repository", "url": repository, "html": "<span>Repository</span>", "class": ""}
+    html_theme_options["footer_icons"] = [icon]
 pygments_style = "a11y-high-contrast-light"
 pygments_dark_style = "a11y-high-contrast-dark"
 copybutton_exclude = ".linenos, .gp, .go"

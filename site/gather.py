@@ -9,6 +9,8 @@ from __future__ import annotations
 import argparse
 import html
 import importlib
+import inspect
+import os
 import re
 import shutil
 import subprocess
@@ -19,6 +21,8 @@ from pathlib import Path, PurePosixPath
 
 import pneumatic_servo as ps
 import tomllib
+from laws import COMPARED, Law, difference, write_laws
+from PIL import Image
 
 PAGES = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "RELEASING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
 """Pages at the root of the repository."""
@@ -52,12 +56,17 @@ def main() -> int:
     copy_rustdoc(arguments.rustdoc, extra / "rust")
     for fmu in sorted(arguments.fmus.glob("*.fmu")):
         write(out / "models" / f"{fmu.stem}.md", model_page(fmu))
-    write(out / "gallery.md", gallery_page(arguments.gallery, out / "gallery"))
-    write(out / "reference" / "python.md", python_page())
+    chooser = (root / "docs" / "friction-laws.md").read_text(encoding="utf-8")
+    laws = write_laws(out, arguments.fmus / "FrictionBench.fmu", chooser)
+    write(out / "laws" / "index.md", laws_page(laws))
+    write(out / "gallery.md", gallery_page(laws, arguments.gallery, out / "gallery"))
+    write_python(out / "reference")
     write(out / "reference" / "command-line.md", command_line_page())
     write(out / "reference" / "rust.md", rust_page(extra / "rust"))
     contents = (root / "site" / "contents.toml").read_text(encoding="utf-8")
     landing = (root / "site" / "index.md").read_text(encoding="utf-8")
+    landing = landing.replace("DOWNLOADS", downloads(arguments.fmus, extra)).replace("PICTURE", picture(root, extra))
+    run_program(landing, extra)
     write(out / "index.md", landing + "\n" + toctrees(tomllib.loads(contents)["part"], out))
     return 0
 
@@ -79,6 +88,50 @@ def copy_repository(root: Path, out: Path) -> None:
     shutil.copytree(root / "site" / "static", out / "static")
     copy_search(root / "site", out)
     shutil.copyfile(root / "site" / "conf.py", out / "conf.py")
+    write(out / "repository.txt", package_of(root).get("repository", ""))
+
+
+def package_of(root: Path) -> dict[str, str]:
+    """What the manifest of the workspace says of the package."""
+    package: dict[str, str] = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]
+    return package
+
+
+def downloads(fmus: Path, extra: Path) -> str:
+    """Copy what can be used at once, and list it with its size; an FMU says for which systems it is."""
+    folder = extra / "downloads"
+    folder.mkdir()
+    fmu = folder / "PneumaticServoCylinder.fmu"
+    shutil.copyfile(fmus / fmu.name, fmu)
+    with zipfile.ZipFile(fmu) as archive:
+        systems = sorted(
+            {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/") and name.count("/") > 1}
+        )
+    rows = [
+        (f"downloads/{fmu.name}", fmu, f"the plant for FMI 2.0, for {' and '.join(systems)}"),
+        ("playground.html", extra / "playground.html", "the plant in one page, which needs no network"),
+    ]
+    items = [
+        f'<li><a href="{address}" download>{file.name}</a>: {text} ({file.stat().st_size / 1e6:.1f} MB)</li>'
+        for address, file, text in rows
+    ]
+    return '<ul class="downloads">\n' + "\n".join(items) + "\n</ul>"
+
+
+def run_program(landing: str, folder: Path) -> None:
+    """Run the program of the landing page, which leaves the picture that is shown below it."""
+    found = re.search(r"```python\n(.*?)```", landing, re.DOTALL)
+    assert found is not None, "the landing page has no program"
+    subprocess.run([sys.executable, "-c", found[1]], cwd=folder, check=True, env={**os.environ, "MPLBACKEND": "Agg"})
+    # The landing page is to be light.
+    drawn = folder / "run.png"
+    Image.open(drawn).convert("RGB").quantize(64).save(drawn, optimize=True)
+
+
+def picture(root: Path, extra: Path) -> str:
+    """Copy the picture of shared links, and give its address: a whole one where the manifest has that of the site."""
+    shutil.copyfile(root / "docs" / "images" / "playground.png", extra / "shared.png")
+    return f"{package_of(root).get('homepage', '').rstrip('/')}/shared.png".lstrip("/")
 
 
 def copy_search(site: Path, out: Path) -> None:
@@ -118,7 +171,9 @@ def pages(out: Path) -> Iterator[str]:
 
 def toctrees(parts: list[dict[str, list[str]]], out: Path) -> str:
     """The parts of the side bar, with every page in one of them."""
-    every = [page for page in pages(out) if page != "index"]
+    # The pages of laws and of the package are in the table of contents of the page that lists them.
+    inner = ("laws/", "reference/python/")
+    every = [page for page in pages(out) if page != "index" and (page == "laws/index" or not page.startswith(inner))]
     named = {path_of(entry) for part in parts for entry in part["pages"]}
     text = []
     placed: set[str] = set()
@@ -181,49 +236,129 @@ def raw(text: str) -> str:
     return f"``````{{raw}} html\n{text}\n``````\n"
 
 
-def gallery_page(gallery: Path | None, target: Path) -> str:
-    """The figures of every law, one model after the other."""
-    plant = ps.Model("PneumaticServoCylinder")
-    laws = plant.variables["friction.law"].items
-    assert laws is not None
+def laws_page(laws: list[Law]) -> str:
+    """All laws, the one first that differs most from the one that they are compared with."""
+    by_difference = sorted(laws, key=lambda law: -difference(law, laws))
+    text = [
+        "# The laws one by one\n",
+        f"How far the mass on the bench is at most from where it would be under {COMPARED}, on one course: it is pulled by a "
+        "spring at 10 mm/s until it breaks away, rests under the load, is turned every quarter of a second by 2 mm/s, and is "
+        "drawn back at 4 mm/s. The law that differs most stands first. [Which friction law?](../docs/friction-laws.md) helps to choose.\n",
+        "| law | what it is | difference at most |",
+        "|---|---|---|",
+    ]
+    for law in by_difference:
+        text.append(f"| [{law.name}]({law.name}.md) | {law.description} | {1e3 * difference(law, laws):.3g} mm |")
+    figures = "\n".join(
+        f'<figure><a href="{law.name}.html"><img src="{law.name}-course.svg" loading="lazy" '
+        f'alt="Position over time under {law.name}, and its difference from {COMPARED}"></a><figcaption>{law.name}</figcaption></figure>'
+        for law in by_difference
+        if law.name != COMPARED
+    )
+    contents = "\n".join(law.name for law in laws)
+    text += ["", raw(f'<div class="law-plots">{figures}</div>'), f"```{{toctree}}\n:hidden:\n\n{contents}\n```\n"]
+    return "\n".join(text)
+
+
+def gallery_page(laws: list[Law], gallery: Path | None, target: Path) -> str:
+    """The figures of every law, one model after the other; the law that differs most stands first."""
     text = [
         "# Gallery of the friction laws\n",
-        "One experiment under every law, each with its defaults. [Which friction law?](docs/friction-laws.md) tells "
-        "the laws apart and helps to choose.\n",
+        "One experiment under every law, each with its defaults. Its strokes are long and fast, so that many laws look alike in "
+        "it: [the laws one by one](laws/index.md) shows where they differ. The order is that of the differences there.\n",
     ]
     for model, heading in GALLERY.items():
         text.append(f"## {heading}\n")
         text.append(f"The default experiment of [{model}](models/{model}.md) over time, and friction over velocity.\n")
-        for law in laws:
-            text.append(f"### {law}: {model}\n")
+        for law in sorted(laws, key=lambda law: -difference(law, laws)):
+            text.append(f"### {law.name}: {model}\n")
             if gallery is None:
                 continue
-            picture = gallery / model / f"{law}.png"
+            picture = gallery / model / f"{law.name}.png"
             (target / model).mkdir(parents=True, exist_ok=True)
             shutil.copyfile(picture, target / model / picture.name)
-            alternative = f"{model} under {law}: curves over time on the left, friction over velocity on the right"
-            text.append(f"```{{image}} gallery/{model}/{law}.png\n:alt: {alternative}\n:loading: lazy\n```\n")
+            alternative = f"{model} under {law.name}: curves over time on the left, friction over velocity on the right"
+            text.append(f"```{{image}} gallery/{model}/{law.name}.png\n:alt: {alternative}\n:loading: lazy\n```\n")
     return "\n".join(text)
 
 
 FOREIGN = ["BaseException", "Env", "ImportError", "Mapping", "Sequence", "VectorEnv"]
 """What classes of the package have from these is not told again."""
 
+TASKS = {
+    "models": ("Models and runs", "Model models Simulation SavedState Run Runs Comparison play"),
+    "values": (
+        "Variables, values and parameter sets",
+        "Variables Variable Unit Value parameter_sets read_ssv fmus DataSheet",
+    ),
+    "derivatives": (
+        "Linear models and derivatives",
+        "Linearisation linearise Sensitivities Gradient Crossing Transition transitions",
+    ),
+    "identification": (
+        "Identification",
+        "fit Fit Options fit_series Series compare_fits Ranking plan Plan Posterior Band identification.CrossValidation "
+        "identification.Estimate identification.Evidence identification.Telling identification.experiments.EXPERIMENTS",
+    ),
+    "environments": (
+        "Learning environments",
+        "envs.Positioning envs.VectorPositioning envs.Task envs.PositionControllers envs.task.RANDOM envs.register",
+    ),
+    "errors": (
+        "Errors and warnings",
+        "Refused PlantWarning SimulationError Interrupted NotConverged NoDerivative TrimError MissingPackage",
+    ),
+}
+"""The pages of the reference of the package by task: their names, headings, and what they tell."""
 
-def python_page() -> str:
-    """The reference of the package, from its docstrings."""
-    text = ["# Python reference\n"]
-    told: set[str] = set()
-    for module in ["pneumatic_servo", "pneumatic_servo.envs", "pneumatic_servo.identification"]:
-        extra = "   :imported-members:\n   :special-members: __getitem__, __setitem__\n"
-        extra += f"   :inherited-members: {', '.join(FOREIGN)}\n"
-        names = set(importlib.import_module(module).__all__)
-        if again := sorted(names & told):
-            extra += f"   :exclude-members: {', '.join(again)}\n"
-        told |= names
-        text.append(f"## {module}\n")
-        text.append(f"```{{eval-rst}}\n.. automodule:: {module}\n{extra}```\n")
-    return "\n".join(text)
+
+def write_python(folder: Path) -> None:
+    """Write the reference of the package, from its docstrings; every public name is on one page."""
+    modules = {name: importlib.import_module(f"pneumatic_servo{name}") for name in ("", ".envs", ".identification")}
+    told = {name.rpartition(".")[2] for _, names in TASKS.values() for name in names.split()}
+    if left := {name for module in modules.values() for name in module.__all__} ^ told:
+        raise SystemExit(
+            f"site/gather.py: TASKS must have each public name once, and has not: {', '.join(sorted(left))}"
+        )
+    introduction = inspect.getdoc(modules[""]) or ""
+    text = ["# Python reference\n", f"``````{{eval-rst}}\n{introduction}\n``````\n"]
+    for page, (heading, names) in TASKS.items():
+        text.append(f"## {heading}\n")
+        text += ["| name | what it is |", "|---|---|"]
+        for name in names.split():
+            text.append(f"| [`{name}`](python/{page}.md#{slug(name)}) | {first_line(name)} |")
+        text.append("")
+        write(
+            folder / "python" / f"{page}.md", f"# {heading}\n\n" + "\n".join(described(name) for name in names.split())
+        )
+    contents = "\n".join(f"python/{page}" for page in TASKS)
+    text.append(f"```{{toctree}}\n:hidden:\n\n{contents}\n```\n")
+    write(folder / "python.md", "\n".join(text))
+
+
+def item(name: str) -> object:
+    """A public object of the package by its dotted name."""
+    module, _, own = name.rpartition(".")
+    return getattr(importlib.import_module(f"pneumatic_servo.{module}".rstrip(".")), own)
+
+
+def first_line(name: str) -> str:
+    """The first sentence of a docstring, as text of a table."""
+    of = item(name)
+    has_text = inspect.isclass(of) or inspect.isroutine(of)
+    text = (inspect.getdoc(of) or "").split("\n\n")[0] if has_text else ""
+    return " ".join(text.split()).replace("``", "`").replace("|", "\\|")
+
+
+def described(name: str) -> str:
+    """What Sphinx needs to describe an object."""
+    of = item(name)
+    if inspect.isclass(of):
+        options = "   :special-members: __getitem__, __setitem__\n"
+        options += f"   :inherited-members: {', '.join(FOREIGN)}\n"
+        return f"## {name}\n\n```{{eval-rst}}\n.. autoclass:: pneumatic_servo.{name}\n{options}```\n"
+    kind = "autofunction" if inspect.isroutine(of) else "autodata"
+    return f"## {name}\n\n```{{eval-rst}}\n.. {kind}:: pneumatic_servo.{name}\n```\n"
 
 
 def command_line_page() -> str:

@@ -27,6 +27,7 @@
     [/^(CHANGELOG|RELEASING|CODE_OF_CONDUCT|SECURITY|tests\/)/, 0.25],
     [/^(CONTRIBUTING|README|python\/|reference\/rust|gallery|models\/)/, 0.25],
     [/^(reference\/|docs\/(identification|performance|solver|model-exchange|target|sensitivities))/, 0.7],
+    [/^laws\//, 0.4],
     [/^docs\/(start\/|friction-laws|parameters)/, 1.4],
   ];
   /** At most so many pages, sections below one, and characters of an excerpt. */

@@ -14,6 +14,8 @@ const KINDS = [
   "index.html",
   "CHANGELOG.html",
   "gallery.html",
+  "laws/LuGre.html",
+  "laws/index.html",
   "search.html",
   "docs/start/python.html",
   "docs/friction-laws.html",
@@ -21,6 +23,7 @@ const KINDS = [
   "docs/tutorial/tutorial.html",
   "models/FrictionBench.html",
   "reference/command-line.html",
+  "reference/python/models.html",
   "reference/rust.html",
 ];
 
@@ -97,9 +100,9 @@ const FIRST = [
   ["Cv", "docs/data-sheets.html"],
   ["real time", "docs/realtime.html"],
   ["Matlab", "docs/tools/simulink.html"],
-  ["LuGre", "docs/friction-laws.html"],
+  ["LuGre", "laws/LuGre.html"],
   ["state events", "docs/solver.html"],
-  ["simulate_many", "reference/python.html"],
+  ["simulate_many", "reference/python/models.html"],
   ["Setup", "docs/start/rust.html"],
 ];
 
