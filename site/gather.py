@@ -19,7 +19,6 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-import pneumatic_servo as ps
 import tomllib
 from laws import COMPARED, Law, difference, write_laws
 from PIL import Image
@@ -241,9 +240,10 @@ def laws_page(laws: list[Law]) -> str:
     by_difference = sorted(laws, key=lambda law: -difference(law, laws))
     text = [
         "# The laws one by one\n",
-        f"How far the mass on the bench is at most from where it would be under {COMPARED}, on one course: it is pulled by a "
-        "spring at 10 mm/s until it breaks away, rests under the load, is turned every quarter of a second by 2 mm/s, and is "
-        "drawn back at 4 mm/s. The law that differs most stands first. [Which friction law?](../docs/friction-laws.md) helps to choose.\n",
+        f"How far the mass on the bench is at most from where it would be under {COMPARED}, on one course: it is "
+        "pulled by a spring at 10 mm/s until it breaks away, rests under the load, is turned every quarter of a second "
+        "by 2 mm/s, and is drawn back at 4 mm/s. The law that differs most stands first. "
+        "[Which friction law?](../docs/friction-laws.md) helps to choose.\n",
         "| law | what it is | difference at most |",
         "|---|---|---|",
     ]
@@ -251,7 +251,8 @@ def laws_page(laws: list[Law]) -> str:
         text.append(f"| [{law.name}]({law.name}.md) | {law.description} | {1e3 * difference(law, laws):.3g} mm |")
     figures = "\n".join(
         f'<figure><a href="{law.name}.html"><img src="{law.name}-course.svg" loading="lazy" '
-        f'alt="Position over time under {law.name}, and its difference from {COMPARED}"></a><figcaption>{law.name}</figcaption></figure>'
+        f'alt="Position over time under {law.name}, and its difference from {COMPARED}"></a>'
+        f"<figcaption>{law.name}</figcaption></figure>"
         for law in by_difference
         if law.name != COMPARED
     )
@@ -264,8 +265,8 @@ def gallery_page(laws: list[Law], gallery: Path | None, target: Path) -> str:
     """The figures of every law, one model after the other; the law that differs most stands first."""
     text = [
         "# Gallery of the friction laws\n",
-        "One experiment under every law, each with its defaults. Its strokes are long and fast, so that many laws look alike in "
-        "it: [the laws one by one](laws/index.md) shows where they differ. The order is that of the differences there.\n",
+        "One experiment under every law, each with its defaults. Its strokes are long and fast, so that many laws look "
+        "alike in it: [the laws one by one](laws/index.md) shows where they differ, and gives the order.\n",
     ]
     for model, heading in GALLERY.items():
         text.append(f"## {heading}\n")
@@ -297,8 +298,9 @@ TASKS = {
     ),
     "identification": (
         "Identification",
-        "fit Fit Options fit_series Series compare_fits Ranking plan Plan Posterior Band identification.CrossValidation "
-        "identification.Estimate identification.Evidence identification.Telling identification.experiments.EXPERIMENTS",
+        "fit Fit Options fit_series Series compare_fits Ranking plan Plan Posterior Band "
+        "identification.CrossValidation identification.Estimate "
+        "identification.Evidence identification.Telling identification.experiments.EXPERIMENTS",
     ),
     "environments": (
         "Learning environments",

@@ -10,6 +10,7 @@ import re
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -214,7 +215,7 @@ PLOTS = [
     (
         "course",
         "Position over time",
-        f"Pull, rest under load, small reversals, slow return: the mass, and its distance from the one under {COMPARED}",
+        f"Pull, rest under load, small reversals, slow return: the mass, and its distance from that under {COMPARED}",
     ),
 ]
 
@@ -252,7 +253,7 @@ def presliding(law: str) -> NDArray[np.float64]:
     """A free mass under a load that changes slowly; rows of displacement in m and load in N."""
     plant = ps.Model(BENCH).start({LAW: law, "bench.drive": "Free", "driveVelocity": 0.0})
     rows = []
-    for begin, end in zip(TURNS, TURNS[1:], strict=False):
+    for begin, end in pairwise(TURNS):
         for load in np.linspace(begin, end, 60, endpoint=False):
             plant["appliedForce"] = load
             plant.step(5e-3)
