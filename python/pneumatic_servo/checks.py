@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, KeysView, Mapping, Set
 from reprlib import repr as shortened
 from typing import TypeVar
 
@@ -14,6 +14,8 @@ def names(argument: str, given: Iterable[str]) -> list[str]:
     """Return a list of names; a text, which Python takes for a list of its letters, is refused."""
     if isinstance(given, str):
         raise TypeError(f"{argument} must be a list of names, not the text {given!r}")
+    if isinstance(given, Set) and not isinstance(given, KeysView):
+        raise TypeError(f"{argument} must be a list of names, not a set, which has no order")
     if not isinstance(given, Iterable):
         raise TypeError(f"{argument} must be a list of names, not {shortened(given)}")
     listed = list(given)
@@ -35,9 +37,19 @@ def mapping(argument: str, given: Mapping[str, Given] | None) -> dict[str, Given
 def whole_number(argument: str, given: int, least: int) -> int:
     """Return a whole number, of NumPy's too, that is not too small."""
     try:
+        if isinstance(given, bool):
+            raise TypeError
         number = operator.index(given)
     except TypeError:
         raise ValueError(f"{argument} = {shortened(given)} is refused: it must be a whole number") from None
     if number < least:
         raise ValueError(f"{argument} = {number} is refused: it must be at least {least}")
     return number
+
+
+def submits(argument: str, given: object) -> None:
+    """Refuse what is no executor."""
+    if given is not None and not hasattr(given, "submit"):
+        raise TypeError(
+            f"{argument} = {shortened(given)} is refused: it must have `submit`, as a ProcessPoolExecutor has"
+        )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pneumatic_servo import values
 from pneumatic_servo.checks import mapping
+from pneumatic_servo.errors import warn
 from pneumatic_servo.grid import Grid
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
@@ -72,6 +73,10 @@ class Loop:
         self.samples = _steps("period", self.period, grid.step, least=1)
         self.delay = _steps("delay", values.seconds("delay", delay), grid.step, least=0)
         self.model, self.grid = model, grid
+        whole = grid.count * grid.step
+        for argument, value in (("period", self.period), ("delay", self.delay * grid.step)):
+            if grid.count and value >= whole and (argument == "delay" or value > whole):
+                warn(f"{argument} = {value:g} s: the run ends after {whole:g} s, before the controller acts for it")
         self.of_model: OfModel | None = None
         self.own_inputs: Variables | None = None
         self.controller = controller

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -56,6 +56,12 @@ class Comparison:
                 f"{law} was not compared{did_you_mean(str(law), self.laws)}; there are {', '.join(self.laws)}"
             )
         return self.runs[self.laws.index(law)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.laws)
+
+    def __len__(self) -> int:
+        return len(self.laws)
 
     def rows(self) -> list[tuple[str, float, float, float, float, float]]:
         """Return the table: travel and largest values, time at rest, and the position's rms distance from the first.

@@ -114,6 +114,12 @@ class DataSheet:
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value}: it must be positive")
         self._check_magnitudes()
+        if self.min_pressure and self.supply and self.min_pressure >= self.supply:
+            raise ValueError(
+                f"min_pressure = {self.min_pressure} bar: the piston never moves at supply = {self.supply} bar"
+            )
+        if self.clearance > self.stroke:
+            raise ValueError(f"clearance = {self.clearance} mm: it must be shorter than the stroke, {self.stroke} mm")
         for name in ("rod", "rod_a", "clearance"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):

@@ -109,6 +109,14 @@ def reason_for(variables: Variables, settings: Mapping[str, Value], name: str) -
     return "" if variable is None else _missing(variables, _complete(variables, settings), variable)
 
 
+def tell_by(variables: Variables, settings: Mapping[str, Value], names: Iterable[str]) -> None:
+    """Warn of parameters by which is differentiated, and that have no effect: all is 0 then."""
+    for name in names:
+        need = reason_for(variables, settings, name)
+        if need:
+            warn(f"sensitivities: {name} has no effect here, since it counts only with {need}: all by it are 0")
+
+
 def tell_laws(variables: Variables, laws: Sequence[str], settings: Mapping[str, Value]) -> None:
     """Warn of what is given for one of the laws that are compared, while the others keep their defaults."""
     for name in settings:

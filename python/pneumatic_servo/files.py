@@ -26,6 +26,8 @@ def text_of(file: Path, encoding: str | None = None) -> str:
         For what is no text in this encoding, or an encoding that there is not; it names the file.
     """
     data = file.read_bytes()
+    if data[:4] in (b"PK\3\4", b"\xd0\xcf\x11\xe0"):
+        raise ValueError(f"{file}: it is a workbook, not a table of text; give pandas.read_excel({str(file)!r})")
     marked = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     tried = [encoding] if encoding is not None else ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
     fault = ""

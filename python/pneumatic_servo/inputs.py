@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from reprlib import repr as shortened
-from typing import Any, SupportsFloat
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -144,7 +144,7 @@ def course(inputs: Variables, name: str, given: Input) -> float | tuple[Array, A
     variable = _find(inputs, name)
     given = _as_points_of(variable, given)
     if callable(given):
-        return given  # type: ignore[no-any-return]
+        return lambda time: _at(variable, given, time)
     if _is_constant_with_unit(given):
         return values.number(variable, given)
     if isinstance(given, tuple):
@@ -270,6 +270,12 @@ def _is_constant_with_unit(given: Any) -> bool:
 
 def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     """Check times and values; the last axis of the values is that of the times."""
+    if given and _has_unit_behind(given[0]):
+        where = f"times of {variable.name}"
+        in_s = [to_si(float(one), given[0][1], "s", where) for one in np.ravel(given[0][0])]
+        given = (np.array(in_s), *given[1:])
+    if len(given) == 2 and _has_unit_behind(given[1]):
+        given = (given[0], *given[1])
     unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
     if len(given) != 2 and unit is None:
         raise ValueError(f"{variable.name}: points are a pair of times and values, not {len(given)} arrays")
@@ -300,6 +306,11 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
         place = np.unravel_index(bad, column.shape)
         values.check_range(variable, float(column[place]), float(times[place[-1]]))
     return times, column
+
+
+def _has_unit_behind(given: Any) -> bool:
+    """Tell whether something is numbers with one unit, ``([0, 100], "ms")``."""
+    return isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str) and not isinstance(given[0], str)
 
 
 def _seconds(variable: Variable, moments: Any) -> Array:
@@ -333,10 +344,13 @@ def shape(name: str, given: Any) -> tuple[int, ...]:
 def _at(variable: Variable, given: Callable[[float], float], time: float) -> float:
     """Return what a function of time gives."""
     value = given(time)
-    if not isinstance(value, SupportsFloat):
-        raise ValueError(f"at t = {time} s {variable.name} = {shortened(value)} is refused: it must be a number")
-    values.check_range(variable, float(value), time)
-    return float(value)
+    if type(value) is not float:
+        value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
+        if not values.is_number(value):
+            raise ValueError(f"at t = {time:g} s {variable.name} = {shortened(value)} is refused: it must be a number")
+        value = float(value)
+    values.check_range(variable, value, time)
+    return value
 
 
 def _numbers(variable: Variable, given: Any, unit: str | None = None) -> Array:
@@ -378,22 +392,32 @@ def _check_kind(variable: Variable, given: Any) -> None:
         )
 
 
-def settings_of_runs(variables: Variables, parameters: Any, number: int | None) -> list[dict[str, Value]]:
-    """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run."""
+def settings_of_runs(
+    variables: Variables, parameters: Any, number: int | None, of_one: Callable[[Any, str], dict[str, Value]]
+) -> list[dict[str, Value]]:
+    """Return the settings of each of many runs, from a list of them or from arrays that hold one value per run.
+
+    `of_one` reads the settings of one run, whatever has them.
+    """
     if hasattr(parameters, "columns") and hasattr(parameters, "iloc"):
         parameters = {str(name): parameters[name].tolist() for name in parameters.columns}
     if isinstance(parameters, str) or not isinstance(parameters, Mapping | Sequence):
-        raise TypeError(f"parameters must be mappings of names to values, not {shortened(parameters)}")
+        hint = "; what all runs share is given by common=" if hasattr(parameters, "settings") else ""
+        raise TypeError(f"parameters must be mappings of names to values, not {shortened(parameters)}{hint}")
+    if isinstance(parameters, list) and not parameters and number is None:
+        raise ValueError("parameters is empty: there are no runs; `number` says how many of the same there are")
     if not isinstance(parameters, Mapping) and len(parameters):
-        return [_settings_of_run(variables, own, run, len(parameters)) for run, own in enumerate(parameters)]
+        return [_settings_of_run(of_one, own, run, len(parameters)) for run, own in enumerate(parameters)]
     several: dict[str, list[object]] = {}
     shared: dict[str, Value] = {}
     for name, value in parameters.items() if isinstance(parameters, Mapping) else ():
         each = _per_run(value)
         if each is None:
             shared[name] = values.value_of(variables, name, value)
-        else:
+        elif each:
             several[name] = each
+        else:
+            raise ValueError(f"parameters: {name} is empty: there are no runs")
     lengths = {name: len(every) for name, every in several.items()}
     counts = set(lengths.values()) | (set() if number is None else {number})
     if len(counts) > 1:
@@ -418,11 +442,12 @@ def _each(variables: Variables, name: str, given: Sequence[object]) -> list[Valu
     return found
 
 
-def _settings_of_run(variables: Variables, given: Any, run: int, number: int) -> dict[str, Value]:
+def _settings_of_run(
+    of_one: Callable[[Any, str], dict[str, Value]], given: Any, run: int, number: int
+) -> dict[str, Value]:
     """Return the settings of one run; a refusal tells which it is."""
-    own = mapping(f"parameters[{run}]", given)
     try:
-        return values.settings("parameters", variables, own)
+        return of_one(given, f"parameters[{run}]")
     except ValueError as error:
         raise ValueError(f"run {run} of {number}: {error}") from None
 

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Protocol, runtime_checkable
 import numpy as np
 
 from pneumatic_servo import _native, defaults, effects, noticed, progress, values
-from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.checks import names, submits, whole_number
 from pneumatic_servo.closed_loop import Controller, Loop, courses_of
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
@@ -230,6 +230,7 @@ class Model(ModelDescription):
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
+        effects.tell_by(self.variables, settings, by)
         given, settings = settings, self._fitted(settings)
         followers = defaults.followers(self.variables, given, settings)
         followed = {name: follows for name, follows in followers.items() if follows[0] in by and name not in by}
@@ -332,7 +333,7 @@ class Model(ModelDescription):
             Inputs over time: as for `simulate`, and besides arrays of shape (runs,) with a constant for each run, and
             points ``(t, u)`` with u of shape (runs, times). Functions are called once for all runs.
         common : mapping, optional
-            Parameters and start values that all runs share.
+            Parameters and start values that all runs share, as far as a run has none of its own.
         number : int, optional
             Number of runs, where nothing else tells it.
         stop, step, start : float, optional
@@ -379,7 +380,8 @@ class Model(ModelDescription):
         inputs = inputs_of("inputs", self.variables, inputs)
         threads = available_cores() if workers is None else whole_number("workers", workers, least=1)
         number = _number_of_inputs(inputs) if number is None else whole_number("number", number, least=1)
-        runs = settings_of_runs(self.variables, parameters, number)
+        submits("executor", executor)
+        runs = settings_of_runs(self.variables, parameters, number, self._settings)
         if number is not None and number != len(runs):
             raise ValueError(f"the inputs are for {number} runs, the parameters for {len(runs)}")
         for settings in runs:
@@ -617,6 +619,12 @@ class Model(ModelDescription):
         """
         kept = None if states is None else names("states", states)
         driven, seen = names("inputs", inputs), names("outputs", outputs)
+        for argument, chosen in (("states", kept), ("inputs", driven), ("outputs", seen)):
+            if chosen is not None and not chosen:
+                raise ValueError(f"{argument} is empty: name at least one")
+            twice = next((name for name in chosen or () if (chosen or []).count(name) > 1), None)
+            if twice is not None:
+                raise ValueError(f"{argument} has {twice} twice")
         for name, chosen in (("states", kept or []), ("outputs", seen)):
             unknown = next((one for one in chosen if one not in self.variables), None)
             if unknown is not None:

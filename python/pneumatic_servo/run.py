@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from reprlib import repr as shortened
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -68,11 +69,15 @@ class Run:
     @overload
     def __getitem__(self, name: str) -> Array: ...
     @overload
-    def __getitem__(self, name: list[str]) -> Run: ...
-    def __getitem__(self, name: str | list[str]) -> Array | Run:
+    def __getitem__(self, name: list[str] | tuple[str, ...]) -> Run: ...
+    def __getitem__(self, name: str | list[str] | tuple[str, ...]) -> Array | Run:
         """Return a recorded variable, of shape (rows,), in its SI unit; of a list of names the run with these alone."""
-        if isinstance(name, list):
+        if isinstance(name, list | tuple) and all(isinstance(one, str) for one in name):
             return self.select(name)
+        if not isinstance(name, str):
+            raise TypeError(f"a run is asked for names, run['position'][0], not for {shortened(name)}")
+        if name == "time" and name not in self.variables:
+            return self.time
         row: Array = self._values[_place(self.variables, name)]
         return row
 
@@ -88,6 +93,20 @@ class Run:
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            known = () if name.startswith("_") else self.__dict__.get("variables", ())
+            hint = f"; write run[{name!r}]" if name in known else did_you_mean(name, [*known, *MEANT])
+            raise AttributeError(f"a run has no attribute {name}{'' if name.startswith('_') else hint}")
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("a run is no array; write run['position'], or run.to_pandas() for all of it")
+
+    def items(self) -> list[tuple[str, Array]]:
+        """Return the recorded variables by name."""
+        return [(name, self[name]) for name in self.variables]
 
     def keys(self) -> list[str]:
         """Return the names of the recorded variables, so that ``dict(run)`` has them all."""
@@ -230,6 +249,10 @@ class Run:
         return draw_friction(self)
 
 
+MEANT = ("time", "settings", "variables", "sensitivities", "plot", "plot_friction", "to_csv", "to_pandas", "vjp")
+"""What a misspelt attribute of a run may mean."""
+
+
 class Runs(Sequence[Run]):
     """Many runs of one model over the same times.
 
@@ -287,12 +310,32 @@ class Runs(Sequence[Run]):
             return self._of_all(key)
         if isinstance(key, slice):
             return [self._run(index) for index in range(*key.indices(len(self)))]
+        return self._run(self._place(key))
+
+    def _place(self, key: Any) -> int:
+        if isinstance(key, bool | np.bool_) or not hasattr(key, "__index__"):
+            raise TypeError(f"runs are asked for a number or a name, runs[0] or runs['position'], not for {key!r}")
         if not -len(self) <= key < len(self):
             raise IndexError(f"there are {len(self)} runs, and none of number {key}")
-        return self._run(key % len(self))
+        return int(key) % len(self)
 
-    def of(self, numbers: Sequence[int]) -> Runs:
-        """Return the runs in these places; their table keeps the numbers that they have here."""
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables if isinstance(name, str) else super().__contains__(name)
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("runs are no array; write runs['position'], of shape (runs, rows)")
+
+    def of(self, numbers: Sequence[int] | NDArray[Any]) -> Runs:
+        """Return the runs in these places; their table keeps the numbers that they have here.
+
+        Places are numbers, or true and false for each run, as `is_complete` has them.
+        """
+        chosen = np.atleast_1d(np.asarray(numbers))
+        if chosen.dtype == np.bool_:
+            if chosen.shape != (len(self),):
+                raise ValueError(f"of: there are {len(self)} runs, but {len(chosen)} times true or false")
+            chosen = np.flatnonzero(chosen)
+        numbers = [self._place(number) for number in chosen.tolist()]
         failures = {new: self.failures[old] for new, old in enumerate(numbers) if old in self.failures}
         settings = [self._settings[number] for number in numbers]
         places = list(numbers)

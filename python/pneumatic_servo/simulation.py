@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from reprlib import repr as shortened
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -111,7 +112,11 @@ class Simulation:
         model = self.__dict__.get("_model")
         if model is None or name.startswith("_"):
             return ""
-        return f"; write simulation[{name!r}]" if name in model.variables else did_you_mean(name, model.variables)
+        if name == "time":
+            return " that can be set; `step` moves it on, and Model.start(time=) begins there"
+        if name in model.variables:
+            return f"; write simulation[{name!r}]"
+        return MEANT.get(name, "") or did_you_mean(name, [*model.variables, *METHODS])
 
     def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Any, ...]]:
         return _resumed, (self._model, self._settings, self.save())
@@ -180,6 +185,8 @@ class Simulation:
 
     def restore(self, saved: SavedState) -> None:
         """Go back to a saved state."""
+        if not isinstance(saved, SavedState):
+            raise TypeError(f"restore takes what save() has returned, not {shortened(saved)}")
         self._native.restore(saved._state)
 
     @property
@@ -246,6 +253,14 @@ class Simulation:
         return Transition._of(self._native.transition(size, by, of), list(self._model.inputs), by, of)
 
 
+METHODS = ("step", "set", "get", "save", "restore", "states", "move_states", "jacobian", "transition")
+MEANT = {
+    "run": "; a whole run is Model.simulate", "advance": "; did you mean step?", "do_step": "; did you mean step?",
+    "reset": "; restore(saved) goes back to a state that save() has returned",
+}  # fmt: skip
+"""What other tools call what is done here."""
+
+
 def transitions(
     simulations: Sequence[Simulation],
     size: float,
@@ -289,6 +304,8 @@ def transitions(
     >>> [step.D.shape for step in ps.transitions(simulations, 1e-3, outputs=["position"])]
     [(1, 3), (1, 3)]
     """
+    if not isinstance(simulations, Sequence):
+        raise TypeError(f"simulations must be a list of simulations, not {shortened(simulations)}")
     by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
     threads = available_cores() if workers is None else checks.whole_number("workers", workers, least=1)
     told = _native.transitions([simulation._native for simulation in simulations], size, by, of, threads)

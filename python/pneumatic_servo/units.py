@@ -11,6 +11,7 @@ AMBIENT = 101_325.0
 """Pressure of the standard atmosphere in Pa, above which bar g, kPa g and psi g count; all others are absolute."""
 
 TO_SI: dict[str, tuple[str, float, float]] = {
+    "%": ("1", 1e-2, 0.0),
     "s": ("s", 1.0, 0.0),
     "ms": ("s", 1e-3, 0.0),
     "us": ("s", 1e-6, 0.0),
@@ -111,7 +112,9 @@ def scale(unit: str, si: str, where: str) -> tuple[float, float]:
         return 1.0, 0.0
     known, factor_, offset = TO_SI.get(name, ("", 0.0, 0.0))
     if known != si:
-        raise ValueError(f"{where}: the unit {unit} is refused; it must be one of {', '.join(units_of(si))}")
+        of = units_of(si)
+        near = next((f"did you mean {own}? " for own in of if own.lower() == name.lower()), "")
+        raise ValueError(f"{where}: the unit {unit} is refused; {near}it must be one of {', '.join(of)}")
     return factor_, offset
 
 

@@ -62,7 +62,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "rows that are only counted": (
         lambda: simulate(pandas.DataFrame({"valveVoltage": VOLTAGES})), "there is no column `time`"),
     "Series of many runs": (
-        lambda: ps.Model().simulate_many(inputs={"valveVoltage": pandas.Series([6.0, 7.0])}, **MANY), "must have times"),
+        lambda: ps.Model().simulate_many(inputs={"valveVoltage": pandas.Series([6.0, 7.0])}, **MANY), "must have"),
     "pair that is no points": (
         lambda: ps.Model().simulate_many(inputs={"valveVoltage": (6, 7)}, **MANY), "is a list or an array"),
     "points of each run": (

@@ -129,6 +129,12 @@ def check_outputs(*outputs: Path | None, inputs: Sequence[Path] = ()) -> None:
             raise ValueError(f"{file}: it is named twice among the files to write")
 
 
+def check_table(file: Path | None) -> None:
+    """Refuse a table whose ending is that of a figure."""
+    if file is not None and file.suffix.lower() in (".png", ".svg", ".pdf", ".jpg", ".jpeg"):
+        raise ValueError(f"--out {file}: it is a table; --plot {file} writes a figure")
+
+
 def check_figure(file: Path | None) -> None:
     """Refuse a figure whose ending names no format, before the work."""
     if file is None:

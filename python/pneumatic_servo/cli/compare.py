@@ -11,6 +11,7 @@ from pneumatic_servo.cli.common import (
     add_experiment,
     check_figure,
     check_outputs,
+    check_table,
     last_point,
     model_of,
     read_inputs,
@@ -32,6 +33,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Compare."""
     check_outputs(options.out, options.plot, inputs=[options.csv])
+    check_table(options.out)
     check_figure(options.plot)
     model = model_of(options)
     settings = settings_of(model, options.set)

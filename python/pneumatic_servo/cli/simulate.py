@@ -12,6 +12,7 @@ from pneumatic_servo.cli.common import (
     add_experiment,
     check_figure,
     check_outputs,
+    check_table,
     last_point,
     merged,
     model_of,
@@ -37,6 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Simulate."""
     check_outputs(options.out, options.plot, inputs=[options.csv])
+    check_table(options.out)
     check_figure(options.plot)
     model = model_of(options)
     settings = merged(settings_of(model, options.set), of_law(options.law), "--law")

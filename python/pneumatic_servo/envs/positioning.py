@@ -65,7 +65,7 @@ class Positioning(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.render_mode = _render_mode(render_mode, self.metadata)
         self.action_space = action_space()
         self.observation_space = observation_space()
-        self._fleet = _Fleet(Task(**task), 1, 1)
+        self._fleet = _Fleet(Task.of(task), 1, 1)
         self._begun = False
         self._drawing: Drawing | None = None
         self._window: Window | None = None
@@ -159,7 +159,7 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         self.single_observation_space = observation_space()
         self.action_space = gymnasium.vector.utils.batch_space(self.single_action_space, self.num_envs)
         self.observation_space = gymnasium.vector.utils.batch_space(self.single_observation_space, self.num_envs)
-        self._fleet = _Fleet(Task(**task), self.num_envs, threads)
+        self._fleet = _Fleet(Task.of(task), self.num_envs, threads)
         self._randoms: list[np.random.Generator] = []
         self._drawings: list[Drawing] = []
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import effects, noticed
-from pneumatic_servo.checks import names, whole_number
+from pneumatic_servo.checks import mapping, names, whole_number
 from pneumatic_servo.errors import Refused
 from pneumatic_servo.model import Model
+from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.values import checked, number_in, seconds, settings, value_of
 from pneumatic_servo.variables import Value
@@ -70,6 +71,18 @@ class Task:
     duration: float = 1.5
     effort: float = 1e-3
 
+    @staticmethod
+    def of(given: Mapping[str, Any]) -> Task:
+        """Return the task of some options; another one is refused by its name."""
+        known = [one.name for one in fields(Task)]
+        other = next((name for name in given if name not in known), None)
+        if other is not None:
+            hint = did_you_mean(other, known)
+            raise TypeError(f"the environment has no option {other}{hint}; there are {', '.join(known)}")
+        for name in ("ranges", "parameters"):
+            mapping(name, given.get(name))
+        return Task(**given)
+
     def in_si(self, model: Model) -> Task:
         """Return the same with numbers in SI units, from what may have units of its own."""
         ranges = {}
@@ -79,6 +92,9 @@ class Task:
         low, high = (number_in("m", "targets", end) for end in _pair("targets", self.targets))
         if self.laws is not None and not names("laws", self.laws):
             raise ValueError("laws is empty: name at least one friction law, or leave it out")
+        if self.laws is not None and len({*self.laws}) < len(self.laws):
+            repeated = next(law for law in self.laws if [*self.laws].count(law) > 1)
+            raise ValueError(f"laws has {repeated} twice")
         given = {"laws": self.laws, "law": self.law, "friction.law": self.parameters.get("friction.law")}
         twice = [name for name, value in given.items() if value is not None]
         if len(twice) > 1:

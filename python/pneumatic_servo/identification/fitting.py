@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo import checks, effects, values
+from pneumatic_servo.errors import warn
 from pneumatic_servo.identification import recorder
 from pneumatic_servo.identification.conditions import Condition, conditions
 from pneumatic_servo.identification.consistency import compare
@@ -56,6 +57,8 @@ OF_BENCH = {
 }
 """What a test bench has that its model does not."""
 INPUTS = ("held", "lines")
+MOST_LAW_ERROR = 2.0
+"""A law that is expected to be off by more says nothing."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -191,8 +194,15 @@ def fit(
             hold_out=hold_out, hold_out_data=hold_out_data, seed=seed, starts=starts, rated=rated, width=width,
             play=play, window=window, inputs=inputs, loss=loss, intervals=intervals, posterior=posterior,
             cross_validate=cross_validate, law_error=law_error, workers=workers,
-            executor=executor if cluster is None else cluster.get_executor(), watch=watch,
+            executor=executor if cluster is None else _executor_of(cluster), watch=watch,
         )  # fmt: skip
+
+
+def _executor_of(cluster: Any) -> Executor:
+    if not hasattr(cluster, "get_executor"):
+        raise TypeError(f"cluster={cluster!r} is refused: it must be a dask.distributed.Client")
+    executor: Executor = cluster.get_executor()
+    return executor
 
 
 def _fit(
@@ -211,10 +221,15 @@ def _fit(
     for name, number in (("starts", starts), ("seed", seed)):
         _not_negative(name, number)
         checks.whole_number(name, number, least=0)
-    _positive("law_error", law_error)
+    if _positive("law_error", law_error) > MOST_LAW_ERROR:
+        raise ValueError(
+            f"{said('law_error', law_error)}: it is a share of at most {MOST_LAW_ERROR:g}; did you mean "
+            f"{0.01 * law_error:g}?"
+        )
+    checks.submits("executor", executor)
     if workers is not None:
         checks.whole_number("workers", workers, least=1)
-    if not 0.0 <= hold_out < 1.0:
+    if not values.is_number(hold_out) or not 0.0 <= hold_out < 1.0:
         raise ValueError(f"{said('hold_out', hold_out)}: it must be at least 0 and below 1")
     if inputs not in INPUTS:
         raise ValueError(f"{said('inputs', inputs)}: it must be {' or '.join(INPUTS)}")
@@ -231,6 +246,7 @@ def _fit(
     sources = _read(data, read, encoding)
     is_extra = isinstance(hold_out_data, Mapping) or hasattr(hold_out_data, "iloc") or bool(hold_out_data)
     extra_sources = _read(hold_out_data, read, encoding) if is_extra else []
+    _tell_twice(sources, extra_sources)
     kind = make_experiment(
         experiment, law, settings, options, _units(experiment, sources + extra_sources, settings, fit)
     )
@@ -333,6 +349,8 @@ def check_names(name: str, law: str) -> None:
             f"{said('experiment', name)}: it must be one of {', '.join(EXPERIMENTS)}"
             f"{did_you_mean(str(name), EXPERIMENTS)}"
         )
+    if not isinstance(law, str | int):
+        raise ValueError(f"{said('law', law)}: it must be the name of one law; compare_fits fits several")
     laws = EXPERIMENTS[name](law, {}, Options()).table.parameters["friction.law"].items
     if law not in laws:
         hint = did_you_mean(str(law), laws)
@@ -419,6 +437,24 @@ def _read(data: Any, columns: Mapping[str, Column] | None, encoding: str | None)
     if not len(sources):
         raise ValueError("there are no data")
     return [measured(number, source, columns, encoding) for number, source in enumerate(sources, start=1)]
+
+
+def _tell_twice(sources: Sequence[Measured], extra: Sequence[Measured]) -> None:
+    """Warn of a record that is given twice: it would count twice, or be predicted by itself."""
+    for place, source in enumerate(sources):
+        first = next((one for one in sources[:place] if _is_same(one, source)), None)
+        if first is not None:
+            warn(f"{source.name} has the samples of {first.name}: they count twice, and intervals are too narrow")
+    for source in extra:
+        first = next((one for one in sources if _is_same(one, source)), None)
+        if first is not None:
+            warn(f"hold_out_data: {source.name} has the samples of {first.name}, which is fitted: it predicts nothing")
+
+
+def _is_same(one: Measured, other: Measured) -> bool:
+    return one.signals.keys() == other.signals.keys() and all(
+        np.array_equal(samples, other.signals[signal]) for signal, samples in one.signals.items()
+    )
 
 
 def _load(experiment: Experiment, sources: list[Measured], loss: str) -> tuple[list[Record], list[str]]:

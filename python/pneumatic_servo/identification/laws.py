@@ -162,6 +162,10 @@ def compare_fits(
     twice = next((law for law in laws if laws.count(law) > 1), None)
     if twice is not None:
         raise ValueError(f"{said('laws')}: {twice} is given twice")
+    for argument, given in (("fit_of", fit_of), ("settings_of", settings_of)):
+        other = next((law for law in given or () if law not in laws), None)
+        if other is not None:
+            raise ValueError(f"{argument}: {other} is not among the laws that are fitted: {', '.join(laws)}")
     common = options.pop("fit", ())
     shared = _shared(options.pop("settings", None), experiment, laws[0])
     fits: list[Fit] = []

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumatic_servo import checks
 from pneumatic_servo import progress as shown_progress
 from pneumatic_servo import values as quantities
 from pneumatic_servo.files import write_csv
@@ -35,6 +36,8 @@ Array = NDArray[np.float64]
 NOISE = {"position": 1e-5, "velocity": 1e-3, "chamberA.pressure": 500.0, "chamberB.pressure": 500.0,
          "frictionForce": 0.05, "force": 0.05}  # fmt: skip
 """Standard deviations of usual sensors in SI units."""
+LONGEST = 10.0
+"""Length in m beyond which no machine goes."""
 LOUDEST = {"m": 0.01, "m/s": 1.0, "Pa": 1e5, "N": 1e3}
 """Noise in SI units beyond which no sensor is of use, so that another unit was meant."""
 
@@ -170,7 +173,8 @@ def plan(
     kind = sensed(experiment, law, settings)
     free = free_parameters(kind, fit)
     values = {parameter.name: parameter.start for parameter in free}
-    noises = {**NOISE, **noises_of(noise or {})}
+    checks.submits("executor", executor)
+    noises = {**NOISE, **noises_of(checks.mapping("noise", noise))}
     judge = _Judge(kind, tuple(free), noises, driven, time)
     candidates: list[Candidate] = []
     refusals: list[str] = []
@@ -207,6 +211,11 @@ def excitations(experiment: str, duration: float, step: float, stroke: float) ->
     stroke = quantities.number_in("m", "stroke", stroke)
     if not duration >= 100 * step > 0.0:
         raise ValueError(f"duration {duration} s and step {step} s: there must be at least 100 samples")
+    if stroke > LONGEST:
+        raise ValueError(
+            f"{said('stroke', stroke)} m: it must be at most {LONGEST:g} m; did you mean {stroke:g} mm, which is "
+            f"{1e-3 * stroke:g} m?"
+        )
     if not stroke > 0.0:
         raise ValueError(f"{said('stroke', stroke)} m: it must be positive")
     time = np.arange(round(duration / step) + 1, dtype=np.float64) * step

@@ -84,6 +84,11 @@ def columns_of(given: str | Mapping[str, str]) -> dict[str, Column]:
     if not isinstance(given, Mapping):
         raise TypeError(f"columns must be a text or a mapping of signals to columns, not {given!r}")
     columns = {signal: Column.of(signal, str(text)) for signal, text in given.items()}
+    seen: dict[str, str] = {}
+    for signal, column in columns.items():
+        first = seen.setdefault(column.typed.removeprefix("-").lstrip(), signal)
+        if first != signal:
+            raise ValueError(f"{said('columns')}: {column.name} is given for {first} and for {signal}; which is it?")
     if "time" not in columns:
         raise ValueError(f"{said('columns')}: no column is given for time, for example time=t")
     return columns
