@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
+from pneumatic_servo.bundled import parameter_sets
 from pneumatic_servo.errors import warn
 from pneumatic_servo.variables import Value, Variable, Variables
 
@@ -95,12 +97,35 @@ def tell_runs(
             stated.append(name)
         elif all(reasons):
             lost.setdefault(reasons[0], []).append(name)
+    if lost:
+        of_sets = {name for name in suspects if _is_of_a_set(name, runs)}
+        lost = {reason: kept for reason, names in lost.items() if (kept := [n for n in names if n not in of_sets])}
     if stated:
         _tell_law(variables, {str(own.get(LAW)) for own in every}, stated, where)
     for reason, names in lost.items():
         shown = ", ".join(names[:MOST]) + (f" and {len(names) - MOST} more" if len(names) > MOST else "")
         verb, pronoun = ("has", "it counts") if len(names) == 1 else ("have", "they count")
         warn(f"{where}{shown} {verb} no effect: {pronoun} only with {reason}")
+
+
+def _is_of_a_set(name: str, runs: Sequence[Mapping[str, Value]]) -> bool:
+    """Tell whether runs have the value of a named set of parameters, and all else that the set states.
+
+    A set describes a whole rig, whose other valve or law a run may well leave aside.
+    """
+    return all(
+        any(values.get(name, ...) == own.get(name) and values.keys() <= own.keys() for values in _sets())
+        for own in runs if name in own
+    )  # fmt: skip
+
+
+@cache
+def _sets() -> tuple[Mapping[str, Value], ...]:
+    try:
+        return tuple(parameter_sets().values())
+    except FileNotFoundError:
+        # A package that was built without FMUs has none.
+        return ()
 
 
 def reason_for(variables: Variables, settings: Mapping[str, Value], name: str) -> str:

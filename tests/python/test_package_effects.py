@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from pneumatic_servo.effects import NEEDS
 
 SHORT: dict[str, Any] = {"stop": 0.01, "step": 1e-3}
 QUIET: dict[str, Any] = {**SHORT, "progress": False}
@@ -60,6 +61,59 @@ def test_value_that_counts_is_not_told(settings: Mapping[str, Any]) -> None:
         ps.Model().simulate(settings, inputs={"valveVoltage": 6.0}, **SHORT)
         for run in ps.parameter_sets().values():
             ps.Model().start(run)
+
+
+def test_set_of_a_whole_rig_may_be_used_in_part() -> None:
+    rig = {**ps.parameter_sets()["Rig"], "supplyPressure": 6e5, "actuation": "PressureRegulator"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        ps.Model().start(rig)
+        ps.Model().simulate_many({"mass.moving": [1.0, 1.1]}, common=rig, **QUIET)
+    # What is changed of it, and what is no part of it, is told.
+    for changed in ({"valve.C": 3e-9}, {"friction.lugre.Fs": 40.0}):
+        with pytest.warns(ps.PlantWarning, match=f"^{next(iter(changed))} has no effect"):
+            ps.Model().start({**rig, **changed})
+
+
+HOSES = {"hoseA.length": 1.0, "hoseB.length": 1.0}
+COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "thermal.exponent": ({"thermal.exponent": 1.3}, {"thermal.model": "Polytropic"}),
+    "thermal.heatTransfer": ({"thermal.heatTransfer": 90.0}, {"thermal.model": "EnergyBalance"}),
+    "valve.tableA.opening": ({"valve.tableA.opening[3]": 0.12}, {"valve.characteristic": "Table"}),
+    "valve.deadZone": ({"valve.deadZone": 0.1}, {"valve.characteristic": "Linear"}),
+    "hoseA.diameter": ({"hoseA.diameter": 0.002}, {"hoseA.length": 1.0}),
+    "hoseB.diameter": ({"hoseB.diameter": 0.002}, {"hoseB.length": 1.0}),
+    "throttle.direction": ({"throttle.direction": "MeterIn"}, {"throttleA.C": 1e-9, **HOSES}),
+    "throttle.free": ({"throttle.free": 1e-10}, {"throttleA.C": 1e-9, **HOSES}),
+    "throttle.b": ({"throttle.b": 0.5}, {"throttleA.C": 1e-9, **HOSES}),
+    "cushion.C": ({"cushion.C": 1e-11}, {"cushion.length": 0.3, **HOSES}),
+    "supply.C": ({"supply.C": 1e-9}, {"supply.volume": 1e-3}),
+    "supply.b": ({"supply.b": 0.5}, {"supply.volume": 1e-4, "supply.C": 1e-9}),
+    "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
+    "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),
+    "chamberB.pressure0": ({"chamberB.pressure0": 3e5}, {"chamberB.open": False}),
+    "solver.step": ({"solver.step": 1e-4}, {"solver.scheme": "ImplicitEuler"}),
+    "solver.relativeTolerance": ({"solver.relativeTolerance": 1e-3}, {"solver.scheme": "Adaptive"}),
+}
+"""A value of each parameter that needs an option, and the option."""
+
+
+@pytest.mark.parametrize("name", COUNTING)
+def test_option_that_is_named_is_the_one_that_makes_it_count(name: str) -> None:
+    """What the texts of effects say is what the plant does: bits change with the option, and with it alone."""
+    value, option = COUNTING[name]
+    moving = {"inputs": {"valveVoltage": 9.0}, "stop": 0.3, "step": 1e-3, "outputs": ["position", "chamberA.pressure"]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        run, without = (ps.Model().simulate({**option, **own}, **moving) for own in (value, {}))
+    assert not np.array_equal(run["chamberA.pressure"], without["chamberA.pressure"])
+    needs = {need.names.pattern for need in NEEDS if need.names.fullmatch(next(iter(value)))}
+    assert len(needs) == 1
+
+
+def test_each_option_that_is_named_is_tried() -> None:
+    tried = [next(iter(value)) for value, _ in COUNTING.values()]
+    assert [need.text for need in NEEDS if not any(need.names.fullmatch(name) for name in tried)] == []
 
 
 def test_value_without_effect_is_told_once_while_running() -> None:

@@ -10,8 +10,6 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-# The set states the valve of the rig, too, where the rig runs under its pressure regulator.
-@pytest.mark.filterwarnings("ignore:.*have no effect")
 def test_set_rig_does_what_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "studies"))
     from common import parameter_set
