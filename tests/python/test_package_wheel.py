@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterable, Mapping
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
+import tomllib
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 PROGRAM = """
 import shutil
@@ -18,6 +24,42 @@ run = ps.Model("PneumaticServoCylinder").simulate({"friction.law": "LuGre"}, inp
 assert run["position"][-1] > 0.25
 print(ps.__file__)
 """
+
+
+README = (Path(__file__).parents[2] / "python" / "README.md").read_text(encoding="utf-8")
+
+
+def brought(requirements: Iterable[str], known: Mapping[str, float]) -> dict[str, float]:
+    """What requirements bring besides what is known, with the MB of each as it is installed here."""
+    found = dict(known)
+    for text in requirements:
+        requirement = Requirement(text)
+        name = canonicalize_name(requirement.name)
+        if name in found or (requirement.marker and not requirement.marker.evaluate({"extra": ""})):
+            continue
+        package = distribution(name)
+        files = [Path(str(file.locate())) for file in package.files or []]
+        found[name] = 1e-6 * sum(file.stat().st_size for file in files if file.exists() and file.suffix != ".pyc")
+        found |= brought(package.requires or [], found)
+    return {name: size for name, size in found.items() if name not in known}
+
+
+def test_page_says_what_each_extra_brings() -> None:
+    """Without compiled modules it is less by some tenths; JAX and PyTorch are not in each environment of tests."""
+    with (Path(__file__).parents[2] / "python" / "pyproject.toml").open("rb") as stream:
+        project = tomllib.load(stream)["project"]
+    extras = project["optional-dependencies"]
+    rows = dict(re.findall(r"^\| `(\w+)` \|[^|]*\| (\d+) \|", README, re.MULTILINE))
+    assert {*rows, "torch", "all"} == {*extras}
+    base = brought(project["dependencies"], {})
+    for extra in set(rows) - {"jax"}:
+        size = sum(brought(extras[extra], base).values())
+        assert 0.4 < size / float(rows[extra]) < 1.2, f"{extra}: {size:.0f} MB"
+    every = re.search(r"servo\[all\]' +# (\d+) MB more", README)
+    assert every is not None and 0.5 < sum(brought(extras["all"], base).values()) / float(every[1]) < 1.2
+    # PyArrow, the largest of all but JAX and PyTorch, is for Parquet alone.
+    assert [extra for extra in set(rows) - {"jax"} if "pyarrow" in brought(extras[extra], base)] == ["parquet"]
+    assert "pyarrow" not in brought(extras["all"], base)
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +98,17 @@ def test_wheel_runs_in_a_fresh_environment_without_rust(wheel: Path, tmp_path: P
         return done.stdout
 
     assert str(tmp_path) in run(programs / "python", "-c", PROGRAM)
+    [packages] = [file.parent for file in (tmp_path / "venv").rglob("pneumatic_servo")]
+    assert not (packages / "pandas").exists() and not (packages / "scipy").exists()
+    size = 1e-6 * sum(file.stat().st_size for file in packages.rglob("*") if file.is_file())
+    installer = 1e-6 * sum(
+        file.stat().st_size
+        for tool in ("pip", "setuptools")
+        for file in packages.rglob(f"{tool}/**/*")
+        if file.is_file()
+    )
+    stated = re.search(r"pip install pneumatic-servo +# (\d+) MB", README)
+    assert stated is not None and 0.7 < (size - installer) / float(stated[1]) < 1.2
     (tmp_path / "out").mkdir()
     run(programs / "pneumatic-servo", "fmu", "--out", "out")
     assert (tmp_path / "out" / "PneumaticServoCylinder.fmu").is_file()
