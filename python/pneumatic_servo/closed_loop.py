@@ -175,32 +175,6 @@ class Loop:
             values.check_range(self.model.inputs[name], made[name], time)
 
 
-def courses_of(inputs: Mapping[str, Any], grid: Grid) -> dict[str, Array]:
-    """Return the values of inputs at the begin of each step, by the rules of the extension module."""
-    times = grid.points()[:-1]
-    found = {}
-    for name, given in inputs.items():
-        if callable(given):
-            found[name] = np.array([float(given(time)) for time in times.tolist()])
-        elif isinstance(given, tuple):
-            found[name] = _between(times, *given)
-        else:
-            found[name] = np.full(len(times), float(given))
-    return found
-
-
-def _between(times: Array, points: Array, column: Array) -> Array:
-    last = np.searchsorted(points, times, side="right") - 1
-    inside = np.clip(last, 0, max(len(points) - 2, 0))
-    after = np.minimum(inside + 1, len(points) - 1)
-    gap = points[after] - points[inside]
-    share = (times - points[inside]) / np.where(gap > 0.0, gap, 1.0)
-    between = column[inside] + share * (column[after] - column[inside])
-    exact = (last == len(points) - 1) | (points[np.maximum(last, 0)] == times)
-    found: Array = np.where(exact, column[np.maximum(last, 0)], between)
-    return np.where(last < 0, column[0], found)
-
-
 def _steps(argument: str, duration: float, step: float, least: int) -> int:
     """Return how many communication steps a duration is."""
     count = round(duration / step)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, defaults
+from pneumatic_servo import _native, defaults, resting
 from pneumatic_servo.checks import names
 from pneumatic_servo.errors import NoDerivative
 from pneumatic_servo.grid import Grid
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from pneumatic_servo.model import Model, Parameters
 
 Array = NDArray[np.float64]
-_RESTS = "to either side it is another; with a voltage that rests it is so, unless valve.hysteresis is 0"
 
 
 class Trajectory:
@@ -46,7 +45,10 @@ class Trajectory:
         given: Parameters | None,
         stop: float | None,
         step: float | None,
+        at_rest: str = "mean",
     ) -> None:
+        resting.check(at_rest)
+        self._at_rest = at_rest
         self.parameters, self.inputs = names("parameters", parameters), names("inputs", inputs)
         for name in self.parameters:
             if name not in model.parameters:
@@ -98,10 +100,31 @@ class Trajectory:
         followed = self._followers(parameters, settings).items()
         seeds = [*by.items(), *((name, slope * by[leader]) for name, (leader, slope) in followed)]
         found = _native.tangent(model, settings, driven, grid, outputs, added, seeds)
+        if np.isnan(found).any() and self._at_rest != "refuse" and resting.VOLTAGE in self.inputs:
+            found = self._pushed_at_rest(parameters, inputs, added, seeds)
         lacking = np.isnan(found).any(axis=0)
         if lacking.any():
-            raise NoDerivative(float(self.times[np.argmax(lacking)]), "what is recorded", _RESTS)
+            raise NoDerivative(float(self.times[np.argmax(lacking)]), "what is recorded", resting.REASON)
         return found
+
+    def _pushed_at_rest(
+        self, parameters: Array, inputs: Array, added: Array, seeds: Sequence[tuple[str, float]]
+    ) -> Array:
+        """Return the change along a direction that moves a voltage which rests."""
+        model, settings, driven, grid, outputs = self._arguments(parameters, inputs)
+        if self._at_rest == "zero":
+            every_row = np.ones((len(outputs), len(self.times)))
+            by_inputs, _, _ = _native.gradient(model, settings, driven, grid, outputs, every_row, [])
+            moved = added.copy()
+            every = list(self._model.inputs)
+            moved[every.index(resting.VOLTAGE), resting.lacking(every, by_inputs)] = 0.0
+            return _native.tangent(model, settings, driven, grid, outputs, moved, seeds)
+        row = self.inputs.index(resting.VOLTAGE)
+        sides = [
+            _native.tangent(model, settings, self._driven(_with_row(inputs, row, side)), grid, outputs, added, seeds)
+            for side in resting.nearby(np.asarray(inputs[row], dtype=np.float64))
+        ]
+        return np.asarray(np.mean(sides, axis=0))
 
     def pull(self, parameters: Array, inputs: Array, cotangents: Array) -> tuple[Array, Array]:
         """Return how the sum of what is recorded times cotangents changes with parameters and inputs."""
@@ -111,10 +134,17 @@ class Trajectory:
         by = [*self.parameters, *followed]
         found, _, slopes = _native.gradient(model, settings, driven, grid, outputs, weights, by)
         of_parameters = along_leaders(self.parameters, np.asarray(slopes), followed)
+        if resting.VOLTAGE in self.inputs:
+            row = self.inputs.index(resting.VOLTAGE)
+
+            def again(voltage: Array) -> Array:
+                held = self._driven(_with_row(inputs, row, voltage))
+                return _native.gradient(model, settings, held, grid, outputs, weights, by)[0]
+
+            every = list(self._model.inputs)
+            found = resting.settled(every, found, self._at_rest, lambda: np.asarray(inputs[row], float), again)
         of_inputs = found[self._places]
-        for name, row in zip(self.inputs, np.isnan(of_inputs), strict=True):
-            if row.any():
-                raise NoDerivative(float(self.times[np.argmax(row)]), name, _RESTS)
+        resting.refuse(self.inputs, of_inputs, self.times)
         for name, slope in zip(self.parameters, of_parameters, strict=True):
             if np.isnan(slope):
                 raise NoDerivative(0.0, name, "what follows depends on it in another way to either side")
@@ -135,6 +165,12 @@ class Trajectory:
     def _arguments(self, parameters: Array, inputs: Array) -> tuple[Any, ...]:
         settings = self._model._fitted(self._settings(parameters))
         return self._model._native, list(settings.items()), self._driven(inputs), self._grid.numbers, self.outputs
+
+
+def _with_row(inputs: Array, row: int, course: Array) -> Array:
+    moved = np.array(inputs, dtype=np.float64)
+    moved[row] = course
+    return moved
 
 
 class Function:

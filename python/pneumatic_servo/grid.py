@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.checks import whole_number
 from pneumatic_servo.values import seconds
+
+Array = NDArray[np.float64]
 
 MOST = 2.0**53
 """Steps up to which each has a number of its own."""
@@ -68,3 +72,29 @@ class Grid:
     def numbers(self) -> tuple[float, float, int, int]:
         """Start, step, count and steps per row, as the extension module takes them."""
         return self.start, self.step, self.count, self.every
+
+
+def courses_of(inputs: Mapping[str, Any], grid: Grid) -> dict[str, Array]:
+    """Return the values of inputs at the begin of each step, by the rules of the extension module."""
+    times = grid.points()[:-1]
+    found = {}
+    for name, given in inputs.items():
+        if callable(given):
+            found[name] = np.array([float(given(time)) for time in times.tolist()])
+        elif isinstance(given, tuple):
+            found[name] = _between(times, *given)
+        else:
+            found[name] = np.full(len(times), float(given))
+    return found
+
+
+def _between(times: Array, points: Array, column: Array) -> Array:
+    last = np.searchsorted(points, times, side="right") - 1
+    inside = np.clip(last, 0, max(len(points) - 2, 0))
+    after = np.minimum(inside + 1, len(points) - 1)
+    gap = points[after] - points[inside]
+    share = (times - points[inside]) / np.where(gap > 0.0, gap, 1.0)
+    between = column[inside] + share * (column[after] - column[inside])
+    exact = (last == len(points) - 1) | (points[np.maximum(last, 0)] == times)
+    found: Array = np.where(exact, column[np.maximum(last, 0)], between)
+    return np.where(last < 0, column[0], found)

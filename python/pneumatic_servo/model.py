@@ -11,10 +11,10 @@ import numpy as np
 
 from pneumatic_servo import _native, defaults, effects, noticed, progress, values
 from pneumatic_servo.checks import names, submits, whole_number
-from pneumatic_servo.closed_loop import Controller, Loop, courses_of
+from pneumatic_servo.closed_loop import Controller, Loop
 from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
-from pneumatic_servo.grid import Grid
+from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.inputs import (
     Input,
     Inputs,
@@ -123,7 +123,7 @@ class Model(ModelDescription):
         self._tell_saturated(settings)
         effects.tell(self.variables, given)
         noticed.tell(self.variables, native.notices())
-        return Simulation(native, self, settings)
+        return Simulation(native, self, settings, defaults.followers(self.variables, given, settings))
 
     def simulate(
         self,
@@ -230,7 +230,6 @@ class Model(ModelDescription):
         driven = [(name, course(self.inputs, name, given)) for name, given in inputs.items()]
         recorded = self._recorded(outputs, inputs)
         by = names("sensitivities", sensitivities)
-        effects.tell_by(self.variables, settings, by)
         given, settings = settings, self._fitted(settings)
         followers = defaults.followers(self.variables, given, settings)
         followed = {name: follows for name, follows in followers.items() if follows[0] in by and name not in by}
@@ -248,6 +247,7 @@ class Model(ModelDescription):
             _raise(ended, run)
         self._tell_saturated(settings)
         effects.tell(self.variables, given)
+        effects.tell_by(self.variables, given, by)
         for name, (low, high) in zip(inputs, extremes, strict=True):
             noticed.tell_saturation(self.inputs[name], low, high)
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}

@@ -15,6 +15,7 @@ from pneumatic_servo import checks
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.resting import AtRest
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
 from pneumatic_servo.variables import Variables
 
@@ -169,7 +170,9 @@ class Run:
         columns = [self.time, *self._given()]
         write_csv(Path(file), ["time", *self.variables], zip(*(column.tolist() for column in columns), strict=True))
 
-    def vjp(self, cotangents: Mapping[str, Any], *, parameters: Sequence[str] = ()) -> Gradient:
+    def vjp(
+        self, cotangents: Mapping[str, Any], *, parameters: Sequence[str] = (), at_rest: AtRest = "mean"
+    ) -> Gradient:
         """Return how a scalar of the run changes with all its inputs at each step, its start and parameters.
 
         The scalar is the sum over rows and variables of what was recorded times its cotangents. The run is made again,
@@ -182,6 +185,10 @@ class Run:
             By the names of computed variables arrays of shape (rows,), or a number for all rows.
         parameters : sequence of str
             Real parameters by which it is differentiated, too.
+        at_rest : str
+            What stands for the derivative by a voltage that rests from one step to the next, where more of it drags the
+            play of the valve and less does not: the ``mean`` of both sides, with which a search can begin, and which
+            takes three times as long; ``zero``; or ``refuse``, an error.
 
         Returns
         -------
@@ -208,7 +215,7 @@ class Run:
         for name in mapping("cotangents", cotangents):
             if _kind(self.variables, name) != "real":
                 raise ValueError(f"{name} is no real number, and has no derivative")
-        return self._replay.gradient(cotangents, checks.names("parameters", parameters), len(self))
+        return self._replay.gradient(cotangents, checks.names("parameters", parameters), len(self), at_rest)
 
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native
+from pneumatic_servo import _native, resting
 from pneumatic_servo.errors import NoDerivative
-from pneumatic_servo.grid import Grid
+from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.variables import Value, Variables
 
@@ -171,8 +171,9 @@ class Transition:
     inputs, parameters, outputs : tuple of str
         Names of u, which is added to the inputs over the whole step, of p and of y.
     lost : dict
-        States, inputs and parameters without a derivative, and why; their columns are NaN. So it is with the voltage
-        while it rests, unless ``valve.hysteresis`` is 0: more of it moves the spool, and less does not.
+        States, inputs and parameters without a derivative, and why; their columns are NaN. With ``at_rest="refuse"`` so
+        it is with the voltage while it rests, unless ``valve.hysteresis`` is 0: more of it moves the spool, and less
+        does not.
     """
 
     A: Array
@@ -202,6 +203,20 @@ class Transition:
         x, next_x, u, by, of = map(tuple, (states, next_states, inputs, parameters, outputs))
         return cls(a, b, c, d, p, q, x, next_x, u, by, of, reasons)
 
+    def along_leaders(self, parameters: Sequence[str], followers: Followers) -> Transition:
+        """Return the transition by parameters alone: with one varies what follows it, whose columns stand behind."""
+        by = tuple(parameters)
+        if by == self.parameters:
+            return self
+        used = {name: own for name, own in followers.items() if name in self.parameters}
+        rows = [self.parameters.index(name) for name in (*by, *used)]
+        p, q = (along_leaders(by, matrix.T[rows], used).T for matrix in (self.P, self.Q))
+        lost = {name: why for name, why in self.lost.items() if name not in self.parameters or name in by}
+        for name, (leader, _) in used.items():
+            if name in self.lost:
+                lost.setdefault(leader, self.lost[name])
+        return replace(self, P=p, Q=q, parameters=by, lost=lost)
+
 
 @dataclass(frozen=True)
 class Gradient:
@@ -210,9 +225,7 @@ class Gradient:
     Attributes
     ----------
     inputs : dict
-        With what is added to each input over each step: an array of shape (steps,) by its name, with NaN where there is
-        no derivative. So it is with the voltage while it rests, unless ``valve.hysteresis`` is 0: more of it moves the
-        spool, and less does not.
+        With what is added to each input over each step: an array of shape (steps,) by its name.
     states : dict
         With the states at the begin, and with the numbers that the memory keeps then.
     parameters : dict
@@ -227,6 +240,12 @@ class Gradient:
 class Replay:
     """What a run is made of, so that it can be made again."""
 
+    def _voltage(self) -> Array:
+        """Return the valve voltage over each step."""
+        begin = self._native.start(list(self._settings.items()), self._grid.start).get(resting.VOLTAGE)
+        given = dict(self._inputs).get(resting.VOLTAGE, begin)
+        return courses_of({resting.VOLTAGE: given}, self._grid)[resting.VOLTAGE]
+
     def __init__(
         self,
         native: _native.Model,
@@ -239,8 +258,11 @@ class Replay:
         self._native, self._settings, self._inputs, self._grid, self._names = native, settings, inputs, grid, names
         self._followers = followers
 
-    def gradient(self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int) -> Gradient:
+    def gradient(
+        self, cotangents: Mapping[str, Any], parameters: Sequence[str], rows: int, at_rest: str = "mean"
+    ) -> Gradient:
         """Return the gradient of the sum of recorded variables times cotangents."""
+        resting.check(at_rest)
         if rows != self._grid.rows:
             raise ValueError("the run has not come to its end, and has no gradient")
         weights = np.zeros((len(cotangents), rows))
@@ -256,15 +278,21 @@ class Replay:
             for name, follows in self._followers.items()
             if follows[0] in parameters and name not in parameters
         }
-        inputs, states, slopes = _native.gradient(
-            self._native,
-            list(self._settings.items()),
-            self._inputs,
-            self._grid.numbers,
-            list(cotangents),
-            weights,
-            [*parameters, *followed],
-        )
+
+        def made(driven: Sequence[tuple[str, Any]]) -> tuple[Array, Sequence[tuple[str, float]], Sequence[float]]:
+            settings = [own for own in self._settings.items() if own[0] not in dict(driven)]
+            return _native.gradient(
+                self._native, settings, list(driven), self._grid.numbers, list(cotangents), weights,
+                [*parameters, *followed],
+            )  # fmt: skip
+
+        def again(voltage: Array) -> Array:
+            held = (resting.VOLTAGE, (self._grid.points()[:-1], voltage))
+            return made([*(own for own in self._inputs if own[0] != resting.VOLTAGE), held])[0]
+
+        inputs, states, slopes = made(self._inputs)
+        inputs = resting.settled(self._names, inputs, at_rest, self._voltage, again)
+        resting.refuse(self._names, inputs, self._grid.points())
         of_parameters = along_leaders(parameters, np.asarray(slopes), followed).tolist()
         return Gradient(
             dict(zip(self._names, inputs, strict=True)), dict(states), dict(zip(parameters, of_parameters, strict=True))

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from reprlib import repr as shortened
 from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo import _native, checks, effects, noticed, values
+from pneumatic_servo import _native, checks, effects, noticed, resting, values
 from pneumatic_servo.checks import mapping
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.sensitivities import Transition
+from pneumatic_servo.resting import AtRest
+from pneumatic_servo.sensitivities import Followers, Transition
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.variables import Value
 
@@ -68,8 +70,12 @@ class Simulation:
     True
     """
 
-    def __init__(self, native: _native.Simulation, model: ModelDescription, settings: Mapping[str, Value]) -> None:
+    def __init__(
+        self, native: _native.Simulation, model: ModelDescription, settings: Mapping[str, Value],
+        followers: Followers | None = None,
+    ) -> None:  # fmt: skip
         self._native = native
+        self._followers = dict(followers or {})
         self._model = model
         self._settings = dict(settings)
         self._told: set[str] = set()
@@ -119,7 +125,7 @@ class Simulation:
         return MEANT.get(name, "") or did_you_mean(name, [*model.variables, *METHODS])
 
     def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Any, ...]]:
-        return _resumed, (self._model, self._settings, self.save())
+        return _resumed, (self._model, self._settings, self.save(), self._followers)
 
     def __repr__(self) -> str:
         return f"<Simulation of {self._model.name} at t = {self.time:g} s>"
@@ -217,7 +223,14 @@ class Simulation:
         """
         return self._native.jacobian(checks.names("of", of), checks.names("to", to))
 
-    def transition(self, size: float, *, parameters: Sequence[str] = (), outputs: Sequence[str] = ()) -> Transition:
+    def transition(
+        self,
+        size: float,
+        *,
+        parameters: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        at_rest: AtRest = "mean",
+    ) -> Transition:
         """Integrate over a step of a size in s, and return what it does to small changes, exact through events.
 
         Parameters
@@ -228,11 +241,15 @@ class Simulation:
             Real parameters with columns of their own.
         outputs : sequence of str
             Computed variables whose change at the end is asked for.
+        at_rest : str
+            What stands for the derivative by a voltage that rests, where more of it drags the play of the valve and
+            less does not: the ``mean`` of both sides, for which the step is made twice more; ``zero``; or ``refuse``:
+            the column is NaN then, and ``lost``.
 
         Returns
         -------
         Transition
-            ``A, B, C, D = simulation.transition(...)``, with names.
+            ``A, B, C, D = simulation.transition(...)``, with names. With a parameter varies what follows it.
 
         Raises
         ------
@@ -249,8 +266,14 @@ class Simulation:
         >>> A.shape[1] == len(A), C.shape == (1, len(A)), D.shape
         (True, True, (1, 3))
         """
-        by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
-        return Transition._of(self._native.transition(size, by, of), list(self._model.inputs), by, of)
+        resting.check(at_rest)
+        asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
+        before = asked.before(self, at_rest)
+        return asked.settled(self, self._native.transition(*asked.of(self)), before, at_rest)
+
+    def _followed(self, parameters: Sequence[str]) -> dict[str, tuple[str, float]]:
+        """Return the defaults that follow some of the parameters and are not asked for themselves."""
+        return {name: own for name, own in self._followers.items() if own[0] in parameters and name not in parameters}
 
 
 METHODS = ("step", "set", "get", "save", "restore", "states", "move_states", "jacobian", "transition")
@@ -267,6 +290,7 @@ def transitions(
     *,
     parameters: Sequence[str] = (),
     outputs: Sequence[str] = (),
+    at_rest: AtRest = "mean",
     workers: int | None = None,
 ) -> list[Transition]:
     """Integrate many simulations over a step of a size in s, on all cores, and return what each step does.
@@ -280,7 +304,7 @@ def transitions(
         Each of them another one.
     size : float
         Size of the step in s.
-    parameters, outputs : sequence of str
+    parameters, outputs, at_rest
         As for `Simulation.transition`.
     workers : int, optional
         Number of threads; by default one per core that this process may use.
@@ -306,14 +330,78 @@ def transitions(
     """
     if not isinstance(simulations, Sequence):
         raise TypeError(f"simulations must be a list of simulations, not {shortened(simulations)}")
-    by, of = checks.names("parameters", parameters), checks.names("outputs", outputs)
+    resting.check(at_rest)
+    asked = _Asked(size, checks.names("parameters", parameters), checks.names("outputs", outputs))
     threads = available_cores() if workers is None else checks.whole_number("workers", workers, least=1)
-    told = _native.transitions([simulation._native for simulation in simulations], size, by, of, threads)
-    return [Transition._of(it, list(own._model.inputs), by, of) for it, own in zip(told, simulations, strict=True)]
+    # What follows differs from plant to plant; the extension module is asked for the same names of all.
+    followed = list(dict.fromkeys(name for own in simulations for name in own._followed(asked.parameters)))
+    before = [asked.before(own, at_rest) for own in simulations]
+    natives = [simulation._native for simulation in simulations]
+    told = _native.transitions(natives, size, [*asked.parameters, *followed], asked.outputs, threads)
+    return [
+        asked.settled(own, it, earlier, at_rest, followed)
+        for own, it, earlier in zip(simulations, told, before, strict=True)
+    ]
 
 
-def _resumed(model: ModelDescription, settings: Mapping[str, Value], saved: SavedState) -> Simulation:
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of a step."""
+
+    size: float
+    parameters: list[str]
+    outputs: list[str]
+
+    def of(self, simulation: Simulation) -> tuple[float, list[str], list[str]]:
+        """Return it as the extension module takes it."""
+        return self.size, [*self.parameters, *simulation._followed(self.parameters)], self.outputs
+
+    def before(self, simulation: Simulation, at_rest: str) -> SavedState | None:
+        """Return the state before a step that may have to be made again."""
+        return simulation.save() if at_rest == "mean" and resting.VOLTAGE in simulation._model.inputs else None
+
+    def told(
+        self, simulation: Simulation, told: _native._Transition, followed: Sequence[str] | None = None
+    ) -> Transition:
+        """Return what the extension module tells of a step, with names."""
+        own = simulation._followed(self.parameters)
+        found = Transition._of(
+            told, list(simulation._model.inputs), [*self.parameters, *(own if followed is None else followed)],
+            self.outputs,
+        )  # fmt: skip
+        return found.along_leaders(self.parameters, own)
+
+    def settled(
+        self,
+        simulation: Simulation,
+        told: _native._Transition,
+        before: SavedState | None,
+        at_rest: str,
+        followed: Sequence[str] | None = None,
+    ) -> Transition:
+        """Return the transition of a step that was made, with the columns of a voltage that rests as chosen."""
+        found = self.told(simulation, told, followed)
+        if not found.lost or at_rest == "refuse":
+            return found
+        after = None if before is None else simulation.save()
+
+        def side(more: float) -> Transition:
+            assert before is not None
+            simulation.restore(before)
+            simulation.set_one(resting.VOLTAGE, simulation.get_one(resting.VOLTAGE) + more)
+            return self.told(simulation, simulation._native.transition(*self.of(simulation)))
+
+        try:
+            return resting.of_step(found, at_rest, side)
+        finally:
+            if after is not None:
+                simulation.restore(after)
+
+
+def _resumed(
+    model: ModelDescription, settings: Mapping[str, Value], saved: SavedState, followers: Followers
+) -> Simulation:
     """Return a simulation that goes on from a saved state; whatever is unusual about it was told before."""
-    simulation = Simulation(model._native.start(list(settings.items()), 0.0), model, settings)
+    simulation = Simulation(model._native.start(list(settings.items()), 0.0), model, settings, followers)
     simulation.restore(saved)
     return simulation

@@ -18,6 +18,7 @@ import numpy as np
 from pneumatic_servo.differentiable import Function, Trajectory
 from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.model import Model, Parameters
+from pneumatic_servo.resting import AtRest
 
 try:
     import torch
@@ -100,6 +101,7 @@ def trajectory(
     given: Parameters | None = None,
     stop: float | None = None,
     step: float | None = None,
+    at_rest: AtRest = "mean",
 ) -> Run:
     """Return a run of a model as a function that PyTorch differentiates, exactly through stick and slip.
 
@@ -113,6 +115,8 @@ def trajectory(
         Other parameters and start values, as for `Model.simulate`.
     stop, step : float, optional
         End and size of the steps in s.
+    at_rest : str
+        What stands for the derivative by a voltage that rests: as for `Run.vjp`.
 
     Returns
     -------
@@ -124,5 +128,8 @@ def trajectory(
     ValueError
         For names that are unknown or given twice, and outputs that are no real numbers.
     """
-    made = Trajectory(model, parameters=parameters, inputs=inputs, outputs=outputs, given=given, stop=stop, step=step)
+    made = Trajectory(
+        model, parameters=parameters, inputs=inputs, outputs=outputs, given=given, stop=stop, step=step,
+        at_rest=at_rest,
+    )  # fmt: skip
     return Run(made)

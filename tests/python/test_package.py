@@ -265,7 +265,7 @@ FORMS = "a constant, a pair (t, u)"
         (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": None}), ["valveVoltage = None", FORMS]),
         (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": "5"}), ["valveVoltage = '5'", FORMS]),
         (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": [5, [6]]}), ["valveVoltage = [5, [6]]"]),
-        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": lambda t: ""}), ["0.0 s valveVoltage = ''"]),
+        (lambda plant: plant.simulate_many([{}], inputs={"valveVoltage": lambda t: ""}), ["0 s valveVoltage = ''"]),
     ],
 )  # fmt: skip
 def test_value_of_another_kind_is_named(plant: ps.Model, call: Callable[[ps.Model], object], words: list[str]) -> None:

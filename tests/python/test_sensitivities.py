@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pneumatic_servo as ps
 import pytest
+from scipy.optimize import minimize
 
 GIVEN: dict[str, Any] = {
     "inputs": {"valveVoltage": lambda t: 5.0 + 2.0 * np.sin(2.0 * np.pi * t)},
@@ -300,19 +301,82 @@ def test_gradient_is_that_of_differences_of_runs(plant: ps.Model) -> None:
     assert gradient[104] > 4.0 * gradient[103], "the highest voltage lasts for some steps"
 
 
-def test_voltage_that_rests_has_no_derivative_unless_there_is_no_play(plant: ps.Model) -> None:
+def test_voltage_that_rests_is_treated_as_chosen(plant: ps.Model) -> None:
     """More of it moves the spool, less does not; parameters are none the worse."""
     given = {"inputs": {"valveVoltage": 6.5}, "stop": 0.2, "step": 1e-3, "outputs": ["position"]}
     for play in (0.01, 0.0):
         run = plant.simulate({"valve.hysteresis": play}, **given)
-        gradient = run.vjp({"position": 1.0}, parameters=["valve.C"])
-        assert np.isnan(gradient.inputs["valveVoltage"]).any() == (play > 0.0)
-        assert gradient.parameters["valve.C"] > 0.0
-        simulation = plant.start({"valve.hysteresis": play, "valveVoltage": 6.5})
+        for at_rest in ("mean", "zero", "refuse"):
+            simulation = plant.start({"valve.hysteresis": play, "valveVoltage": 6.5})
+            simulation.step(0.2)
+            step = simulation.transition(1e-3, outputs=["position"], at_rest=at_rest)
+            is_lost = play > 0.0 and at_rest == "refuse"
+            assert ("valveVoltage" in step.lost) == is_lost == bool(np.isnan(step.B[:, 0]).any())
+            assert "position" not in step.lost and np.isfinite(step.A[:, step.states.index("position")]).all()
+            if is_lost:
+                with pytest.raises(ps.NoDerivative, match=r"at valveVoltage: more of a voltage that rests .* at_rest$"):
+                    run.vjp({"position": 1.0}, at_rest=at_rest)
+            else:
+                gradient = run.vjp({"position": 1.0}, parameters=["valve.C"], at_rest=at_rest)
+                by_voltage = gradient.inputs["valveVoltage"]
+                assert np.isfinite(by_voltage).all() and by_voltage.any() == (play == 0.0 or at_rest == "mean")
+                assert gradient.parameters["valve.C"] > 0.0
+    with pytest.raises(ValueError, match="at_rest = 'nan' is refused: it must be one of mean, zero, refuse"):
+        run.vjp({"position": 1.0}, at_rest="nan")  # type: ignore[arg-type]
+
+
+def test_mean_at_rest_is_that_of_the_differences_to_both_sides(plant: ps.Model) -> None:
+    def at(more: float) -> ps.Simulation:
+        simulation = plant.start({"valveVoltage": 6.5, "solver.relativeTolerance": 1e-10})
+        simulation.step(0.05)
+        simulation["valveVoltage"] = 6.5 + more
+        return simulation
+
+    simulations = [at(more) for more in (0.0, 1e-4, -1e-4)]
+    found, _, _ = (one.transition(1e-3, outputs=["valve.spool"]) for one in simulations)
+    here, up, down = (one["valve.spool"] for one in simulations)
+    assert (up - here) / 1e-4 > 0.01 and down == here
+    assert found.D[0, 0] == pytest.approx(0.5 * (up - here) / 1e-4, rel=1e-4)
+    # The step that was made is the one that was asked for, and many at once have the same bits.
+    plain = at(0.0)
+    plain.step(1e-3)
+    assert plain.save().to_bytes() == simulations[0].save().to_bytes()
+    [alone] = ps.transitions([at(0.0)], 1e-3, outputs=["valve.spool"])
+    assert alone.D.tobytes() == found.D.tobytes() and alone.A.tobytes() == found.A.tobytes()
+
+
+def test_search_can_begin_with_a_voltage_that_rests(plant: ps.Model) -> None:
+    """The way of the carriage after 0.1 s, by 50 voltages that are all the same at first."""
+    points = 2e-3 * np.arange(50)
+
+    def cost(voltages: np.ndarray) -> tuple[float, np.ndarray]:
+        run = plant.simulate(inputs={"valveVoltage": {"hold": (points, voltages)}}, stop=0.1, step=2e-3,
+                             outputs=["position"])  # fmt: skip
+        weights = np.zeros(51)
+        weights[-1] = 1.0
+        off = 1e3 * (run["position"][-1] - 0.26)
+        return off**2, 2e3 * off * run.vjp({"position": weights}).inputs["valveVoltage"]
+
+    start = np.full(50, 6.5)
+    found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=[(0.1, 9.9)] * 50, options={"maxiter": 15})
+    assert found.fun < 1e-3 * cost(start)[0]
+
+
+@pytest.mark.filterwarnings("ignore:friction.stribeck.Fc = ")
+def test_what_follows_a_parameter_is_in_its_column(plant: ps.Model) -> None:
+    def at(force: float) -> ps.Simulation:
+        simulation = plant.start({"friction.stribeck.Fs": force, "valveVoltage": 8.0, "valve.hysteresis": 0.0})
         simulation.step(0.2)
-        step = simulation.transition(1e-3, outputs=["position"])
-        assert ("valveVoltage" in step.lost) == (play > 0.0) == bool(np.isnan(step.B[:, 0]).any())
-        assert "position" not in step.lost and np.isfinite(step.A[:, step.states.index("position")]).all()
+        return simulation
+
+    outputs = ["velocity", "frictionForce"]
+    found = at(7.0).transition(1e-3, parameters=["friction.stribeck.Fs"], outputs=outputs)
+    [many] = ps.transitions([at(7.0)], 1e-3, parameters=["friction.stribeck.Fs"], outputs=outputs)
+    assert found.parameters == ("friction.stribeck.Fs",) and many.Q.tobytes() == found.Q.tobytes()
+    alone = at(7.0).transition(1e-3, parameters=["friction.stribeck.Fs", "friction.stribeck.Fc"], outputs=outputs)
+    # Sliding friction is the part of it that the defaults are.
+    assert found.Q[:, 0] == pytest.approx(alone.Q[:, 0] + 8.3 / 11.0 * alone.Q[:, 1], rel=1e-12)
+    assert abs(found.Q[1, 0]) > 2.0 * abs(alone.Q[1, 0])
 
 
 def test_gradients_refuse_what_has_none(plant: ps.Model) -> None:
