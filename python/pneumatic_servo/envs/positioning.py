@@ -19,7 +19,10 @@ from pneumatic_servo.envs.drawing import Drawing, Frame, Window
 from pneumatic_servo.envs.task import OBSERVED, Array, Task, observations, rewards, voltages
 from pneumatic_servo.model import Model
 from pneumatic_servo.names import did_you_mean
+from pneumatic_servo.resting import AtRest
+from pneumatic_servo.resting import check as check_at_rest
 from pneumatic_servo.sensitivities import Transition
+from pneumatic_servo.simulation import SavedState, Simulation
 from pneumatic_servo.tasks import available_cores
 from pneumatic_servo.units import has_unit
 from pneumatic_servo.values import number_in
@@ -220,7 +223,12 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         return seen, reward, never, self._fleet.is_over(), self._info()
 
     def transitions(
-        self, actions: NDArray[np.float32], *, parameters: Sequence[str] = (), outputs: Sequence[str] = ()
+        self,
+        actions: NDArray[np.float32],
+        *,
+        parameters: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        at_rest: AtRest = "mean",
     ) -> list[tuple[Transition, ...]]:
         """Return what the period to come does to small changes under actions, exact through stick and slip.
 
@@ -230,7 +238,7 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         ----------
         actions : ndarray of shape (num_envs, 1)
             As for `step`.
-        parameters, outputs : sequence of str
+        parameters, outputs, at_rest
             As for `pneumatic_servo.Simulation.transition`.
 
         Returns
@@ -248,8 +256,10 @@ class VectorPositioning(VectorEnv[Observation, NDArray[np.float32], NDArray[Any]
         """
         if not self._randoms:
             raise ResetNeeded("transitions was called before reset")
+        check_at_rest(at_rest)
         by, of = names("parameters", parameters), names("outputs", outputs)
-        return self._fleet.transitions(_actions("actions", actions, [(self.num_envs, 1), (self.num_envs,)]), by, of)
+        given = _actions("actions", actions, [(self.num_envs, 1), (self.num_envs,)])
+        return self._fleet.transitions(given, by, of, at_rest)
 
     def render(self) -> tuple[Frame, ...] | None:
         """Return a picture of each plant, as in `Positioning`, with ``rgb_array``."""
@@ -379,11 +389,27 @@ class _Fleet:
         self.counts += 1
         return observations(self.stroke, seen, self.targets), rewards(task, seen, self.targets, actions)
 
-    def transitions(self, actions: Array, by: list[str], of: list[str]) -> list[tuple[Transition, ...]]:
+    def transitions(
+        self, actions: Array, by: list[str], of: list[str], at_rest: AtRest
+    ) -> list[tuple[Transition, ...]]:
         """Return what a period under actions does to small changes, substep by substep."""
         size, count = self.task.period / self.task.substeps, self.task.substeps
         told = self.native.transitions(voltages(actions), size, count, by, of)
-        return [tuple(Transition._of(step, self.inputs, by, of) for step in steps) for steps in told]
+        found = [tuple(Transition._of(step, self.inputs, by, of) for step in steps) for steps in told]
+        resting = [index for index, steps in enumerate(found) if any(step.lost for step in steps)]
+        if at_rest == "refuse" or not resting:
+            return found
+        # Each of these alone, since it is made again with a little more voltage, and with less.
+        model, states = Model("PneumaticServoCylinder"), self.native.save()
+        for index in resting:
+            settings = {**self.task.settings(model), **self.settings[index]}
+            alone = Simulation(model._native.start(list(settings.items()), 0.0), model, settings)
+            alone.restore(SavedState(states[index]))
+            alone.set_one("valveVoltage", float(voltages(actions)[index]))
+            found[index] = tuple(
+                alone.transition(size, parameters=by, outputs=of, at_rest=at_rest) for _ in range(count)
+            )
+        return found
 
     def draw(self, drawing: Drawing, index: int) -> None:
         """Draw a plant as it is."""
