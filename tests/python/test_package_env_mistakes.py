@@ -21,7 +21,7 @@ NAME = "pneumatic_servo/Positioning-v0"
     ({"law": "LuGre", "parameters": {"friction.law": "Dahl"}}, "given twice, by law and by friction.law"),
     ({"parameters": {"position0": 0.2}}, "position0 is refused: each episode draws where it begins"),
     ({"parameters": {"valveVoltage": 6.0}}, "valveVoltage is refused: actions are the voltage"),
-    ({"targets": ("0.1", "0.4")}, r"targets = \('0.1', '0.4'\) is refused"),
+    ({"targets": ("0.1", "0.4")}, r"targets: the text '0\.1' has no unit; write 0\.1 or '0\.1 m'"),
 ])  # fmt: skip
 def test_tasks_that_contradict_themselves_are_refused(task: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):

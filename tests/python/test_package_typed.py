@@ -130,6 +130,20 @@ def test_figure_can_be_shown() -> None:
     plt.close(figure)
 
 
+def test_pyplot_shows_figures_where_it_has_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As ``plt.show()`` does, which knows the figures of pyplot; without windows nobody would close them."""
+    import matplotlib as mpl
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+    run(6.0).plot()
+    assert plt.get_fignums() == []
+    monkeypatch.setattr(mpl, "get_backend", lambda: "TkAgg")
+    figure = run(6.0).plot()
+    assert [plt.figure(number) for number in plt.get_fignums()] == [figure]
+    plt.close("all")
+
+
 def test_part_of_a_study_keeps_its_numbers() -> None:
     runs = many([6.0, 7.0])
     part = runs.of([1])

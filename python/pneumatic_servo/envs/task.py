@@ -183,7 +183,8 @@ def _number(model: Model, name: str, given: Any) -> float:
 
 def _pair(argument: str, given: Any) -> tuple[Any, Any]:
     """Return the two ends of a range; one unit may stand behind both, as in ``([5, 7], "bar")``."""
-    if has_unit(given) and isinstance(given, tuple) and not any(has_unit(end) for end in given):
+    is_shared = isinstance(given, tuple) and has_unit(given) and not isinstance(given[0], str)
+    if is_shared and not any(has_unit(end) for end in given):
         values, unit = given
         ends = [(value, unit) for value in values] if np.ndim(values) == 1 else []
     else:
