@@ -7,16 +7,12 @@ each step, have both: elements of Clarke's generalized gradient.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.errors import NoDerivative
-
-if TYPE_CHECKING:
-    from pneumatic_servo.sensitivities import Transition
 
 Array = NDArray[np.float64]
 AtRest = Literal["mean", "zero", "refuse"]
@@ -77,27 +73,6 @@ def settled(
         for side in nearby(course()):
             found[row, where] += 0.5 * again(side)[row, where]
     return found
-
-
-def of_step(found: Transition, at_rest: str, side: Callable[[float], Transition]) -> Transition:
-    """Return the transition of a step with the columns of a resting voltage, and of the play that it drags, as chosen.
-
-    `side` returns the transition of the same step with so much more voltage.
-    """
-    names = [name for name, lost in found.lost.items() if lost.event == VOLTAGE]
-    if at_rest == "refuse" or not names:
-        return found
-    sides = [side(HARDLY), side(-HARDLY)] if at_rest == "mean" else []
-    if any(one.next_states != found.next_states or not one.lost.keys().isdisjoint(names) for one in sides):
-        return found
-    columns = {field: getattr(found, field).copy() for field in "ABCD"}
-    for name in names:
-        known, fields = (found.states, "AC") if name in found.states else (found.inputs, "BD")
-        place = known.index(name)
-        for field in fields:
-            own = [getattr(one, field)[:, place] for one in sides]
-            columns[field][:, place] = np.mean(own, axis=0) if own else 0.0
-    return replace(found, **columns, lost={name: lost for name, lost in found.lost.items() if name not in names})
 
 
 def refuse(names: Sequence[str], by_inputs: Array, points: Array) -> None:

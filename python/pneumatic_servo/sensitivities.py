@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -202,6 +202,26 @@ class Transition:
         reasons = {columns[column]: NoDerivative(time, event, reason) for column, time, event, reason in lost}
         x, next_x, u, by, of = map(tuple, (states, next_states, inputs, parameters, outputs))
         return cls(a, b, c, d, p, q, x, next_x, u, by, of, reasons)
+
+    def settled(self, at_rest: str, side: Callable[[float], Transition]) -> Transition:
+        """Return the transition with the columns of a resting voltage, and of the play that it drags, as chosen.
+
+        `side` returns the transition of the same step with so much more voltage.
+        """
+        names = [name for name, lost in self.lost.items() if lost.event == resting.VOLTAGE]
+        if at_rest == "refuse" or not names:
+            return self
+        sides = [side(resting.HARDLY), side(-resting.HARDLY)] if at_rest == "mean" else []
+        if any(one.next_states != self.next_states or not one.lost.keys().isdisjoint(names) for one in sides):
+            return self
+        columns = {field: getattr(self, field).copy() for field in "ABCD"}
+        for name in names:
+            known, fields = (self.states, "AC") if name in self.states else (self.inputs, "BD")
+            place = known.index(name)
+            for field in fields:
+                own = [getattr(one, field)[:, place] for one in sides]
+                columns[field][:, place] = np.mean(own, axis=0) if own else 0.0
+        return replace(self, **columns, lost={name: lost for name, lost in self.lost.items() if name not in names})
 
     def along_leaders(self, parameters: Sequence[str], followers: Followers) -> Transition:
         """Return the transition by parameters alone: with one varies what follows it, whose columns stand behind."""

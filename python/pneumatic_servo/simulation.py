@@ -392,7 +392,7 @@ class _Asked:
             return self.told(simulation, simulation._native.transition(*self.of(simulation)))
 
         try:
-            return resting.of_step(found, at_rest, side)
+            return found.settled(at_rest, side)
         finally:
             if after is not None:
                 simulation.restore(after)
