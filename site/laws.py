@@ -7,29 +7,25 @@ from __future__ import annotations
 
 import html
 import re
+import sys
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "studies"))
 
 import matplotlib as mpl
 import numpy as np
 import pneumatic_servo as ps
+import portraits
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from pneumatic_servo.figures import BLUE, GREEN, GREY, STYLE, VERMILION
+from pneumatic_servo.figures import BLUE, GREY, STYLE, VERMILION
+from portraits import BENCH, LAW, SOFT
 
-LAW = "friction.law"
-BENCH = "FrictionBench"
 CYLINDER = "PneumaticServoCylinder"
-
-SPEEDS = np.geomspace(1e-4, 0.1, 16)
-"""Speeds of the steady curve in m/s."""
-
-TURNS = [0.0, 7.0, -7.0, 7.0, 2.0, 6.0, -7.0]
-"""Loads of the presliding loops in N, from one turning point to the next; below break-away."""
 
 COURSE = [(1.3, 10.0), (1.0, 0.0), *[(0.25, 2.0), (0.25, -2.0)] * 4, (5.0, -4.0)]
 """How long in s the drive has which velocity in mm/s: it pulls, rests under load, turns often, and goes back slowly."""
@@ -79,7 +75,7 @@ def course(law: str) -> ps.Run:
         speeds += [speed * 1e-3] * 2
         begin += duration
     inputs = {"driveVelocity": (np.array(times), np.array(speeds))}
-    return ps.Model(BENCH).simulate({LAW: law, "spring.stiffness": 1000.0}, inputs=inputs, stop=begin, step=5e-3)
+    return ps.Model(BENCH).simulate({LAW: law, **SOFT}, inputs=inputs, stop=begin, step=5e-3)
 
 
 def write_laws(out: Path, fmu: Path, table: str) -> list[Law]:
@@ -222,8 +218,8 @@ PLOTS = [
 
 def draw_all(law: Law, reference: Law, folder: Path) -> None:
     drawn: dict[str, Callable[[Figure], None]] = {
-        "steady": lambda figure: draw_steady(figure.subplots(), steady_curve(law.name)),
-        "presliding": lambda figure: draw_presliding(figure.subplots(), presliding(law.name)),
+        "steady": lambda figure: portraits.draw_steady(figure.subplots(), portraits.steady_curve(law.name)),
+        "presliding": lambda figure: portraits.draw_presliding(figure.subplots(), portraits.presliding(law.name)),
         "stick-slip": lambda figure: draw_stick_slip(figure.subplots(), law.name),
         "course": lambda figure: draw_course(figure, law, reference),
     }
@@ -234,56 +230,8 @@ def draw_all(law: Law, reference: Law, folder: Path) -> None:
             figure.savefig(folder / f"{law.name}-{name}.svg", metadata={"Date": None, "Creator": None})
 
 
-def steady_curve(law: str) -> NDArray[np.float64]:
-    """Friction at constant speed, after 5 mm or 0.3 s, whichever takes longer; rows of velocity and force."""
-    rows = []
-    for velocity in [*-SPEEDS[::-1], *SPEEDS]:
-        plant = ps.Model(BENCH).start({LAW: law, "bench.drive": "PrescribedMotion", "driveVelocity": velocity})
-        plant.step(max(0.3, 5e-3 / abs(velocity)))
-        # A law with noise or samples has no single value: the mean of ten points shows its level.
-        forces = []
-        for _ in range(10):
-            plant.step(1e-3)
-            forces.append(plant["frictionForce"])
-        rows.append((velocity, np.mean(forces)))
-    return np.array(rows)
-
-
-def presliding(law: str) -> NDArray[np.float64]:
-    """A free mass under a load that changes slowly; rows of displacement in m and load in N."""
-    plant = ps.Model(BENCH).start({LAW: law, "bench.drive": "Free", "driveVelocity": 0.0})
-    rows = []
-    for begin, end in pairwise(TURNS):
-        for load in np.linspace(begin, end, 60, endpoint=False):
-            plant["appliedForce"] = load
-            plant.step(5e-3)
-            rows.append((plant["position"], load))
-    return np.array(rows)
-
-
-def draw_steady(axis: Axes, rows: NDArray[np.float64]) -> None:
-    axis.axhline(0, color=GREY, linewidth=0.6)
-    for half in np.split(rows, 2):
-        axis.plot(1e3 * half[:, 0], half[:, 1], ".-", color=GREEN, markersize=5)
-    axis.set_xscale("symlog", linthresh=0.1)
-    axis.set_xticks([-100, -1, 0, 1, 100], labels=["-100", "-1", "0", "1", "100"])
-    axis.set(ylim=(-14, 14), xlabel="Velocity in mm/s", ylabel="Friction force in N")
-
-
-def draw_presliding(axis: Axes, rows: NDArray[np.float64]) -> None:
-    displacement, load = rows.T
-    axis.plot(1e6 * displacement, load, color=VERMILION)
-    if np.ptp(displacement) < 1e-12:
-        axis.set_xlim(-1, 1)
-        axis.text(0.05, 0.9, "does not move", transform=axis.transAxes, color=GREY)
-    axis.set(xlabel="Displacement in µm", ylabel="Load in N")
-
-
 def draw_stick_slip(axis: Axes, law: str) -> None:
-    run = ps.Model(BENCH).simulate({LAW: law, "spring.stiffness": 1000.0, "driveVelocity": 0.01}, stop=3.0, step=1e-2)
-    axis.plot(run.time, 1e3 * run["drivePosition"], "--", color=GREY, label="drive")
-    axis.plot(run.time, 1e3 * run["position"], color=BLUE, label="mass")
-    axis.set(xlabel="Time in s", ylabel="Position in mm")
+    portraits.draw_stick_slip(axis, portraits.stick_slip(law))
     axis.legend()
 
 

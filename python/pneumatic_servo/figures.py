@@ -23,7 +23,9 @@ Values = NDArray[np.float64]
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
 GREY, SHADE = "#5a6570", "#eceff3"
 COLOURS = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]
-"""Colours that people with any colour vision tell apart."""
+"""Colours that people with any colour vision tell apart (Okabe and Ito)."""
+STROKES: list[Any] = ["-", "--", "-.", (0, (1, 1)), (0, (5, 1)), (0, (3, 1, 1, 1))]
+"""Styles of lines in the order of the colours, so that lines differ in print, too."""
 
 STYLE: Any = {
     "figure.dpi": 120,
@@ -226,7 +228,9 @@ def _panels(run: Recorded, names: Sequence[str]) -> list[tuple[str, list[str]]]:
 def _draw(axis: Axes, run: Recorded, variable: Variable, label: str, above: int = 0) -> None:
     # An input is held over each step; everything else moves between the rows.
     style = "steps-post" if variable.role == "input" else "default"
-    axis.plot(run.time, shown(run, variable.name), drawstyle=style, label=label, zorder=LINES + 0.01 * above)
+    stroke = STROKES[len(axis.get_lines()) % len(STROKES)]
+    values, order = shown(run, variable.name), LINES + 0.01 * above
+    axis.plot(run.time, values, drawstyle=style, linestyle=stroke, label=label, zorder=order)
 
 
 def _label(axis: Axes, text: str, unit: Unit) -> None:

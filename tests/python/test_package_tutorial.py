@@ -28,7 +28,7 @@ def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
 def test_tutorial_runs_and_shows_figures(notebook: Any) -> None:
     shown = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
     pictures = [output for output in shown if "image/png" in output.get("data", {})]
-    assert len(pictures) == 2
+    assert len(pictures) == 3
 
 
 def unfounded(cells: Any) -> Iterator[str]:
