@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 import tomllib
-from laws import COMPARED, Law, difference, write_laws
+from laws import COMPARED, Law, difference, properties, write_laws
 from PIL import Image
 
 PAGES = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "RELEASING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
@@ -57,7 +57,7 @@ def main() -> int:
         write(out / "models" / f"{fmu.stem}.md", model_page(fmu))
     chooser = (root / "docs" / "friction-laws.md").read_text(encoding="utf-8")
     laws = write_laws(out, arguments.fmus / "FrictionBench.fmu", chooser)
-    write(out / "laws" / "index.md", laws_page(laws))
+    write(out / "laws" / "index.md", laws_page(laws, properties(chooser)))
     write(out / "gallery.md", gallery_page(laws, arguments.gallery, out / "gallery"))
     write_python(out / "reference")
     write(out / "reference" / "command-line.md", command_line_page())
@@ -235,20 +235,49 @@ def raw(text: str) -> str:
     return f"``````{{raw}} html\n{text}\n``````\n"
 
 
-def laws_page(laws: list[Law]) -> str:
-    """All laws, the one first that differs most from the one that they are compared with."""
+WANTED = {
+    "sticks exactly": ("stiction", r"exact"),
+    "peak at break-away (Stribeck)": ("Stribeck", r"yes|jump"),
+    "presliding": ("presliding", r"."),
+    "nested loops close": ("non-local memory", r"."),
+    "break-away depends on the rate": ("rate-dependent break-away", r"."),
+    "no drift": ("drift", r"none"),
+}
+"""What a law may have to have, by the column of the table of properties and how a cell begins then."""
+
+
+def laws_page(laws: list[Law], known: dict[str, dict[str, str]]) -> str:
+    """All laws, the one first that differs most from the one that they are compared with, and a choice among them."""
     by_difference = sorted(laws, key=lambda law: -difference(law, laws))
+    boxes = "\n".join(
+        f'<label><input type="checkbox" value="{number}"> {text}</label>' for number, text in enumerate(WANTED)
+    )
+    rows = []
+    for law in by_difference:
+        has = [
+            str(number)
+            for number, (column, begin) in enumerate(WANTED.values())
+            if re.match(begin, known[law.name][column])
+        ]
+        rows.append(
+            f'<tr data-has="{" ".join(has)}"><td><a href="{law.name}.html">{law.name}</a></td>'
+            f"<td>{law.description}</td><td>{1e3 * difference(law, laws):.3g} mm</td></tr>"
+        )
+    table = (
+        '<fieldset id="chooser" hidden><legend>It must have</legend>\n' + boxes + "\n<output></output></fieldset>\n"
+        '<div class="scroll"><table id="laws">\n'
+        "<thead><tr><th>law</th><th>what it is</th><th>difference at most</th></tr></thead>\n<tbody>\n"
+        + "\n".join(rows)
+        + '\n</tbody></table></div>\n<script src="../_static/chooser.js"></script>'
+    )
     text = [
         "# The laws one by one\n",
         f"How far the mass on the bench is at most from where it would be under {COMPARED}, on one course: it is "
         "pulled by a spring at 10 mm/s until it breaks away, rests under the load, is turned every quarter of a second "
         "by 2 mm/s, and is drawn back at 4 mm/s. The law that differs most stands first. "
-        "[Which friction law?](../docs/friction-laws.md) helps to choose.\n",
-        "| law | what it is | difference at most |",
-        "|---|---|---|",
+        "[Which friction law?](../docs/friction-laws.md) tells what the words mean and helps to choose.\n",
+        raw(table),
     ]
-    for law in by_difference:
-        text.append(f"| [{law.name}]({law.name}.md) | {law.description} | {1e3 * difference(law, laws):.3g} mm |")
     figures = "\n".join(
         f'<figure><a href="{law.name}.html"><img src="{law.name}-course.svg" loading="lazy" '
         f'alt="Position over time under {law.name}, and its difference from {COMPARED}"></a>'

@@ -147,6 +147,35 @@ test("no two entries of the side bar have one name", async () => {
   await close();
 });
 
+test("each law has a page with its curves, and those are shown that have what is wanted", async () => {
+  const { page, close } = await open(browser, "laws/index.html");
+  const shown = () => page.locator("#laws tbody tr:visible a").allTextContents();
+  const all = await shown();
+  assert.ok(all.length > 20, String(all));
+  const known = await pages();
+  assert.deepEqual(all.filter((law) => !known.includes(`laws/${law}.html`)), []);
+  await page.getByLabel("sticks exactly").check();
+  const exact = await shown();
+  assert.ok(exact.includes("Stribeck") && !exact.includes("SmoothCoulomb") && !exact.includes("LuGre"), String(exact));
+  await page.getByLabel("sticks exactly").uncheck();
+  await page.getByLabel("nested loops close").check();
+  await page.getByLabel("peak at break-away").check();
+  assert.deepEqual((await shown()).sort(), ["GMS", "Leuven"]);
+  await page.locator("#laws tbody tr:visible a").first().click();
+  await page.waitForURL(/laws\/(GMS|Leuven)\.html/);
+  const widths = await page.locator(".law-plots img").evaluateAll(async (all) => {
+    for (const one of all) one.loading = "eager";
+    await Promise.all(all.map((one) => one.decode()));
+    return all.map((one) => one.naturalWidth);
+  });
+  assert.ok(widths.length >= 3 && widths.every((width) => width > 100), String(widths));
+  // The link opens the playground under this law.
+  await page.getByRole("link", { name: "Feel it stick and slip" }).click();
+  await page.waitForSelector("html[data-ready]");
+  assert.ok(["15", "16"].includes(await page.getByLabel("Friction law").inputValue()));
+  await close();
+});
+
 test("a visitor without a mouse gets into the text and to every starting point", async () => {
   const { page, close } = await open(browser, "index.html");
   await page.keyboard.press("Tab");
