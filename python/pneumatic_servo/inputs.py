@@ -236,6 +236,7 @@ def _formed(given: Mapping[str, Any]) -> tuple[Any, ...]:
             f"an input {shortened(dict(given))} is refused: it must be {{'hold': (t, u)}} or {{'lines': (t, u)}}"
         )
     pair = _as_points(given[form])
+    pair = _with_one_unit(pair) if isinstance(pair, tuple) else pair
     if not isinstance(pair, tuple) or len(pair) not in (2, 3) or np.ndim(pair[0]) != 1 or isinstance(pair[1], str):
         raise ValueError(f"an input {{{form!r}: {shortened(given[form])}}} is refused: it must have points (t, u)")
     return held(pair) if form == "hold" else pair
@@ -270,12 +271,7 @@ def _is_constant_with_unit(given: Any) -> bool:
 
 def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
     """Check times and values; the last axis of the values is that of the times."""
-    if given and _has_unit_behind(given[0]):
-        where = f"times of {variable.name}"
-        in_s = [to_si(float(one), given[0][1], "s", where) for one in np.ravel(given[0][0])]
-        given = (np.array(in_s), *given[1:])
-    if len(given) == 2 and _has_unit_behind(given[1]):
-        given = (given[0], *given[1])
+    given = _with_one_unit(given)
     unit = given[2] if len(given) == 3 and isinstance(given[2], str) else None
     if len(given) != 2 and unit is None:
         raise ValueError(f"{variable.name}: points are a pair of times and values, not {len(given)} arrays")
@@ -306,6 +302,14 @@ def points(variable: Variable, given: tuple[Any, ...]) -> tuple[Array, Array]:
         place = np.unravel_index(bad, column.shape)
         values.check_range(variable, float(column[place]), float(times[place[-1]]))
     return times, column
+
+
+def _with_one_unit(given: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return points as ``(t, u)`` or ``(t, u, unit)`` with t in s, also of ``((t, "ms"), (u, "mV"))``."""
+    if given and _has_unit_behind(given[0]):
+        in_s = [to_si(float(one), given[0][1], "s", "time") for one in np.ravel(given[0][0])]
+        given = (np.array(in_s), *given[1:])
+    return (given[0], *given[1]) if len(given) == 2 and _has_unit_behind(given[1]) else given
 
 
 def _has_unit_behind(given: Any) -> bool:

@@ -102,7 +102,9 @@ def tell_ends(variable: Variable, times: NDArray[np.float64], grid: Grid) -> Non
             f"does nothing; if its times are in ms, write 1e-3 * t"
         )
     # A table of samples ends one of its intervals early, as `arange` does.
-    interval = float(np.median(np.diff(times))) if len(times) > 2 else 0.0
+    # Points that are held have two of the same time, but for rounding.
+    intervals = np.diff(times)[np.diff(times) > LATE * grid.step]
+    interval = float(np.median(intervals)) if len(intervals) > 1 else 0.0
     if times[-1] + interval < last - LATE * grid.step:
         stop = grid.start + grid.count * grid.step
         warn(

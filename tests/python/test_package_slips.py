@@ -115,6 +115,10 @@ MEANT: dict[str, Callable[[], bool]] = {
     "array of one from a function": lambda: same(simulate(voltage=lambda t: np.array([6.0])), simulate(voltage=6.0)),
     "times with a unit of their own": lambda: same(simulate(voltage=((1e3 * TIMES, "ms"), VOLTAGES)), simulate()),
     "both with their units": lambda: same(simulate(voltage=((1e3 * TIMES, "ms"), (1e3 * VOLTAGES, "mV"))), simulate()),
+    "held points with their units": lambda: same(
+        simulate(voltage={"hold": ((1e3 * TIMES[::5], "ms"), (1e3 * VOLTAGES[::5], "mV"))}),
+        simulate(voltage={"hold": (TIMES[::5], VOLTAGES[::5])}),
+    ),
     "time by name": lambda: simulate()["time"] is not None and simulate()["time"][-1] == 0.1,
     "names in a tuple": lambda: list(simulate()["velocity", "position"]) == ["velocity", "position"],
     "items of a run": lambda: [name for name, _ in simulate().items()] == ["position", "velocity"],
