@@ -16,7 +16,6 @@ ROOT = Path(__file__).parents[2]
 
 NOT_HERE = {
     "README.md": "its commands are those that build, and run these tests",
-    "CONTRIBUTING.md": "the same",
     "RELEASING.md": "its commands publish",
     "docs/start/python.md": "its command installs, and the environment of the tests has the package",
     "docs/start/data.md": "the same",
