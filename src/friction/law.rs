@@ -5,7 +5,8 @@ use serde::{Serialize, de::DeserializeOwned};
 use super::event::{Event, Indicators};
 use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar};
-use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Variable};
+use crate::system::references;
+use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
 /// The largest number of continuous states a law may have.
 pub const MAX_STATES: usize = 10;
@@ -73,6 +74,24 @@ impl Contact<Real> {
         let Self { time, position, velocity, applied, level, drive } = *self;
         let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(Real::value);
         Contact { time, position, velocity, applied, level, drive }
+    }
+}
+
+/// The law of a contact as parameters of a model: in the group `friction`, with the law of the id `LAW` chosen at first.
+#[derive(Clone, Debug)]
+pub struct ContactLaw<L, const LAW: i32>(pub L);
+
+const GROUP: &str = "friction";
+
+impl<L: FrictionLaw, const LAW: i32> ParameterSet for ContactLaw<L, LAW> {
+    const LEN: usize = L::LEN;
+
+    fn table() -> Vec<Variable> {
+        L::table_within(GROUP, references::FRICTION, LAW)
+    }
+
+    fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
+        L::read(values).map(Self).map_err(|error| error.within(GROUP))
     }
 }
 

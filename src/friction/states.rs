@@ -51,6 +51,9 @@ impl Kind {
     }
 }
 
+/// Number of the variables of a contact: its states and their rates.
+pub const COMPUTED: usize = 2 * (KINDS[0].count + KINDS[1].count) as usize;
+
 /// Value references of the states of a contact, whose variables count from `base`.
 pub fn references(base: u32) -> Vec<u32> {
     KINDS.iter().flat_map(|kind| (0..kind.count).map(move |number| base + kind.first + number)).collect()

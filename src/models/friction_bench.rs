@@ -17,13 +17,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{
-    self, Contact, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
+    self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
 use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::system::{System, Tables, references, shared_table, table};
-use crate::variables::{Choice, Notices, ParameterError, ParameterSet, Values, Variable, units};
+use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
 /// The model as the library offers it.
@@ -67,6 +67,9 @@ fn yielding(deflection: Variable) -> Variable {
     let known = [deflection.depends_on.as_slice(), &[depends::DRIVE, depends::LEVEL]].concat();
     deflection.depends_on(&known)
 }
+
+/// The parameters of the bench and of its contact.
+type Parts<L> = (Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
 
 /// Number of inputs.
 const INPUTS: usize = Inputs::LEN;
@@ -334,15 +337,13 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         Tables {
             inputs: Inputs::table(),
             computed: Outputs::<f64>::table().into_iter().chain(states).collect(),
-            parameters: [Parameters::table(), L::table_within("friction", references::FRICTION, Law::Stribeck.id())]
-                .concat(),
+            parameters: Parts::<L>::table(),
         }
     }
 
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
-        let p: Parameters = values.read()?;
+        let (p, ContactLaw(law)): Parts<L> = values.read()?;
         let drive = if p.drive.prescribes() { friction::Drive::Motion } else { friction::Drive::Force };
-        let law = values.read_group("friction")?;
         let friction = FrictionContact::new(law, drive, State::FRICTION, references::CONTACT);
         Ok(Self { p, friction })
     }

@@ -125,6 +125,31 @@ pub trait ParameterSet: Clone + std::fmt::Debug + Send + Sync + 'static {
     fn read(values: &[Tunable]) -> Result<Self, ParameterError>;
 }
 
+/// Sets of parameters one behind the other: one list from which the table is made and the values are read.
+macro_rules! sets_in_a_row {
+    ($($set:ident $value:ident),*) => {
+        impl<$($set: ParameterSet),*> ParameterSet for ($($set,)*) {
+            const LEN: usize = 0 $(+ $set::LEN)*;
+
+            fn table() -> Vec<Variable> {
+                [$($set::table()),*].concat()
+            }
+
+            fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
+                $(let ($value, values) = values.split_at($set::LEN);)*
+                debug_assert!(values.is_empty());
+                Ok(($($set::read($value)?,)*))
+            }
+        }
+    };
+}
+
+sets_in_a_row!(A a, B b);
+sets_in_a_row!(A a, B b, C c);
+sets_in_a_row!(A a, B b, C c, D d);
+sets_in_a_row!(A a, B b, C c, D d, E e);
+sets_in_a_row!(A a, B b, C c, D d, E e, F f);
+
 /// The error for values from the place of a field on that it cannot be read from.
 pub fn refused(table: &[Variable], place: usize, values: &[Tunable]) -> ParameterError {
     let (variable, value) = (&table[place], values[place].value);
@@ -291,6 +316,27 @@ mod tests {
         assert_eq!(refused(2.5, 1.0), "count = 2.5 is refused: it must be a whole number");
         assert_eq!(refused(-1.0, 1.0), "count = -1 is refused: it must be at least 0");
         assert_eq!(refused(2.0, 0.5), "enabled = 0.5 is refused: it must be 0 (false) or 1 (true)");
+    }
+
+    /// In a row as in the table, whatever the order.
+    #[test]
+    fn sets_in_a_row_are_read_as_they_are_listed() {
+        parameters! {
+            /// One length.
+            Single {
+                width: f64 = Variable::parameter(9, "width", units::METRE, 1.0);
+            }
+        }
+        let numbers = |first: [f64; 6]| first.map(Tunable::still);
+        let mixed = Mixed { length: Tunable::still(0.5), pair: [3.0, 4.0], count: 7, enabled: false };
+        let single = Single { width: 8.0 };
+        assert_eq!(
+            <(Mixed, Single)>::read(&numbers([0.5, 3.0, 4.0, 7.0, 0.0, 8.0])),
+            Ok((mixed.clone(), single.clone()))
+        );
+        assert_eq!(<(Single, Mixed)>::read(&numbers([8.0, 0.5, 3.0, 4.0, 7.0, 0.0])), Ok((single, mixed)));
+        let names: Vec<_> = <(Single, Mixed)>::table().into_iter().map(|variable| variable.name).collect();
+        assert_eq!(names, ["width", "length", "pair[1]", "pair[2]", "count", "enabled"]);
     }
 
     inputs! {

@@ -22,14 +22,6 @@ impl<'a> Values<'a> {
         P::read(self.take(P::LEN)?)
     }
 
-    /// The next set of parameters, whose names are those within a group.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read), with the name of the variable in its group.
-    pub fn read_group<P: ParameterSet>(&mut self, group: &str) -> Result<P, ParameterError> {
-        P::read(self.take(P::LEN)?).map_err(|error| error.within(group))
-    }
-
     /// The next values, as many as there are asked for.
     ///
     /// # Errors

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
 use crate::co_simulation::{Simulation, snapshot_size};
-use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
+use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
@@ -318,11 +318,10 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
     }
 
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
-        let p: Parameters = values.read()?;
+        let (p, ContactLaw(law)): variables::Parts<L> = values.read()?;
         p.check()?;
         let rope = OneSided { stiffness: p.rope_stiffness, damping: p.rope_damping };
         let buffer = OneSided { stiffness: p.buffer_stiffness, damping: p.buffer_damping };
-        let law: L = values.read_group("friction")?;
         let block = State::OTHERS + room(law.states());
         let friction = std::array::from_fn(|trolley| {
             let first = BLOCKS + trolley * block + State::FRICTION;

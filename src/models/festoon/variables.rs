@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use super::MAX_TROLLEYS;
-use crate::friction::{FrictionLaw, Law, states};
+use crate::friction::{ContactLaw, FrictionLaw, Law, states};
 use crate::system::{Tables, references};
-use crate::variables::{Choice, ParameterError, ParameterSet, Tunable, Variable, units};
+use crate::variables::{ParameterError, ParameterSet, Tunable, Variable, units};
 use crate::{inputs, outputs, parameters, states};
 
 const CRANE_VELOCITY: u32 = 1;
@@ -34,6 +34,9 @@ states! {
     }
 }
 
+/// The parameters of the festoon and of the contacts of all its trolleys.
+pub type Parts<L> = (Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
+
 /// Every variable of the festoon.
 pub fn tables<L: FrictionLaw>() -> Tables {
     let mut computed = Outputs::<f64>::table();
@@ -42,8 +45,7 @@ pub fn tables<L: FrictionLaw>() -> Tables {
         let group = format!("trolley[{}].friction", trolley + 1);
         computed.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }
-    let laws = L::table_within("friction", references::FRICTION, Law::Stribeck.id());
-    Tables { inputs: Inputs::table(), computed, parameters: [Parameters::table(), laws].concat() }
+    Tables { inputs: Inputs::table(), computed, parameters: Parts::<L>::table() }
 }
 
 /// A variable of one trolley, with its dependencies on the states of this trolley and its neighbours.

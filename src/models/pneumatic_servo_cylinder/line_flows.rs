@@ -118,16 +118,14 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         LineFlows { into, received, rates }
     }
 
-    /// Writes the states of the lines and their rates, and returns the rest of the slots.
+    /// Writes the states of the lines and their rates.
     #[inline(always)]
-    pub(super) fn write_lines<'s, S: Scalar>(&self, x: &[S], rates: &[S], slots: &'s mut [S]) -> &'s mut [S] {
-        let (own, rest) = slots.split_at_mut(2 * STATES);
+    pub(super) fn write_lines<S: Scalar>(&self, x: &[S], rates: &[S], slots: &mut [S]) {
         if EXTENDED && self.lines.are_used() {
-            own[..STATES].copy_from_slice(&self.of_lines(x));
-            own[STATES..].copy_from_slice(&self.of_lines(rates));
+            slots[..STATES].copy_from_slice(&self.of_lines(x));
+            slots[STATES..].copy_from_slice(&self.of_lines(rates));
         } else {
-            own.fill(S::zero());
+            slots.fill(S::zero());
         }
-        rest
     }
 }

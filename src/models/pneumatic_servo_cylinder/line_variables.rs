@@ -26,6 +26,9 @@ impl Lines {
         self.integrated().position(|place| reference(place) == of)
     }
 
+    /// Number of their variables.
+    pub const COMPUTED: usize = 2 * STATES;
+
     /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
     /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
     pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {

@@ -1,10 +1,12 @@
 //! The computed variables of the cylinder.
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::lines::Lines;
 use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
+use super::sensors::Sensors;
 use super::states::{Inputs, State};
-use super::variables::Outputs;
-use crate::friction::FrictionLaw;
+use super::variables::{ByPart, Outputs};
+use crate::friction::{FrictionLaw, states};
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::actuator::Actuating;
 
@@ -53,11 +55,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             stop_force: self.applied_force(x, u, rate).1,
             load_level: contact.level,
         };
-        let rest = outputs.write(computed);
-        let (own, rest) = rest.split_at_mut(A::COMPUTED);
-        self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, own);
-        let rest = friction.write(rest);
-        let rest = self.write_lines(x, rates, rest);
-        self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, rest);
+        let lengths = ByPart {
+            outputs: Outputs::<S>::LEN,
+            actuator: A::COMPUTED,
+            friction: states::COMPUTED,
+            lines: Lines::COMPUTED,
+            sensors: Sensors::COMPUTED,
+        };
+        let slots = ByPart::new(computed, &lengths);
+        outputs.write(slots.outputs);
+        self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, slots.actuator);
+        friction.write(slots.friction);
+        self.write_lines(x, rates, slots.lines);
+        self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, slots.sensors);
     }
 }

@@ -3,9 +3,13 @@
 use super::options::Options;
 use super::parameters::Parameters;
 use super::sensors::Sensors;
-use crate::friction::FrictionLaw;
+use crate::friction::{ContactLaw, FrictionLaw, Law};
 use crate::pneumatics::actuator::Actuating;
 use crate::variables::{ParameterError, Values};
+
+/// The parameters, in the order of the table.
+pub(super) type Listed<L, A> =
+    (Parameters, Options, Sensors, <A as Actuating>::Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
 
 /// What the equations are made of.
 pub(super) struct Parts<L, A> {
@@ -18,14 +22,11 @@ pub(super) struct Parts<L, A> {
 
 impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
     pub fn read(values: &mut Values) -> Result<Self, ParameterError> {
-        let parameters: Parameters = values.read()?;
+        let (parameters, options, sensors, actuator, ContactLaw(friction)): Listed<L, A> = values.read()?;
         parameters.check()?;
-        let options: Options = values.read()?;
         options.check(parameters.bore, parameters.stroke)?;
-        let sensors: Sensors = values.read()?;
         sensors.check()?;
-        let actuator = A::new(values.read()?)?;
-        Ok(Self { parameters, options, sensors, actuator, friction: values.read_group("friction")? })
+        Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
     }
 
     /// Whether any of them is compiled for extended equations only.

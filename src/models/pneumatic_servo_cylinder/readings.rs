@@ -47,26 +47,18 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
     }
 
-    /// Writes readings, states and their rates, and returns the rest of the slots.
+    /// Writes readings, states and their rates.
     #[inline(always)]
-    pub(super) fn write_sensors<'s, S: Scalar>(
-        &self,
-        x: &[S],
-        quantities: [S; COUNT],
-        memory: &Memory,
-        slots: &'s mut [S],
-    ) -> &'s mut [S] {
-        let (readings, rest) = slots.split_at_mut(COUNT);
-        let (states, rest) = rest.split_at_mut(2 * COUNT);
+    pub(super) fn write_sensors<S: Scalar>(&self, x: &[S], quantities: [S; COUNT], memory: &Memory, slots: &mut [S]) {
+        let (readings, states) = slots.split_at_mut(COUNT);
         if !EXTENDED {
             readings.copy_from_slice(&quantities);
             states.fill(S::zero());
-            return rest;
+            return;
         }
         let lagged = self.lagged(x);
         readings.copy_from_slice(&self.sensors.readings(quantities, lagged, memory));
         states[..COUNT].copy_from_slice(&lagged);
         states[COUNT..].copy_from_slice(&self.sensors.rates(quantities, lagged));
-        rest
     }
 }

@@ -121,6 +121,9 @@ impl Sensors {
         SCALES
     }
 
+    /// Number of their variables.
+    pub const COMPUTED: usize = 3 * COUNT;
+
     /// Readings, states and rates as variables; `quantities` lists on what each quantity depends, `starts` on which inputs
     /// it does at the start.
     pub fn computed(quantities: [&[u32]; COUNT], starts: [&[u32]; COUNT]) -> Vec<Variable> {

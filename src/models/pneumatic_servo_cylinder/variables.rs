@@ -2,18 +2,42 @@
 
 use super::line_variables::feeds;
 use super::lines::Lines;
-use super::options::Options;
-use super::parameters::Parameters;
+use super::parts::Listed;
 use super::sensors::Sensors;
 use super::states::{FORCE, Inputs, State};
-use crate::friction::{FrictionLaw, Law, states};
+use crate::friction::{FrictionLaw, states};
 use crate::outputs;
 use crate::pneumatics::actuator::Actuating;
 use crate::system::{Tables, references};
-use crate::variables::{Choice, ParameterSet, Variable, units};
+use crate::variables::{ParameterSet, Variable, units};
 
 /// Conserved quantities: mass and energy.
 pub const RESIDUALS: usize = 2;
+
+/// Makes [`ByPart`] of the parts in their order.
+macro_rules! by_part {
+    ($($part:ident),*) => {
+        /// What there is of each part that has computed variables: lists of them, how many they are, or slots for their values.
+        pub(super) struct ByPart<T> { $(pub $part: T),* }
+
+        impl<T> ByPart<T> {
+            /// In the order in which the table lists the parts.
+            pub fn in_order(self) -> [T; [$(stringify!($part)),*].len()] {
+                [$(self.$part),*]
+            }
+        }
+
+        impl<'s, S> ByPart<&'s mut [S]> {
+            /// The slots of each part.
+            #[inline(always)]
+            pub fn new(mut slots: &'s mut [S], lengths: &ByPart<usize>) -> Self {
+                Self { $($part: slots.split_off_mut(..lengths.$part).expect("a slot for each variable")),* }
+            }
+        }
+    };
+}
+
+by_part!(outputs, actuator, friction, lines, sensors);
 
 /// Every variable of the cylinder.
 pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
@@ -21,25 +45,17 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let at_ports = [[depends::P_A, depends::T_A, depends::X], [depends::P_B, depends::T_B, depends::X]];
     let measured = [&[depends::X][..], &[depends::P_A], &[depends::P_B], &depends::motion()];
     let outputs = Outputs::<f64>::table().into_iter().map(|variable| depends::on_feeds(variable, &feeds));
+    let computed = ByPart {
+        outputs: outputs.collect(),
+        actuator: A::computed(),
+        friction: states::table("friction", references::CONTACT, depends::SLIDING),
+        lines: Lines::computed([&feeds[0], &feeds[1]], at_ports),
+        sensors: Sensors::computed(measured, [&[], &[], &[], &[FORCE]]),
+    };
     Tables {
         inputs: Inputs::table(),
-        computed: [
-            outputs.collect(),
-            A::computed(),
-            states::table("friction", references::CONTACT, depends::SLIDING),
-            Lines::computed([&feeds[0], &feeds[1]], at_ports),
-            Sensors::computed(measured, [&[], &[], &[], &[FORCE]]),
-            residuals_table().to_vec(),
-        ]
-        .concat(),
-        parameters: [
-            Parameters::table(),
-            Options::table(),
-            Sensors::table(),
-            A::Parameters::table(),
-            L::table_within("friction", references::FRICTION, Law::Stribeck.id()),
-        ]
-        .concat(),
+        computed: [computed.in_order().concat(), residuals_table().to_vec()].concat(),
+        parameters: Listed::<L, A>::table(),
     }
 }
 
