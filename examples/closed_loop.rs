@@ -18,7 +18,7 @@ struct Sample {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut library = Setup::of(&position_controller::MODEL).start(0.0)?;
+    let mut library = Setup::new(&position_controller::MODEL).start(0.0)?;
     let error = track(|sample| answer(&mut library, sample))?;
     println!("PositionController: rms error {:.2} mm", 1e3 * error);
 
@@ -38,7 +38,7 @@ fn answer(controller: &mut Plant, sample: &Sample) -> Result<f64, Box<dyn Error>
 
 /// Lets the carriage follow a sine for 4 s; the rms error in m after the first second.
 fn track(mut controller: impl FnMut(&Sample) -> Result<f64, Box<dyn Error>>) -> Result<f64, Box<dyn Error>> {
-    let setup = Setup::of(&pneumatic_servo_cylinder::MODEL).set("supplyPressure", 6e5)?.set("position0", 0.15)?;
+    let setup = Setup::new(&pneumatic_servo_cylinder::MODEL).set("supplyPressure", 6e5)?.set("position0", 0.15)?;
     let mut plant = setup.start(0.0)?;
     let mut squares = Vec::new();
     for step in 0..4000 {

@@ -12,7 +12,7 @@ const STEP: f64 = 1e-3;
 fn main() -> Result<(), Box<dyn Error>> {
     println!("{:<20} {:>11} {:>11} {:>13} {:>9}", "law", "travel (mm)", "at rest (s)", "friction (N)", "steps");
     for (_, law, _) in LAWS.items {
-        let mut plant = Setup::of(&MODEL).set("friction.law", *law)?.start(0.0)?;
+        let mut plant = Setup::new(&MODEL).set("friction.law", *law)?.start(0.0)?;
         let (mut low, mut high, mut rest, mut largest) = (f64::MAX, f64::MIN, 0.0, 0.0_f64);
         for step in 1..=4000 {
             plant.set("valveVoltage", 5.0 + 0.8 * (0.5 * TAU * plant.time()).sin())?;

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: sensitivities [<law> <duration in s> <name> ...]".into());
     };
     let duration: f64 = duration.parse()?;
-    let mut plant = Setup::of(&MODEL).set("friction.law", law.as_str())?.start(0.0)?;
+    let mut plant = Setup::new(&MODEL).set("friction.law", law.as_str())?.start(0.0)?;
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     plant.carry_sensitivities(&names)?;
     let steps = (duration / 1e-3).round() as u32;

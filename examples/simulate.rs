@@ -13,7 +13,7 @@ const COLUMNS: [&str; 5] = ["valveVoltage", "position", "chamberA.pressure", "ch
 
 fn main() -> Result<(), Box<dyn Error>> {
     let law = std::env::args().nth(1).unwrap_or("Stribeck".to_owned());
-    let mut plant = Setup::of(&MODEL).set("friction.law", law.as_str())?.set("supplyPressure", 6e5)?.start(0.0)?;
+    let mut plant = Setup::new(&MODEL).set("friction.law", law.as_str())?.set("supplyPressure", 6e5)?.start(0.0)?;
 
     println!("time,{}", COLUMNS.join(","));
     for step in 0..=3000 {

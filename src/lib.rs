@@ -5,7 +5,7 @@
 //! use pneumatic_servo::model::Setup;
 //! use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 //!
-//! let mut plant = Setup::of(&MODEL).set("friction.law", "Stribeck")?.set("valve.C", 5e-9)?.start(0.0)?;
+//! let mut plant = Setup::new(&MODEL).set("friction.law", "Stribeck")?.set("valve.C", 5e-9)?.start(0.0)?;
 //! for k in 0..1000 {
 //!     let voltage = if plant.get("position")? < 0.3 { 6.0 } else { 5.0 };
 //!     plant.set("valveVoltage", voltage)?;

@@ -40,7 +40,7 @@ fn value(variable: &Variable, seed: &mut u64) -> Option<f64> {
 
 /// A set that the model starts with: a value that does not fit to those before it keeps its default.
 fn drawn(model: &'static Model, law: Option<i32>, seed: &mut u64) -> Setup {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     if let Some(law) = law {
         setup = setup.set("friction.law", law).expect("a law");
     }
@@ -91,7 +91,8 @@ fn any_parameters_near_the_defaults_run_in_bounded_work() {
             for step in 0..STEPS {
                 let time = f64::from(step) * STEP;
                 for (place, start, amplitude, frequency, phase) in &swings {
-                    plant.set_input(*place, start + amplitude * (TAU * (frequency * time + phase)).sin());
+                    let value = start + amplitude * (TAU * (frequency * time + phase)).sin();
+                    plant.set_input(*place, value).expect("a legal value");
                 }
                 let done = plant.advance_to(time + STEP);
                 assert!(done.is_ok(), "{} {name} at {time} s: {done:?}", model.name);

@@ -6,7 +6,7 @@ use pneumatic_servo::models::{friction_bench, pneumatic_servo_cylinder};
 
 /// Events of the last of some seconds.
 fn events_at_the_end(model: &'static Model, law: &str, settings: &[(&str, f64)], seconds: u32) -> Result<f64, String> {
-    let mut setup = Setup::of(model).set("friction.law", law).map_err(|error| error.to_string())?;
+    let mut setup = Setup::new(model).set("friction.law", law).map_err(|error| error.to_string())?;
     for (name, value) in settings {
         setup = setup.set(name, *value).map_err(|error| error.to_string())?;
     }

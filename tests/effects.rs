@@ -201,7 +201,7 @@ fn digest(model: &Model, changes: &Changes, held: Option<usize>) -> u64 {
 
 /// Whether a model starts with changes.
 fn is_legal(model: &'static Model, changes: &Changes) -> bool {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     changes.iter().all(|(name, value)| setup.change(name, *value).is_ok()) && setup.start(0.0).is_ok()
 }
 

@@ -106,7 +106,7 @@ fn denormal_inputs_are_harmless() {
 fn supply_below_ambient_neither_empties_a_chamber_nor_moves_the_carriage() {
     for supply in [0.0, 5.0] {
         for law in ["None", "Stribeck", "LuGre"] {
-            let setup = Setup::of(&MODEL).set("friction.law", law).unwrap().set("supplyPressure", supply).unwrap();
+            let setup = Setup::new(&MODEL).set("friction.law", law).unwrap().set("supplyPressure", supply).unwrap();
             let mut plant = setup.start(0.0).unwrap();
             for (end, voltage) in [(0.5, 9.0), (1.0, 1.0)] {
                 plant.set("valveVoltage", voltage).unwrap();
@@ -123,7 +123,7 @@ fn supply_below_ambient_neither_empties_a_chamber_nor_moves_the_carriage() {
 #[test]
 fn supply_below_ambient_is_noticed_where_a_valve_has_it() {
     let noticed = |actuation: &str, supply: f64| {
-        let setup = Setup::of(&MODEL).set("actuation", actuation).unwrap().set("supplyPressure", supply).unwrap();
+        let setup = Setup::new(&MODEL).set("actuation", actuation).unwrap().set("supplyPressure", supply).unwrap();
         setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
     };
     let [notice] = &noticed("ProportionalValve", 5.0)[..] else { panic!("one notice") };
@@ -135,9 +135,10 @@ fn supply_below_ambient_is_noticed_where_a_valve_has_it() {
 /// Whatever system a law is part of.
 #[test]
 fn shares_that_do_not_add_up_to_1_are_noticed_under_their_law() {
-    for model in models::ALL.iter().filter(|model| Setup::of(model).table().find("friction.law").is_some()) {
+    for model in models::ALL.iter().filter(|model| Setup::new(model).table().find("friction.law").is_some()) {
         let noticed = |law: &str, share: f64| {
-            let setup = Setup::of(model).set("friction.law", law).unwrap().set("friction.gms.alpha[1]", share).unwrap();
+            let setup =
+                Setup::new(model).set("friction.law", law).unwrap().set("friction.gms.alpha[1]", share).unwrap();
             setup.start(0.0).unwrap().notices().map(|notice| notice.to_string()).collect::<Vec<_>>()
         };
         let [notice] = &noticed("GMS", 0.5)[..] else { panic!("{}: one notice", model.name) };

@@ -4,7 +4,7 @@ use pneumatic_servo::model::{Plant, Setup};
 use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 
 fn started(time: f64) -> Plant {
-    Setup::of(&MODEL).set("friction.law", "Stribeck").expect("a law").start(time).expect("a plant")
+    Setup::new(&MODEL).set("friction.law", "Stribeck").expect("a law").start(time).expect("a plant")
 }
 
 /// A step has the size that is asked for, not the difference of two times of the clock, which resolves 0.24 us at 1.7e9 s and

@@ -24,7 +24,7 @@ fn area(diameter: f64) -> f64 {
 /// The piston held by more friction than any pressure overcomes, gas at constant temperature, a tight valve without dead
 /// zone.
 fn held(values: &[(&str, f64)]) -> Plant {
-    let setup = Setup::of(&MODEL).set("friction.law", "CoulombStiction").unwrap();
+    let setup = Setup::new(&MODEL).set("friction.law", "CoulombStiction").unwrap();
     let mut setup = setup.set("thermal.model", "Isothermal").unwrap().tolerance(1e-9);
     let common = [
         ("friction.coulombStiction.Fs", 1e6),
@@ -140,7 +140,7 @@ fn hose_of_any_size_runs_in_bounded_time() {
                     ("hoseB.diameter", diameter),
                     ("valveVoltage", 7.0),
                 ];
-                let mut setup = Setup::of(&MODEL).tolerance(tolerance);
+                let mut setup = Setup::new(&MODEL).tolerance(tolerance);
                 for (name, value) in values {
                     setup.change(name, value).unwrap();
                 }
@@ -436,7 +436,7 @@ fn saved_state_of_a_cylinder_with_lines_goes_on_bit_for_bit() {
 /// and the most tries in a millisecond.
 fn deviation(law: &str, length: f64, values: &[(&str, f64)], milliseconds: u32) -> ([f64; 2], [f64; 3]) {
     let run = |tolerance: f64| {
-        let mut setup = Setup::of(&MODEL).set("friction.law", law).unwrap().tolerance(tolerance);
+        let mut setup = Setup::new(&MODEL).set("friction.law", law).unwrap().tolerance(tolerance);
         for (name, value) in [("hoseA.length", length), ("hoseB.length", length)].iter().chain(values) {
             setup.change(name, *value).unwrap();
         }

@@ -14,7 +14,7 @@ const AMBIENT: f64 = 101_325.0;
 /// The piston held by more friction than any pressure overcomes, gas at constant temperature, a tight valve without dead
 /// zone.
 fn held(values: &[(&str, f64)]) -> Plant {
-    let setup = Setup::of(&MODEL).set("friction.law", "CoulombStiction").unwrap();
+    let setup = Setup::new(&MODEL).set("friction.law", "CoulombStiction").unwrap();
     let mut setup = setup.set("thermal.model", "Isothermal").unwrap().tolerance(1e-9);
     let common = [
         ("friction.coulombStiction.Fs", 1e6),

@@ -26,7 +26,7 @@ fn numbers(model: &Model) -> [usize; 2] {
 }
 
 fn setup(model: &'static Model, law: &str) -> Setup {
-    Setup::of(model).set("friction.law", law).expect("a law").tolerance(INSIDE)
+    Setup::new(model).set("friction.law", law).expect("a law").tolerance(INSIDE)
 }
 
 fn outside(setup: &Setup, course: Course) -> Host {
@@ -117,7 +117,7 @@ fn both_ways_agree_in_every_model_under_every_law() {
 #[test]
 fn model_without_continuous_states_needs_no_solver() {
     let controller = models::find("PositionController").expect("the controller");
-    assert!(Setup::of(controller).exchange(0.0).expect("parameters that fit").is_none());
+    assert!(Setup::new(controller).exchange(0.0).expect("parameters that fit").is_none());
     assert_eq!(numbers(controller), [0, 0]);
 }
 

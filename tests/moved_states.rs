@@ -32,7 +32,7 @@ fn states(model: &Model, plant: &Plant) -> Vec<f64> {
 
 fn walk(model: &'static Model, law: &str, options: &[(&str, f64)]) -> usize {
     let label = || format!("{} under {law} with {options:?}", model.name);
-    let mut setup = Setup::of(model).set("friction.law", law).expect("a law");
+    let mut setup = Setup::new(model).set("friction.law", law).expect("a law");
     for (name, value) in options {
         setup = setup.set(name, *value).unwrap_or_else(|error| panic!("{}: {error}", label()));
     }
@@ -66,7 +66,7 @@ fn walk(model: &'static Model, law: &str, options: &[(&str, f64)]) -> usize {
 #[test]
 fn a_moved_state_is_the_one_that_is_named_and_no_other() {
     let mut moves = 0;
-    for model in models::ALL.iter().filter(|model| Setup::of(model).table().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| Setup::new(model).table().number_of_states() > 0) {
         let is_cylinder = model.name == pneumatic_servo_cylinder::MODEL.name;
         for (_, law, _) in LAWS.items {
             let options = if is_cylinder { &OPTIONS[..] } else { &OPTIONS[..1] };
@@ -78,7 +78,7 @@ fn a_moved_state_is_the_one_that_is_named_and_no_other() {
 
 #[test]
 fn a_state_is_moved_to_finite_values_only_and_what_is_no_state_is_refused() {
-    let mut plant = Setup::of(&pneumatic_servo_cylinder::MODEL).start(0.0).expect("a plant");
+    let mut plant = Setup::new(&pneumatic_servo_cylinder::MODEL).start(0.0).expect("a plant");
     let refused = |outcome: Result<(), SettingError>| outcome.expect_err("a refusal").to_string();
     assert!(refused(plant.move_state("position", f64::NAN)).contains("must be a finite number"));
     assert!(refused(plant.move_state("hoseA.pressure[1]", 1e5)).contains("no continuous state of this run"));

@@ -4,7 +4,7 @@ use pneumatic_servo::model::{Model, Plant, Setup, Steps, Value};
 use pneumatic_servo::models::{festoon, friction_bench, pneumatic_servo_cylinder};
 
 fn start(model: &'static Model, changes: &[(&str, Value)]) -> Plant {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("legal"));
     setup.start(0.0).expect("starts")
 }

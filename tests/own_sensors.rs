@@ -211,7 +211,7 @@ fn noise_without_samples_is_refused_by_name() {
 /// A host with a solver of its own integrates the lags and is told the samples.
 #[test]
 fn solver_outside_sees_the_same_readings() {
-    let mut setup = Setup::of(&MODEL).set("friction.law", "LuGre").unwrap();
+    let mut setup = Setup::new(&MODEL).set("friction.law", "LuGre").unwrap();
     for (name, value) in [
         ("valveVoltage", 7.0),
         ("sensor.position.lag", 2e-3),

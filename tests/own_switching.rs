@@ -145,7 +145,7 @@ fn saved_state_between_edges_goes_on_bit_for_bit() {
 /// A host with a solver of its own is told every edge as a time event, and comes to the same states.
 #[test]
 fn solver_outside_sees_every_edge() {
-    let setup = Setup::of(&MODEL).set("actuation", "SwitchingValves").unwrap().set("valveVoltage", 7.0).unwrap();
+    let setup = Setup::new(&MODEL).set("actuation", "SwitchingValves").unwrap().set("valveVoltage", 7.0).unwrap();
     let setup = setup.set("friction.law", "LuGre").unwrap().set("solver.relativeTolerance", 1e-9).unwrap();
     let model = setup.exchange(0.0).unwrap().unwrap();
     let table = setup.table();

@@ -112,7 +112,7 @@ fn parameters(model: &'static Model) -> Vec<Changes> {
         };
         let changes = move |value| law.into_iter().chain([(variable.name.as_str(), value)]).collect::<Changes>();
         let is_legal = move |changes: &Changes| {
-            let mut setup = Setup::of(model);
+            let mut setup = Setup::new(model);
             let is_set = changes.iter().all(|(name, value)| setup.change(name, *value).is_ok());
             is_set && setup.start(0.0).is_ok() && (law.is_none() || model.name == "FrictionBench")
         };
@@ -141,7 +141,7 @@ fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) ->
     let table = (model.variables)();
     let mut random = Random(seed);
     random.next();
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     let mut changes: Changes = law.into_iter().map(|law| ("friction.law", f64::from(law))).collect();
     changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("a law"));
     let of_others = |group: &str| !group.eq_ignore_ascii_case(name) && has_law(table, group);

@@ -267,7 +267,7 @@ mod at_the_start {
     fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() {
         static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21];
         for (model, (_, expected)) in MODELS.iter().zip(FAULTS) {
-            let refused = Setup::of(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
+            let refused = Setup::new(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(refused.contains(expected), "{refused}, not {expected}");
         }
     }
@@ -275,7 +275,7 @@ mod at_the_start {
     #[test]
     fn without_a_fault_it_runs() -> Result<(), Box<dyn std::error::Error>> {
         static MODEL: Model = faulty::<SOUND>();
-        let mut plant = Setup::of(&MODEL).start(0.0)?;
+        let mut plant = Setup::new(&MODEL).start(0.0)?;
         plant.advance_to(0.5)?;
         assert!((plant.get("position")? - 0.5).abs() < 1e-12);
         Ok(())

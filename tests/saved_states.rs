@@ -10,7 +10,7 @@ use pneumatic_servo::conformance::Random;
 
 /// A plant under a law, its clock at a time in s.
 fn start(model: &str, law: &str, time: f64) -> Plant {
-    let setup = Setup::of(models::find(model).expect("a model"));
+    let setup = Setup::new(models::find(model).expect("a model"));
     setup.set("friction.law", law).expect("a law").start(time).expect("defaults")
 }
 

@@ -8,7 +8,7 @@ use pneumatic_servo::model::{Model, Setup, Value};
 use pneumatic_servo::models::{festoon, friction_bench, pneumatic_servo_cylinder};
 
 fn setup(model: &'static Model, changes: &[(&str, Value)]) -> Setup {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("legal"));
     setup
 }
@@ -404,7 +404,7 @@ fn input_that_brings_an_event_exactly_to_its_limit_is_told() {
 /// A direction of sliding is no state of a linear map, wherever a model keeps it: three trolleys have three contacts.
 #[test]
 fn directions_of_sliding_are_no_states() {
-    let mut plant = Setup::of(&festoon::MODEL).start(0.0).unwrap();
+    let mut plant = Setup::new(&festoon::MODEL).start(0.0).unwrap();
     plant.set("pulseForce", 500.0).unwrap();
     plant.advance_to(0.2).unwrap();
     assert!(plant.get("trolley[1].velocity").unwrap() != 0.0, "a trolley slides");

@@ -9,7 +9,7 @@ use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 type Course = fn(f64) -> f64;
 
 fn setup(law: &str, changes: &[(&str, f64)]) -> Setup {
-    let setup = Setup::of(&MODEL).set("friction.law", law).expect("a law");
+    let setup = Setup::new(&MODEL).set("friction.law", law).expect("a law");
     let setup = setup.set("solver.relativeTolerance", 1e-11).expect("legal");
     changes.iter().fold(setup, |setup, (name, value)| setup.set(name, *value).expect("legal"))
 }
@@ -108,7 +108,7 @@ fn parameter_that_may_only_grow_has_the_slope_to_that_side() {
 /// Four longest steps behind a break-away the delayed velocity begins to move.
 #[test]
 fn delayed_velocity_has_derivatives_where_steps_divide_the_delay() {
-    let setup = Setup::of(&MODEL).set("friction.law", "Armstrong").expect("a law");
+    let setup = Setup::new(&MODEL).set("friction.law", "Armstrong").expect("a law");
     let value = setup.get("valve.C").expect("a parameter");
     let moved = |offset: f64| setup.clone().set("valve.C", value + offset).expect("legal").start(0.0).expect("starts");
     let [mut plant, mut above, mut below] = [0.0, 1e-5 * value, -1e-5 * value].map(moved);

@@ -9,7 +9,7 @@ use pneumatic_servo::sensitivity::Transition;
 const PERIOD: f64 = 1e-3;
 
 fn start(model: &'static Model, changes: &[(&str, Value)]) -> Plant {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     changes.iter().for_each(|(name, value)| setup.change(name, *value).expect("legal"));
     setup.start(0.0).expect("starts")
 }

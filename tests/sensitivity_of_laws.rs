@@ -26,7 +26,7 @@ const SHARES: [f64; 3] = [1e-4, 1e-5, 1e-6];
 const CLOSE: f64 = 1e-5;
 
 fn setup(law: &str) -> Setup {
-    let setup = Setup::of(&pneumatic_servo_cylinder::MODEL).set("friction.law", law).expect("a law");
+    let setup = Setup::new(&pneumatic_servo_cylinder::MODEL).set("friction.law", law).expect("a law");
     setup.set("solver.relativeTolerance", 1e-10).expect("legal")
 }
 

@@ -12,7 +12,7 @@ use pneumatic_servo::models::{self, pneumatic_servo_cylinder};
 use pneumatic_servo::variables::Table;
 
 fn setup(model: &'static Model, law: &str) -> Setup {
-    Setup::of(model).set("friction.law", law).expect("a law")
+    Setup::new(model).set("friction.law", law).expect("a law")
 }
 
 fn laws() -> impl Iterator<Item = &'static str> {

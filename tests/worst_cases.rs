@@ -9,7 +9,7 @@ use pneumatic_servo::model::Setup;
 use pneumatic_servo::models::find;
 
 fn setup(model: &str, law: &str, values: &[(&str, f64)]) -> Setup {
-    let mut setup = Setup::of(find(model).unwrap()).set("friction.law", law).unwrap();
+    let mut setup = Setup::new(find(model).unwrap()).set("friction.law", law).unwrap();
     for (name, value) in values {
         setup.change(name, *value).unwrap();
     }

@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn results_are_those_of_the_plant_at_the_same_times() -> Result<()> {
         let run = Run::of(MODEL)?;
-        let setup = pneumatic_servo::model::Setup::of(MODEL);
+        let setup = pneumatic_servo::model::Setup::new(MODEL);
         let mut plant = setup.start(0.0)?;
         for (index, time) in run.times.iter().enumerate() {
             if index > 0 {
@@ -200,7 +200,7 @@ mod tests {
             }
             for (place, input) in setup.table().inputs().enumerate() {
                 if let Some(signal) = MODEL.experiment.signal(&input.name) {
-                    plant.set_input(place, signal.course.at(*time));
+                    plant.set_input(place, signal.course.at(*time))?;
                 }
             }
             for curve in &run.curves {

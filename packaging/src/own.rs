@@ -94,7 +94,7 @@ fn run(of: &Crate, package: &Package) -> Result<()> {
 fn ensure_sound(model: &'static Model) -> Result<()> {
     let name = model.name;
     ensure!(!model.description.is_empty(), "{name} has no description");
-    let started = Setup::of(model).start(0.0).with_context(|| format!("{name} does not start with its defaults"))?;
+    let started = Setup::new(model).start(0.0).with_context(|| format!("{name} does not start with its defaults"))?;
     drop(started);
     let problems = model.experiment.problems((model.variables)());
     ensure!(problems.is_empty(), "{name}: {}", problems.join("; "));

@@ -31,7 +31,7 @@ struct Run {
 impl Run {
     fn of(model: &str) -> Result<Self, Box<dyn Error>> {
         let model = models::find(model).ok_or_else(|| format!("there is no model {model}"))?;
-        Ok(Self { setup: Setup::of(model), plant: None, inputs: Vec::new(), outputs: Vec::new() })
+        Ok(Self { setup: Setup::new(model), plant: None, inputs: Vec::new(), outputs: Vec::new() })
     }
 
     /// The outputs at a time, under inputs that hold from then on.

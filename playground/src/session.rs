@@ -34,7 +34,7 @@ impl Session {
     /// [`CallError`]; the slot keeps what it had then.
     pub fn start(&mut self, slot: usize, model: usize, count: usize) -> Result<(), CallError> {
         let model: &'static Model = models::ALL.get(model).ok_or(no_such("model", model))?;
-        let mut setup = Setup::of(model);
+        let mut setup = Setup::new(model);
         for pair in self.numbers(count)?.chunks_exact(2) {
             let variable = of_place((model.variables)(), "variable", pair[0])?;
             setup.change(&variable.name, pair[1])?;
@@ -127,7 +127,7 @@ mod tests {
         let law = 14.0;
         let mut session = with(&[place("friction.law"), law, place("valveVoltage"), 7.0]);
         session.start(3, 0, 4).expect("started");
-        let mut plant = Setup::of(&models::ALL[0]).set("friction.law", "LuGre").expect("a law");
+        let mut plant = Setup::new(&models::ALL[0]).set("friction.law", "LuGre").expect("a law");
         plant.change("valveVoltage", 7.0).expect("an input");
         let mut plant = plant.start(0.0).expect("started");
         for k in 1..=300 {

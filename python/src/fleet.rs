@@ -117,7 +117,7 @@ impl Fleet {
         let width = self.observed.len();
         let mut seen = vec![0.0; plants.len() * width];
         let step = |room: &mut Vec<f64>, (index, ((plant, input), row)): (usize, ((&mut Plant, &f64), &mut [f64]))| {
-            plant.set_input(place, *input);
+            plant.set_input(place, *input).map_err(|error| format!("plant {index}: {error}"))?;
             for _ in 0..steps {
                 plant.step(size).map_err(|error| format!("plant {index}: {error}"))?;
             }
@@ -165,7 +165,7 @@ impl Fleet {
         let (plants, asked) = (&mut *plants, Asked { parameters, outputs });
         let made = |(plant, input): (&mut Plant, &f64)| {
             let saved = plant.save();
-            plant.set_input(place, *input);
+            plant.set_input(place, *input).expect("a legal value");
             let made: Result<Vec<_>, _> = (0..steps).map(|_| asked.of(plant, size)).collect();
             plant.restore(&saved).expect("a state of its own");
             made

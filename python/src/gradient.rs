@@ -91,7 +91,7 @@ impl Again {
         let setup = setup(model.model, settings)?;
         let signals = inputs.iter().map(|(name, course)| Ok((name, course.signal()?)));
         let mut driven = Driven::all(setup.table(), signals)?;
-        let mut plant = started(setup, &mut driven, grid)?;
+        let plant = started(setup, &mut driven, grid)?;
         let number = plant.table().inputs().count();
         let mut values: Vec<f64> = (0..number).map(|place| plant.value(Place::Input(place))).collect();
         let mut all = Vec::with_capacity(grid.count);

@@ -211,7 +211,7 @@ fn go(
             for input in &mut *driven {
                 let value = input.at(point)?;
                 is_news |= input.is_extreme(value);
-                plant.set_input(input.place, value);
+                plant.set_input(input.place, value).map_err(|error| refused_at(error, point))?;
             }
             // What is noticed of an input depends on how small or large it is.
             if is_news {

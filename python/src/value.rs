@@ -81,7 +81,7 @@ pub fn apply(setup: &mut Setup, settings: &[Setting]) -> Result<(), SettingError
 
 /// A model with settings applied.
 pub fn setup(model: &'static pneumatic_servo::model::Model, settings: &[Setting]) -> PyResult<Setup> {
-    let mut setup = Setup::of(model);
+    let mut setup = Setup::new(model);
     apply(&mut setup, settings).map_err(refused_setting)?;
     Ok(setup)
 }

@@ -13,14 +13,14 @@ const STEP: f64 = 8e-3;
 /// computed variables, little end first, after every step. Nothing if the run fails, which on a machine that computes
 /// exactly it does not.
 pub fn fingerprint(model: &'static Model) -> Option<u64> {
-    let mut plant = Setup::of(model).start(0.0).ok()?;
+    let mut plant = Setup::new(model).start(0.0).ok()?;
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let computed = (model.variables)().computed().count();
     for step in 0..STEPS {
         let time = f64::from(step) * STEP;
         for (place, input) in (model.variables)().inputs().enumerate() {
             if let Some(signal) = model.experiment.signal(&input.name) {
-                plant.set_input(place, signal.course.at(time));
+                plant.set_input(place, signal.course.at(time)).ok()?;
             }
         }
         plant.advance_to(f64::from(step + 1) * STEP).ok()?;

@@ -205,17 +205,15 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (states, (memory, progress, start)) =
             snapshot.read::<_, (E::Memory, Progress, f64), N, U>(self.run.system(), self.run.state().0)?;
-        let is_plain = states.iter().all(|value| value.is_finite()) && start.is_finite();
         // The clock of the host and that of the run agree but for rounding: of their difference, of the last step, which may
         // end at an event one rounding behind the end, and of the sum.
         let rounding = f64::EPSILON * (2.0 * progress.time().abs() + snapshot.time.abs());
         let is_timely = (start + progress.time() - snapshot.time).abs() <= rounding;
-        if !is_plain
-            || !progress.is_sound(self.run.indicators().as_ref().len())
-            || !is_timely
-            || !System::fits(self.run.system(), &memory)
-        {
-            return Err(SnapshotError);
+        if !is_timely {
+            return Err(SnapshotError::Clock { time: snapshot.time });
+        }
+        if !progress.is_sound(self.run.indicators().as_ref().len()) || !System::fits(self.run.system(), &memory) {
+            return Err(SnapshotError::Foreign);
         }
         self.run.restore(states, memory, progress);
         (self.session.start, self.session.time) = (start, snapshot.time);

@@ -24,6 +24,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "Cylinder: the default experiment shows speed, which is no variable")]
     fn panel_of_a_variable_that_is_not_there_is_named() {
-        experiment("Cylinder", Setup::of(&MODEL).table(), &OTHER);
+        experiment("Cylinder", Setup::new(&MODEL).table(), &OTHER);
     }
 }

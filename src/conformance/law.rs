@@ -38,7 +38,7 @@ pub fn benched<L: FrictionLaw>(law: &str, drive: &str) -> Setup {
     let of = |setup: Setup, name: &str, item: &str| {
         setup.set(name, item).unwrap_or_else(|error| panic!("the friction bench: {error}"))
     };
-    of(of(Setup::of(bench::<L>()), "friction.law", law), "bench.drive", drive)
+    of(of(Setup::new(bench::<L>()), "friction.law", law), "bench.drive", drive)
 }
 
 /// Checks all that is promised of a law of a catalogue, with its defaults, and what is claimed of it.

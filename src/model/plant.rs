@@ -1,5 +1,8 @@
 //! A running model whose variables are set and read by name.
 
+use std::cell::RefCell;
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::Model;
@@ -7,7 +10,7 @@ use crate::co_simulation::Simulation;
 use crate::sensitivity::{Along, Begin, Companion, Crossing, DirectionError, NoDerivative, begin, directions};
 use crate::session::{Snapshot, SnapshotError};
 use crate::solver::StepError;
-use crate::variables::{Notice, Place, Role, Table, Variable};
+use crate::variables::{Notice, ParameterError, Place, Role, Table, Variable};
 use crate::variables::{SettingError, Value, find};
 
 /// A running model.
@@ -19,9 +22,8 @@ pub struct Plant {
     parameters: Vec<f64>,
     pub(super) inputs: Vec<f64>,
     slopes: Vec<f64>,
-    pub(super) computed: Vec<f64>,
-    /// Whether `computed` belongs to the present states and inputs.
-    is_computed: bool,
+    /// The computed variables, where they are known for the present states and inputs.
+    computed: RefCell<Computed>,
     /// Inputs at the start.
     first_inputs: Vec<f64>,
     /// Inputs that the run has followed.
@@ -30,6 +32,13 @@ pub struct Plant {
     pub(super) companion: Option<Companion>,
     /// What carries those of a single step along.
     pub(super) aside: Option<Companion>,
+}
+
+/// Values of the computed variables, in the order of the table.
+struct Computed {
+    values: Vec<f64>,
+    /// Whether they belong to the present states and inputs.
+    are_known: bool,
 }
 
 /// A saved state of a [`Plant`]: a run that goes on from it repeats bit for bit.
@@ -48,6 +57,25 @@ pub(super) enum Until {
     After(f64),
 }
 
+impl Computed {
+    /// The values at the present states and inputs.
+    fn renew(&mut self, simulation: &dyn Simulation) -> &[f64] {
+        if !self.are_known {
+            simulation.values(&mut self.values);
+            self.are_known = true;
+        }
+        &self.values
+    }
+}
+
+impl fmt::Debug for Plant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("Plant");
+        shown.field("model", &self.model.name).field("time", &self.time()).field("inputs", &self.inputs);
+        shown.finish_non_exhaustive()
+    }
+}
+
 impl Plant {
     /// A started simulation of a model, with the parameters and inputs it was started with.
     pub(crate) fn new(
@@ -56,7 +84,8 @@ impl Plant {
         parameters: Vec<f64>,
         inputs: Vec<f64>,
     ) -> Self {
-        let computed = vec![0.0; (model.variables)().computed().count()];
+        let values = vec![0.0; (model.variables)().computed().count()];
+        let computed = RefCell::new(Computed { values, are_known: false });
         let slopes = vec![0.0; inputs.len()];
         let (first_inputs, followed) = (inputs.clone(), inputs.clone());
         Self {
@@ -66,7 +95,6 @@ impl Plant {
             inputs,
             slopes,
             computed,
-            is_computed: false,
             first_inputs,
             followed,
             companion: None,
@@ -97,7 +125,7 @@ impl Plant {
         let entry = find(self.table(), name)?;
         let refuse = |reason| Err(SettingError::NotSettable { name: name.to_owned(), reason });
         match (entry.place, entry.variable.role) {
-            (Place::Input(place), _) => self.set_input(place, value.into().number(entry.variable)?),
+            (Place::Input(place), _) => self.put_input(place, value.into().number(entry.variable)?),
             (Place::Parameter(place), Role::Tunable) => {
                 let value = value.into().number(entry.variable)?;
                 let before = std::mem::replace(&mut self.parameters[place], value);
@@ -105,7 +133,7 @@ impl Plant {
                     self.parameters[place] = before;
                     return Err(error.into());
                 }
-                self.is_computed = false;
+                self.forget_computed();
                 self.drop_sensitivities();
             }
             (Place::Parameter(_), _) => return refuse("it is fixed once the model has started"),
@@ -114,8 +142,21 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets the input in a place of the table to a legal value.
-    pub fn set_input(&mut self, place: usize, value: f64) {
+    /// Sets the input in a place among the inputs of the table.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for a value that is not legal; nothing is changed then.
+    ///
+    /// # Panics
+    /// If there is no such place.
+    pub fn set_input(&mut self, place: usize, value: f64) -> Result<(), ParameterError> {
+        let variable = self.table().inputs().nth(place).expect("an input in this place");
+        variable.check(value)?;
+        self.put_input(place, value);
+        Ok(())
+    }
+
+    pub(super) fn put_input(&mut self, place: usize, value: f64) {
         self.inputs[place] = value;
         self.inputs_changed();
     }
@@ -138,40 +179,48 @@ impl Plant {
         if let Some(companion) = &mut self.companion {
             companion.set_inputs(&self.inputs, &self.slopes);
         }
-        self.is_computed = false;
+        self.forget_computed();
     }
 
     /// The value of a variable.
     ///
     /// # Errors
     /// [`SettingError::Unknown`] if there is none of that name.
-    pub fn get(&mut self, name: &str) -> Result<f64, SettingError> {
+    pub fn get(&self, name: &str) -> Result<f64, SettingError> {
         Ok(self.value(find(self.table(), name)?.place))
     }
 
     /// The value in a place of the table.
-    pub fn value(&mut self, place: Place) -> f64 {
+    pub fn value(&self, place: Place) -> f64 {
         match place {
             Place::Time => self.time(),
             Place::Input(place) => self.inputs[place],
             Place::Parameter(place) => self.table().in_use(place, &self.parameters),
-            Place::Computed(place) => self.at_hand(place).unwrap_or_else(|| self.computed()[place]),
+            Place::Computed(place) => self.computed_value(place),
         }
     }
 
-    /// A computed value that needs no other one.
-    fn at_hand(&self, place: usize) -> Option<f64> {
+    fn computed_value(&self, place: usize) -> f64 {
+        let mut computed = self.computed.borrow_mut();
         let mut value = [0.0];
-        (!self.is_computed && self.simulation.at_hand(&[place], &mut value)).then_some(value[0])
+        if !computed.are_known && self.simulation.at_hand(&[place], &mut value) {
+            return value[0];
+        }
+        computed.renew(self.simulation.as_ref())[place]
     }
 
     /// All computed values, in the order of the table, consistent with the present inputs.
     pub fn computed(&mut self) -> &[f64] {
-        if !self.is_computed {
-            self.simulation.values(&mut self.computed);
-            self.is_computed = true;
-        }
-        &self.computed
+        self.computed.get_mut().renew(self.simulation.as_ref())
+    }
+
+    /// Number of the computed variables.
+    pub(super) fn computed_count(&self) -> usize {
+        self.computed.borrow().values.len()
+    }
+
+    fn forget_computed(&mut self) {
+        self.computed.get_mut().are_known = false;
     }
 
     /// Integrates over a step of a size in s. A late clock, such as one in seconds since 1970, resolves the times at the ends of steps
@@ -193,7 +242,7 @@ impl Plant {
 
     pub(super) fn advance(&mut self, until: Until) -> Result<(), StepError> {
         let start = self.time();
-        self.is_computed = false;
+        self.forget_computed();
         let outcome = match until {
             Until::Time(end) => self.simulation.advance(end),
             Until::After(size) => self.simulation.step(size),
@@ -240,16 +289,17 @@ impl Plant {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
         let lengths = |it: [&Vec<f64>; 3]| it.map(Vec::len);
         let expected = lengths([&self.parameters, &self.inputs, &self.slopes]);
-        if lengths([&saved.parameters, &saved.inputs, &saved.slopes]) != expected || self.is_set_up_unlike(saved) {
-            return Err(SnapshotError);
+        if lengths([&saved.parameters, &saved.inputs, &saved.slopes]) != expected {
+            return Err(SnapshotError::Lengths);
         }
+        self.check_fixed(saved)?;
         let retuned = saved.parameters != self.parameters;
         if retuned {
-            self.simulation.retune(&saved.parameters).map_err(|_| SnapshotError)?;
+            self.simulation.retune(&saved.parameters).map_err(SnapshotError::Parameters)?;
         }
         if let Err(error) = self.simulation.restore(&saved.snapshot) {
             if retuned {
-                self.simulation.retune(&self.parameters).map_err(|_| SnapshotError)?;
+                self.simulation.retune(&self.parameters).map_err(SnapshotError::Parameters)?;
             }
             return Err(error);
         }
@@ -262,14 +312,17 @@ impl Plant {
         Ok(())
     }
 
-    /// Whether a fixed parameter has another value in a saved state of as many parameters.
-    fn is_set_up_unlike(&self, saved: &Saved) -> bool {
-        self.table().entries().any(|entry| match (entry.place, entry.variable.role) {
-            (Place::Parameter(place), Role::Fixed) => {
-                saved.parameters[place].to_bits() != self.parameters[place].to_bits()
+    /// Refuses a saved state of as many parameters in which a fixed one has another value.
+    fn check_fixed(&self, saved: &Saved) -> Result<(), SnapshotError> {
+        for entry in self.table().entries() {
+            if let (Place::Parameter(place), Role::Fixed) = (entry.place, entry.variable.role) {
+                let (saved, present) = (saved.parameters[place], self.parameters[place]);
+                if saved.to_bits() != present.to_bits() {
+                    return Err(SnapshotError::Fixed { name: entry.variable.name.clone(), saved, present });
+                }
             }
-            _ => false,
-        })
+        }
+        Ok(())
     }
 
     /// The continuous states that are integrated under the present parameters, in the order of their derivatives.
@@ -295,7 +348,7 @@ impl Plant {
             return Err(refuse("it is no continuous state of this run"));
         }
         self.drop_sensitivities();
-        self.is_computed = false;
+        self.forget_computed();
         Ok(())
     }
 
@@ -310,7 +363,7 @@ impl Plant {
     /// use pneumatic_servo::models::friction_bench::MODEL;
     ///
     /// // Stopping under Coulomb friction takes m*v0^2/(2*Fc).
-    /// let setup = Setup::of(&MODEL).set("bench.drive", "Free")?.set("friction.law", "Coulomb")?;
+    /// let setup = Setup::new(&MODEL).set("bench.drive", "Free")?.set("friction.law", "Coulomb")?;
     /// let setup = setup.set("friction.coulomb.Fc", 2.0)?.set("friction.coulomb.sigma2", 0.0)?.set("velocity0", 3.0)?;
     /// let mut plant = setup.start(0.0)?;
     /// plant.carry_sensitivities(&["velocity0", "friction.coulomb.Fc"])?;
@@ -364,7 +417,7 @@ impl Plant {
     /// # Panics
     /// If none are carried along, or not so many.
     pub fn sensitivities(&mut self, direction: usize) -> Result<Vec<f64>, NoDerivative> {
-        let mut slopes = vec![0.0; self.computed.len()];
+        let mut slopes = vec![0.0; self.computed_count()];
         let begin = self.begin();
         let companion = self.companion.as_mut().expect("sensitivities that are carried along");
         companion.outputs(direction, &mut slopes).map_err(|error| error.later(begin))?;

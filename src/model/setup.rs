@@ -12,7 +12,7 @@ use crate::variables::{SettingError, Value, find};
 /// use pneumatic_servo::model::Setup;
 /// use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 ///
-/// let mut plant = Setup::of(&MODEL).set("friction.law", "LuGre")?.set("supplyPressure", 6e5)?.start(0.0)?;
+/// let mut plant = Setup::new(&MODEL).set("friction.law", "LuGre")?.set("supplyPressure", 6e5)?.start(0.0)?;
 /// plant.set("valveVoltage", 6.0)?;
 /// plant.step(0.1)?;
 /// assert!(plant.get("position")? > 0.25);
@@ -28,7 +28,7 @@ pub struct Setup {
 
 impl Setup {
     /// A model with the defaults of its table.
-    pub fn of(model: &'static Model) -> Self {
+    pub fn new(model: &'static Model) -> Self {
         let starts = |variable: &Variable| variable.start.unwrap_or_default();
         let table = (model.variables)();
         Self {
@@ -37,6 +37,13 @@ impl Setup {
             inputs: table.inputs().map(starts).collect(),
             tolerance: None,
         }
+    }
+
+    /// The former name of [`new`](Self::new).
+    #[doc(hidden)]
+    #[deprecated(note = "the name is `Setup::new`")]
+    pub fn of(model: &'static Model) -> Self {
+        Self::new(model)
     }
 
     /// The model.

@@ -109,7 +109,7 @@ impl Plant {
     }
 
     fn set_inputs(&mut self, inputs: &[f64]) {
-        inputs.iter().enumerate().for_each(|(place, value)| self.set_input(place, *value));
+        inputs.iter().enumerate().for_each(|(place, value)| self.put_input(place, *value));
     }
 
     /// How states and numbers of the memory begin with inputs and parameters, if the run has not begun yet: a column for each.
@@ -223,7 +223,7 @@ impl Plant {
                 companion.expect("a companion of this step")
             }
         };
-        let (inputs, computed) = (self.inputs.len(), self.computed.len());
+        let (inputs, computed) = (self.inputs.len(), self.computed_count());
         let mut transition = Transition::of(&mut companion, (&states, names, inputs), &outputs, computed);
         let begin = self.begin();
         transition.lost.iter_mut().for_each(|(_, lost)| *lost = lost.clone().later(begin));

@@ -371,9 +371,11 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (x, (memory, counters, start, sides)) =
             snapshot.read::<_, (E::Memory, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
-        let is_plain = x.iter().chain([&snapshot.time, &start]).all(|value| value.is_finite());
-        if !is_plain || sides.len() != self.sides.len() || !self.equations.fits(&memory) {
-            return Err(SnapshotError);
+        if !start.is_finite() {
+            return Err(SnapshotError::NotFinite);
+        }
+        if sides.len() != self.sides.len() || !self.equations.fits(&memory) {
+            return Err(SnapshotError::Foreign);
         }
         (self.session.start, self.x, self.memory, self.counters, self.sides) = (start, x, memory, counters, sides);
         self.look_around();

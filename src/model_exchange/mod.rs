@@ -119,6 +119,7 @@ pub struct Update {
 
 /// Why a model cannot go on.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ExchangeError {
     /// The equations have no meaning at the states.
     NotAdmissible {

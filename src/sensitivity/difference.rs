@@ -365,7 +365,7 @@ mod tests {
     /// A sample leaves the integral part of the one before in the command.
     #[test]
     fn numbers_that_follow_from_one_without_a_slope_have_none() {
-        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let plant = Setup::new(&position_controller::MODEL).start(0.0).expect("starts");
         let equations = plant.simulation().equations().expect("equations");
         let (memory, told) = (equations.memory(), equations.told());
         let names: Vec<String> = told.into_iter().map(|leaf| leaf.name).collect();
@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn a_corner_bends_and_a_curve_does_not() {
-        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let plant = Setup::new(&position_controller::MODEL).start(0.0).expect("starts");
         let equations = plant.simulation().equations().expect("equations");
         let (memory, mut spare) = (equations.memory(), equations.twin());
         let mut bends = |x: f64, of: fn(f64) -> f64| {
@@ -410,13 +410,13 @@ mod tests {
     /// Also where its parameter cannot be less, or more.
     #[test]
     fn slope_beside_a_bound_is_that_of_the_curve() {
-        let plant = Setup::of(&position_controller::MODEL).start(0.0).expect("starts");
+        let plant = Setup::new(&position_controller::MODEL).start(0.0).expect("starts");
         let equations = plant.simulation().equations().expect("equations");
         let (memory, mut spare) = (equations.memory(), equations.twin());
         let at = At { time: 0.0, x: &[1.0], u: &[] };
         let evaluate = |_: &mut dyn Equations, at: At| Outcome::of(at.x[0].exp());
         for value in [0.0, 5.0, 10.0] {
-            let beside = |_| Setup::of(&position_controller::MODEL).start(0.0).ok()?.simulation().equations();
+            let beside = |_| Setup::new(&position_controller::MODEL).start(0.0).ok()?.simulation().equations();
             let mut way = Way::of_parameter(Box::new(beside), [value, 10.0], [0.0, 10.0], 0).expect("a range");
             let movement = Move { time: 0.0, x: vec![2.0], inputs: Vec::new(), memory: vec![0.0; memory.count()] };
             let mut around =

@@ -7,6 +7,7 @@ use crate::variables::{Entry, Kind, Meaning, Place, SettingError, Table, find};
 
 /// A name along which no run can be differentiated.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DirectionError {
     /// The model has no variable of this name.
     Unknown(SettingError),
@@ -34,7 +35,14 @@ impl fmt::Display for DirectionError {
     }
 }
 
-impl std::error::Error for DirectionError {}
+impl std::error::Error for DirectionError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Unknown(error) => Some(error),
+            Self::Refused { .. } => None,
+        }
+    }
+}
 
 /// The directions of names: parameters, inputs and continuous states.
 ///

@@ -81,6 +81,7 @@ pub struct Crossing {
 
 /// A point beyond which a run has no derivative in a direction.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NoDerivative {
     /// Time in s.
     pub time: f64,
@@ -127,7 +128,15 @@ impl fmt::Display for TransitionError {
     }
 }
 
-impl std::error::Error for TransitionError {}
+impl std::error::Error for TransitionError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(match self {
+            Self::Direction(error) => error,
+            Self::Step(error) => error,
+            Self::NoDerivative(error) => error,
+        })
+    }
+}
 
 /// What a run is differentiated by.
 #[derive(Clone, Copy, Debug, PartialEq)]

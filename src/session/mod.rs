@@ -56,17 +56,69 @@ pub struct Snapshot {
     pub memory: Vec<u8>,
 }
 
-/// A snapshot that does not fit the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SnapshotError;
+/// Why a saved state cannot be restored.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// Its discrete state cannot be read: another model or another law has saved it.
+    Unreadable,
+    /// It has another number of continuous states: of another law, or of other options.
+    States {
+        /// Its number of states.
+        found: usize,
+        /// The number of states that are integrated.
+        expected: usize,
+    },
+    /// One of its numbers is not finite.
+    NotFinite,
+    /// Its discrete state is none that these parameters allow.
+    Foreign,
+    /// Its time is not the one of its run.
+    Clock {
+        /// The time in s that it says.
+        time: f64,
+    },
+    /// It has another number of parameters or inputs.
+    Lengths,
+    /// A parameter that is fixed once a run has started has another value in it.
+    Fixed {
+        /// Name of the parameter.
+        name: String,
+        /// Its value in the saved state.
+        saved: f64,
+        /// Its value now.
+        present: f64,
+    },
+    /// Its parameters do not fit together.
+    Parameters(ParameterError),
+}
 
 impl fmt::Display for SnapshotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the saved state does not belong to this model with these parameters")
+        f.write_str("the saved state does not belong to this model with these parameters: ")?;
+        match self {
+            Self::Unreadable => f.write_str("its discrete state is that of another model or friction law"),
+            Self::States { found, expected } => write!(f, "it has {found} continuous states, not {expected}"),
+            Self::NotFinite => f.write_str("a number in it is not finite"),
+            Self::Foreign => f.write_str("its discrete state is none that these parameters allow"),
+            Self::Clock { time } => write!(f, "its time, {time} s, is not the one of its run"),
+            Self::Lengths => f.write_str("it has another number of parameters or inputs"),
+            Self::Fixed { name, saved, present } => {
+                write!(f, "{name} is {saved} in it, and {present} now, and is fixed once the model has started")
+            }
+            Self::Parameters(error) => error.fmt(f),
+        }
     }
 }
 
-impl std::error::Error for SnapshotError {}
+impl std::error::Error for SnapshotError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Parameters(error) => Some(error),
+            _ => None,
+        }
+    }
+}
 
 /// What a run of equations keeps beside them: its parameters and the clock of the host.
 #[derive(Clone)]
@@ -154,10 +206,14 @@ impl Snapshot {
         equations: &E,
         x: &[f64; N],
     ) -> Result<([f64; N], M), SnapshotError> {
-        let memory = postcard::from_bytes(&self.memory).map_err(|_| SnapshotError)?;
+        let memory = postcard::from_bytes(&self.memory).map_err(|_| SnapshotError::Unreadable)?;
         let unused = equations.unused(N);
-        if self.states.len() + unused.len() != N {
-            return Err(SnapshotError);
+        let (found, expected) = (self.states.len(), N - unused.len());
+        if found != expected {
+            return Err(SnapshotError::States { found, expected });
+        }
+        if !self.states.iter().chain([&self.time]).all(|value| value.is_finite()) {
+            return Err(SnapshotError::NotFinite);
         }
         let (before, behind) = self.states.split_at(unused.start);
         let mut states = *x;

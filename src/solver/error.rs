@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Why a communication step could not be completed.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StepError {
     /// The step size fell below what the clock resolves.
     StepSizeTooSmall {
@@ -61,6 +62,7 @@ pub struct Course {
 
 /// Why a step is not accepted; states and events by name.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Rejection {
     /// The estimated error of a state exceeds what the tolerance allows.
     Inaccurate(Course),

@@ -4,6 +4,7 @@ use std::fmt;
 
 /// A parameter or input that cannot be accepted.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ParameterError {
     /// Name of the variable.
     pub variable: String,

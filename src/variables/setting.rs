@@ -84,6 +84,7 @@ fn expected(kind: Kind) -> String {
 
 /// Why a variable cannot be set or read.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SettingError {
     /// The model has no variable of this name.
     Unknown {
@@ -126,7 +127,14 @@ impl fmt::Display for SettingError {
     }
 }
 
-impl std::error::Error for SettingError {}
+impl std::error::Error for SettingError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Refused(error) => Some(error),
+            _ => None,
+        }
+    }
+}
 
 impl From<ParameterError> for SettingError {
     fn from(error: ParameterError) -> Self {

@@ -105,7 +105,7 @@ pub fn cases(model: &Model) -> Vec<Changes> {
 
 /// A model with changes, ready to start.
 pub fn setup(model: &'static Model, changes: &Changes) -> Setup {
-    changes.iter().fold(Setup::of(model), |setup, (name, value)| {
+    changes.iter().fold(Setup::new(model), |setup, (name, value)| {
         setup.set(name, *value).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name))
     })
 }

@@ -170,7 +170,8 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a state of another model": (
         lambda: ps.Model().start().restore(ps.Model("FrictionBench").start().save()),
-        "the saved state does not belong to this model with these parameters",
+        "the saved state does not belong to this model with these parameters: it has another number of parameters or "
+        "inputs",
     ),
     "a model misspelt": (
         lambda: ps.Model("PneumaticServoCilinder"),

@@ -302,7 +302,7 @@ fn law_keeps_what_laws_promise() {
 
 #[test]
 fn cylinder_moves_under_it() -> Result<(), Box<dyn std::error::Error>> {
-    let mut plant = Setup::of(&CYLINDER).set("friction.law", "@Name@")?.set("valveVoltage", 6.5)?.start(0.0)?;
+    let mut plant = Setup::new(&CYLINDER).set("friction.law", "@Name@")?.set("valveVoltage", 6.5)?.start(0.0)?;
     plant.advance_to(0.3)?;
     assert!(plant.get("position")? > 0.26);
     Ok(())
@@ -315,7 +315,7 @@ use @crate_name@::CYLINDER;
 use pneumatic_servo::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut plant = Setup::of(&CYLINDER).set("friction.law", "@Name@")?.start(0.0)?;
+    let mut plant = Setup::new(&CYLINDER).set("friction.law", "@Name@")?.start(0.0)?;
     plant.set("valveVoltage", 6.0)?;
     for step in 1..=10 {
         plant.advance_to(0.05 * f64::from(step))?;
@@ -333,14 +333,14 @@ use pneumatic_servo::prelude::*;
 
 #[test]
 fn cylinder_keeps_what_models_promise() -> Result<(), Box<dyn std::error::Error>> {
-    conformance::run(&Setup::of(&CYLINDER).set("actuation", "@Name@")?.set("valveVoltage", 6.0)?);
+    conformance::run(&Setup::new(&CYLINDER).set("actuation", "@Name@")?.set("valveVoltage", 6.0)?);
     Ok(())
 }
 
 /// Both ways, and no air is lost.
 #[test]
 fn carriage_moves_both_ways() -> Result<(), Box<dyn std::error::Error>> {
-    let setup = Setup::of(&CYLINDER).set("actuation", "@Name@")?.set("supplyPressure", 6e5)?;
+    let setup = Setup::new(&CYLINDER).set("actuation", "@Name@")?.set("supplyPressure", 6e5)?;
     let mut plant = setup.set("balance.enabled", true)?.start(0.0)?;
     for (voltage, until, ahead) in [(8.0, 0.4, 1.0), (2.0, 1.0, -1.0)] {
         let before = plant.get("position")?;
@@ -359,7 +359,7 @@ use @crate_name@::CYLINDER;
 use pneumatic_servo::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut plant = Setup::of(&CYLINDER).set("actuation", "@Name@")?.start(0.0)?;
+    let mut plant = Setup::new(&CYLINDER).set("actuation", "@Name@")?.start(0.0)?;
     plant.set("valveVoltage", 6.0)?;
     for step in 1..=10 {
         plant.advance_to(0.05 * f64::from(step))?;
@@ -377,13 +377,13 @@ use pneumatic_servo::prelude::*;
 
 #[test]
 fn model_keeps_what_models_promise() {
-    conformance::run(&Setup::of(&MODEL));
+    conformance::run(&Setup::new(&MODEL));
 }
 
 /// Once it is warm, to half a kelvin on both sides.
 #[test]
 fn thermostat_keeps_the_temperature() -> Result<(), Box<dyn std::error::Error>> {
-    let mut room = Setup::of(&MODEL).start(0.0)?;
+    let mut room = Setup::new(&MODEL).start(0.0)?;
     room.advance_to(7200.0)?;
     for minute in 1..=120 {
         room.advance_to(7200.0 + 60.0 * f64::from(minute))?;
@@ -400,7 +400,7 @@ use @crate_name@::MODEL;
 use pneumatic_servo::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut room = Setup::of(&MODEL).start(0.0)?;
+    let mut room = Setup::new(&MODEL).start(0.0)?;
     for hour in 1..=4 {
         room.advance_to(3600.0 * f64::from(hour))?;
         println!("{:.0} s  {:.3} K", room.time(), room.get("temperature")?);

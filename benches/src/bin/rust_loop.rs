@@ -22,7 +22,7 @@ fn main() -> Result<()> {
 fn seconds() -> Result<f64> {
     let voltages: Vec<f64> = (0..STEPS).map(|k| 5.0 + 2.0 * (TAU * f64::from(k) * STEP).sin()).collect();
     let begin = Instant::now();
-    let mut plant = Setup::of(&MODEL).start(0.0)?;
+    let mut plant = Setup::new(&MODEL).start(0.0)?;
     let mut positions = Vec::with_capacity(voltages.len());
     for (k, voltage) in voltages.iter().enumerate() {
         plant.set("valveVoltage", *voltage)?;

@@ -201,8 +201,8 @@ impl Simulation for Lag {
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let [state] = snapshot.states[..] else { return Err(SnapshotError) };
-        let memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
+        let [state] = snapshot.states[..] else { return Err(SnapshotError::Lengths) };
+        let memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError::Unreadable)?;
         (self.time, self.state, self.memory) = (snapshot.time, state, memory);
         Ok(())
     }

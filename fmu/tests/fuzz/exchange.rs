@@ -67,7 +67,7 @@ impl Triplets {
         assert_eq!((two.set_integer(&[law], &[id]), three.set_int64(&[law], &[id.into()])), (OK, OK));
         two.initialize();
         assert_eq!((three.enter(), three.exit()), (OK, OK));
-        let setup = Setup::of(model).set("friction.law", id).expect("a law");
+        let setup = Setup::new(model).set("friction.law", id).expect("a law");
         Self {
             random,
             two,

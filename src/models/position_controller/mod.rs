@@ -443,9 +443,12 @@ impl Simulation for PositionController {
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let memory: Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError)?;
-        if !snapshot.states.is_empty() || !snapshot.time.is_finite() || !memory.is_finite() {
-            return Err(SnapshotError);
+        let memory: Memory = postcard::from_bytes(&snapshot.memory).map_err(|_| SnapshotError::Unreadable)?;
+        if !snapshot.states.is_empty() {
+            return Err(SnapshotError::States { found: snapshot.states.len(), expected: 0 });
+        }
+        if !snapshot.time.is_finite() || !memory.is_finite() {
+            return Err(SnapshotError::NotFinite);
         }
         (self.time, self.memory) = (snapshot.time, memory);
         Ok(())

@@ -20,7 +20,7 @@ fn default_experiment_has_the_bits_of_the_plant() -> Result<()> {
         let mut host = co_simulation(&import)?;
         host.set_integer("friction.law", *id)?;
         host.initialize()?;
-        let mut plant = Setup::of(&pneumatic_servo_cylinder::MODEL).set("friction.law", *id)?.start(0.0)?;
+        let mut plant = Setup::new(&pneumatic_servo_cylinder::MODEL).set("friction.law", *id)?.start(0.0)?;
         for step in 0..experiment.steps() {
             let [time, next] = [step, step + 1].map(|step| f64::from(step) * experiment.step_size);
             host.set_real("valveVoltage", signal.course.at(time))?;

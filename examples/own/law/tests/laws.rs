@@ -11,14 +11,14 @@ type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 /// A bench under a law, moved as prescribed.
 fn moved(law: &str, velocity: f64) -> Result<Setup, Box<dyn std::error::Error>> {
-    let setup = Setup::of(&BENCH).set("friction.law", law)?.set("bench.drive", "PrescribedMotion")?;
+    let setup = Setup::new(&BENCH).set("friction.law", law)?.set("bench.drive", "PrescribedMotion")?;
     Ok(setup.set("driveVelocity", velocity)?)
 }
 
 #[test]
 fn contact_breaks_away_at_the_static_friction_and_slides_at_the_curve() -> Outcome {
     let mut bench =
-        Setup::of(&BENCH).set("friction.law", "HyperbolicStribeck")?.set("bench.drive", "Free")?.start(0.0)?;
+        Setup::new(&BENCH).set("friction.law", "HyperbolicStribeck")?.set("bench.drive", "Free")?.start(0.0)?;
     bench.set("appliedForce", 10.999)?;
     bench.step(1.0)?;
     assert_eq!((bench.get("sticking")?, bench.get("position")?), (1.0, 0.0));
@@ -79,7 +79,7 @@ fn bristles_yield_one_after_the_other() -> Outcome {
 #[test]
 fn laws_of_the_library_keep_their_bits() -> Outcome {
     let ended = |model: &'static Model, law: &str| -> Result<[u64; 2], Box<dyn std::error::Error>> {
-        let mut plant = Setup::of(model).set("friction.law", law)?.start(0.0)?;
+        let mut plant = Setup::new(model).set("friction.law", law)?.start(0.0)?;
         for step in 0..200 {
             plant.set("valveVoltage", 5.0 + 0.02 * f64::from(step))?;
             plant.step(1e-3)?;
@@ -108,7 +108,7 @@ fn new_laws_keep_what_laws_promise() {
 #[test]
 fn cylinder_runs_under_the_new_laws_and_repeats_from_saved_states() -> Outcome {
     for law in ["HyperbolicStribeck", "LoadedDahl", "RootedCoulomb", "TwoBristles"] {
-        let setup = Setup::of(&CYLINDER).set("friction.law", law)?.set("valveVoltage", 6.5)?;
+        let setup = Setup::new(&CYLINDER).set("friction.law", law)?.set("valveVoltage", 6.5)?;
         let mut plant = setup.start(0.0)?;
         plant.advance_to(0.3)?;
         assert!(plant.get("position")? > 0.26, "{law}: {} m", plant.get("position")?);

@@ -7,7 +7,7 @@ use quarter_car::{MODEL, QuarterCar};
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 fn start(settings: &[(&str, f64)]) -> Result<Plant, Box<dyn std::error::Error>> {
-    let set = settings.iter().try_fold(Setup::of(&MODEL), |setup, (name, value)| setup.set(name, *value))?;
+    let set = settings.iter().try_fold(Setup::new(&MODEL), |setup, (name, value)| setup.set(name, *value))?;
     Ok(set.tolerance(1e-9).start(0.0)?)
 }
 
@@ -102,7 +102,7 @@ fn wheel_locks_stands_and_rolls_again_when_the_brake_yields() -> Outcome {
 #[test]
 fn quarter_car_keeps_what_models_promise() -> Outcome {
     let with = |settings: &[(&str, f64)]| {
-        settings.iter().try_fold(Setup::of(&MODEL), |setup, (name, value)| setup.set(name, *value))
+        settings.iter().try_fold(Setup::new(&MODEL), |setup, (name, value)| setup.set(name, *value))
     };
     // Without the damping of the bristles the tyre does not turn the wheel at once.
     let locked = [("slip0", 1.0), ("tyre.sigma1", 0.0), ("brakeTorque", 1e3)];
@@ -120,7 +120,7 @@ fn static_friction_below_that_of_sliding_is_refused_by_name() {
 #[test]
 fn places_to_spare_change_no_bit() -> Outcome {
     const SPACIOUS: Model = Model::of::<QuarterCar, 2, 7>(MODEL.name, MODEL.description, MODEL.experiment);
-    let (mut car, mut spacious) = (Setup::of(&MODEL).start(0.0)?, Setup::of(&SPACIOUS).start(0.0)?);
+    let (mut car, mut spacious) = (Setup::new(&MODEL).start(0.0)?, Setup::new(&SPACIOUS).start(0.0)?);
     for step in 1..=500 {
         for car in [&mut car, &mut spacious] {
             car.set("brakeTorque", if step < 200 { 1400.0 } else { 500.0 })?;

@@ -7,7 +7,7 @@ use pneumatic_servo::prelude::*;
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 fn cylinder() -> Outcome<Setup> {
-    Ok(Setup::of(&CYLINDER).set("actuation", "ValvePair")?.set("supplyPressure", 6e5)?)
+    Ok(Setup::new(&CYLINDER).set("actuation", "ValvePair")?.set("supplyPressure", 6e5)?)
 }
 
 /// Spools follow `s = e*(1 - exp(-t/tau))`, which the plant has in closed form: rounding remains.
