@@ -21,17 +21,20 @@
 //! | room | what lives there |
 //! |---|---|
 //! | [`numbers`], [`variables`] | numbers with exact derivatives; the variable table |
-//! | [`hybrid`] | what a hybrid system is |
 //! | [`solver`] | the hybrid integrator, which knows equations but no cylinder |
 //! | [`friction`], [`pneumatics`], [`mechanics`], `sensor` | the physics |
-//! | [`system`] | what a model is: equations with tables |
-//! | [`session`] | what runs have in common, whoever integrates them |
+//! | [`system`] | what a model is: hybrid equations with tables |
 //! | [`sensitivity`] | how a run changes with parameters, inputs and states |
 //! | [`model_exchange`], [`co_simulation`] | a run with the solver outside, or with one inside |
 //! | [`model`] | a model built and run by name |
 //! | [`models`] | the models of this library |
 //! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
 //! | [`conformance`] | what is promised of every law and model, as checks for their tests |
+
+//!
+//! Rust 1.89 or later. Features: `sensitivities` (on by default), derivatives along runs ([`sensitivity`]), which double what
+//! is compiled; `small`, fewer compiled sizes of the vector of states: programs are half as large and somewhat slower, with the
+//! same bits. How a law, an actuator or a model of your own is written, tested and packed: [`guide`].
 
 #![forbid(unsafe_code)]
 
@@ -44,7 +47,6 @@ pub use serde;
 pub mod co_simulation;
 pub mod conformance;
 pub mod friction;
-pub mod hybrid;
 pub mod mechanics;
 pub mod model;
 pub mod model_exchange;
@@ -55,6 +57,7 @@ pub mod prelude;
 pub mod sensitivity;
 #[doc(hidden)]
 pub mod sensor;
+#[doc(hidden)]
 pub mod session;
 pub mod solver;
 pub mod system;
@@ -65,7 +68,6 @@ pub mod variables;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// The Rust programs of the page on laws, actuators and models of one's own, which are run as tests.
-#[cfg(doctest)]
+#[cfg(any(doc, doctest))]
 #[doc = include_str!("../docs/own.md")]
-struct Own;
+pub mod guide {}

@@ -1,7 +1,7 @@
 //! Gravity, contacts that only push, end stops.
 
-use crate::hybrid::Limits;
 use crate::numbers::Scalar;
+use crate::system::Limits;
 
 /// Standard acceleration of gravity in m/s2.
 pub const GRAVITY: f64 = 9.80665;

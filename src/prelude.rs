@@ -16,12 +16,12 @@
 pub use crate::friction::parts::of_velocity::{OfVelocity, VelocityLaw};
 pub use crate::friction::parts::one_bristle::{BristleLaw, OneBristle};
 pub use crate::friction::parts::stick_slip::{SetValued, StickSlip};
-pub use crate::friction::{Contact, Drive, FrictionContact, FrictionLaw, StateKind, Stiction};
-pub use crate::hybrid::{Sample, UNUSED};
+pub use crate::friction::{Contact, ContactLaw, Drive, FrictionContact, FrictionLaw, StateKind, Stiction};
 pub use crate::model::{Course, Experiment, Model, Panel, Setup, Signal};
 pub use crate::numbers::{Number, Real, Scalar, sign};
 pub use crate::pneumatics::actuator::Actuating;
 pub use crate::system::{Event, System, Tables};
+pub use crate::system::{Sample, UNUSED};
 pub use crate::variables::{
     Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Unit, Values, Variable, units,
 };

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar, random};
+use crate::system::Sample;
 use crate::variables::{Field, Meaning, ParameterError, Tunable, Unit, Variable, units};
 
 /// A sensor with lag, offset, noise, resolution and sample time; with all of them 0 it reads the quantity itself.

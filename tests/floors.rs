@@ -6,10 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms of the library, from the ground up.
-const FLOORS: [&str; 16] = [
+const FLOORS: [&str; 15] = [
     "numbers",
     "variables",
-    "hybrid",
     "system",
     "solver",
     "friction",

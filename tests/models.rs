@@ -204,10 +204,10 @@ fn numbers_between_integers_are_refused_for_all_that_is_no_real_number() {
 #[test]
 fn stroke_below_the_initial_position_says_what_to_do() {
     let setup = Setup::new(&models::ALL[0]).set("cylinder.stroke", 0.2).unwrap();
-    let refused = setup.start(0.0).err().expect("position0 is 0.25 m").to_string();
+    let refused = setup.start(0.0).expect_err("position0 is 0.25 m").to_string();
     let expected = "position0 = 0.25 is refused: it must not exceed cylinder.stroke = 0.2; this is its default: give position0, too";
     assert_eq!(refused, expected);
-    let given = setup.clone().set("position0", 0.3).unwrap().start(0.0).err().expect("beyond the stroke").to_string();
+    let given = setup.clone().set("position0", 0.3).unwrap().start(0.0).expect_err("beyond the stroke").to_string();
     assert_eq!(given, "position0 = 0.3 is refused: it must not exceed cylinder.stroke = 0.2", "it was given");
     assert!(setup.set("position0", 0.1).unwrap().start(0.0).is_ok(), "what it says helps");
 }

@@ -58,8 +58,8 @@ fn compiler_refuses_mistakes_and_says_what_is_wrong() {
 
 mod at_the_start {
     use pneumatic_servo::conformance::law::benched;
-    use pneumatic_servo::hybrid::Indicator;
     use pneumatic_servo::prelude::*;
+    use pneumatic_servo::system::Indicator;
 
     parameters! {
         /// None.
@@ -104,7 +104,11 @@ mod at_the_start {
     const FAULTS: &[Fault] = &[
         (
             |tables| tables.computed.push(Variable::output(11, "speed", units::METRE_PER_SECOND)),
-            "speed = 11 is refused: the value reference 11 of speed is used twice",
+            "velocity = 11 is refused: the value reference 11 of velocity is taken by speed",
+        ),
+        (
+            |tables| tables.computed.push(Variable::output(5001, "gain", units::ONE)),
+            "gain = 5001 is refused: the value reference 5001 of gain is taken by solver.relativeTolerance",
         ),
         (
             |tables| tables.computed[1].depends_on = vec![77],
@@ -265,7 +269,7 @@ mod at_the_start {
 
     #[test]
     fn faults_of_tables_and_states_without_magnitude_are_refused_by_name() {
-        static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21];
+        static MODELS: [Model; SOUND] = faulty![0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22];
         for (model, (_, expected)) in MODELS.iter().zip(FAULTS) {
             let refused = Setup::new(model).start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(refused.contains(expected), "{refused}, not {expected}");

@@ -123,7 +123,7 @@ fn delayed_velocity_has_derivatives_where_steps_divide_the_delay() {
         }
     }
     let slope = plant.sensitivities(0).unwrap_or_else(|lost| panic!("{lost}"))[position];
-    let [above, below] = [above, below].map(|mut plant| plant.get("position").expect("a variable"));
+    let [above, below] = [above, below].map(|plant| plant.get("position").expect("a variable"));
     let expected = (above - below) / (2e-5 * value);
     assert!((slope / expected - 1.0).abs() < 1e-4, "{slope}, not {expected}");
 }

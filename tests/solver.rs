@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use bounds::close;
 use pneumatic_servo::numbers::Scalar;
 use pneumatic_servo::solver::{Run, Scheme, Settings, StepError};
-use pneumatic_servo::system::{Place, System};
+use pneumatic_servo::system::{Hints, LongestSteps, Place, System};
 
 const ADAPTIVE: Settings =
     Settings { scheme: Scheme::Adaptive, tolerance: 1e-8, step: 1e-3, max_steps: 100_000, keeps_balance: false };
@@ -36,8 +36,8 @@ impl System<1> for Oscillator {
         self.evaluations.update(|count| count + 1);
         problem::all([x[1], -x[0]])
     }
-    fn is_gentle(&self) -> bool {
-        self.is_gentle
+    fn hints<const N: usize>(&self, _: &[f64; N], _: &Self::Memory) -> Hints {
+        Hints { explicit: self.is_gentle.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
 }
 
@@ -56,8 +56,8 @@ impl System<1> for Follower {
         let [rate, acceleration] = self.0.derivatives(time, &[x[0], x[1]], u, &());
         problem::all([rate, acceleration, (x[0] - x[2]) * FOLLOWING])
     }
-    fn is_gentle(&self) -> bool {
-        true
+    fn hints<const N: usize>(&self, _: &[f64; N], _: &Self::Memory) -> Hints {
+        Hints { explicit: Some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
     fn relaxation<const N: usize>(&self, _: f64, _: &[f64; N], _: &[f64; N], _: &[f64; 1], (): &()) -> f64 {
         FOLLOWING
@@ -75,8 +75,8 @@ impl System<1> for TwoSprings {
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
         problem::all([x[1], if x[0].value() > 0.0 { -x[0] } else { -x[0] * 4.0 }])
     }
-    fn is_gentle(&self) -> bool {
-        true
+    fn hints<const N: usize>(&self, _: &[f64; N], _: &Self::Memory) -> Hints {
+        Hints { explicit: Some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
     fn is_smooth<const N: usize>(&self, [x, end]: [&[f64; N]; 2], _: [&[f64; 1]; 2], (): &(), _: f64) -> bool {
         (x[0] > 0.0) == (end[0] > 0.0)
@@ -101,8 +101,8 @@ impl System<1> for Stiff {
     fn depends_on_time(&self) -> bool {
         true
     }
-    fn is_gentle(&self) -> bool {
-        self.is_gentle
+    fn hints<const N: usize>(&self, _: &[f64; N], _: &Self::Memory) -> Hints {
+        Hints { explicit: self.is_gentle.then_some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
 }
 
@@ -404,8 +404,8 @@ impl System<1> for Surge {
     fn depends_on_time(&self) -> bool {
         true
     }
-    fn is_gentle(&self) -> bool {
-        true
+    fn hints<const N: usize>(&self, _: &[f64; N], _: &Self::Memory) -> Hints {
+        Hints { explicit: Some(LongestSteps::UNLIMITED), ..Hints::default() }
     }
 }
 

@@ -450,7 +450,7 @@ fn missed(setup: &Setup, tolerance: f64, amplitude: f64, step: f64, end: f64) ->
             plant.set("valveVoltage", voltage).unwrap();
             plant.advance_to(f64::from(index + 1) * step).unwrap();
         }
-        let mut apart = |name: &str| (exact.get(name).unwrap() - plant.get(name).unwrap()).abs();
+        let apart = |name: &str| (exact.get(name).unwrap() - plant.get(name).unwrap()).abs();
         of_position = larger(of_position, apart("position"));
         of_pressure = larger(of_pressure, larger(apart("chamberA.pressure"), apart("chamberB.pressure")));
     }

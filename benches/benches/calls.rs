@@ -50,10 +50,10 @@ where
     criterion.bench_function(&format!("Jacobian/{}", case.name), |bencher| {
         bencher.iter(|| {
             let (x, u, memory) = (black_box(&x), black_box(&u), black_box(&memory));
-            system.jacobian(black_box(0.0), x, u, memory, &mut jacobian)
+            system.jacobian(black_box(0.0), x, u, memory, &mut jacobian.data.0)
         });
     });
-    let derivatives = system.jacobian(0.0, &x, &u, &memory, &mut jacobian);
+    let derivatives = system.jacobian(0.0, &x, &u, &memory, &mut jacobian.data.0);
     criterion.bench_function(&format!("linear systems, solver/{}", case.name), |bencher| {
         bencher.iter(|| by_inverse(black_box(&jacobian), black_box(derivatives)));
     });

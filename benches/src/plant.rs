@@ -182,7 +182,7 @@ impl Plant {
     /// Its Jacobian, column by column.
     pub fn jacobian<const N: usize>(&self, time: f64, x: &[f64; N]) -> [[f64; N]; N] {
         let mut found = SMatrix::<f64, N, N>::zeros();
-        self.system.jacobian(time, x, &self.inputs.at(time), &self.memory.borrow(), &mut found);
+        self.system.jacobian(time, x, &self.inputs.at(time), &self.memory.borrow(), &mut found.data.0);
         found.into()
     }
 

@@ -4,11 +4,11 @@ mod simulator;
 
 #[doc(hidden)]
 pub use self::simulator::{Simulator, snapshot_size};
-use crate::hybrid::Indicator;
 use crate::model_exchange::Exchange;
 use crate::sensitivity::Differentiable;
 pub use crate::session::{Direction, Snapshot, SnapshotError};
 use crate::solver::StepError;
+use crate::system::Indicator;
 use crate::variables::{Notices, ParameterError};
 
 /// A running model.

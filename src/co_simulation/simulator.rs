@@ -1,14 +1,13 @@
 //! Runs any model's equations with the solver, behind the interface the FMI layer sees.
 
 use super::Simulation;
-use crate::hybrid::Indicator;
 use crate::model_exchange::{Exchange, Exchanger};
 use crate::sensitivity::Differentiable;
 #[cfg(feature = "sensitivities")]
 use crate::sensitivity::{Equations, Erased};
 use crate::session::{Direction, Session, Snapshot, SnapshotError, Start, check_outputs};
 use crate::solver::{Counters, Mark, Progress, Run, Settings, StepError};
-use crate::system::System;
+use crate::system::{Indicator, System};
 use crate::variables::{Notices, ParameterError};
 
 /// Starts a run of equations, with the smallest of some numbers of states that is enough: the library is compiled for each. One

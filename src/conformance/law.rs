@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use super::{Random, run};
 use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES};
-use crate::hybrid::UNUSED;
 use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
 use crate::numbers::{Dual, Real, Scalar};
+use crate::system::UNUSED;
 use crate::variables::{Kind, Meaning, Tunable};
 
 /// What is claimed of a law besides what every law promises.

@@ -1,9 +1,8 @@
 //! A catalogue of friction laws: one line for each law, from which the enumeration, the parameter table and the dispatch are
 //! made. The laws of this library are one catalogue; another crate makes its own with [`laws!`](crate::laws).
 
-use super::law::{Contact, FrictionLaw, MAX_STATES};
+use super::law::{Contact, FrictionLaw};
 use crate::numbers::Scalar;
-use crate::variables::ParameterError;
 
 /// The force of one law: a function of its own, so that a short law does not save the registers that a long one needs.
 #[doc(hidden)]
@@ -18,19 +17,8 @@ pub fn force<L: FrictionLaw, S: Scalar>(
     law.force(contact, z, memory, rates)
 }
 
-/// A law whose parameters fit together, and for whose states there is room.
-///
-/// # Errors
-/// [`ParameterError`] when they do not, or when it asks for more states than [`MAX_STATES`].
 #[doc(hidden)]
-pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
-    law.check()?;
-    if law.states() <= MAX_STATES {
-        return Ok(law);
-    }
-    let reason = format!("the law asks for more states than the {MAX_STATES} that a contact has");
-    Err(ParameterError::new("states", law.states() as f64, &reason))
-}
+pub use super::law::checked;
 
 /// Makes a catalogue of friction laws, a module with the enumeration `Law`, the laws `Friction` and their memories `Memory`.
 ///
@@ -136,7 +124,7 @@ macro_rules! law_items {
 
         const _: () = {
             use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, StateKind, Stiction};
-            use $crate::hybrid::Sample;
+            use $crate::system::Sample;
             use $crate::numbers::Scalar;
             use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
@@ -198,6 +186,9 @@ macro_rules! law_items {
                 }
                 fn states(&self) -> usize {
                     of_law!(self, |law| law.states())
+                }
+                fn couples_states() -> bool {
+                    false $(|| <$type as FrictionLaw>::couples_states())*
                 }
                 fn events(&self) -> &'static [Event] {
                     of_law!(self, |law| law.events())

@@ -6,8 +6,8 @@ use super::event::{Event, Indicators};
 use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use super::registry::Friction;
 use super::states;
-use crate::hybrid::Sample;
 use crate::numbers::{Dual, Scalar};
+use crate::system::Sample;
 
 /// A friction law and the place of its states; a model may hold several.
 ///

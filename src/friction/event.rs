@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-use crate::hybrid::{Indicator, UNUSED};
+use crate::system::{Indicator, UNUSED};
 
 /// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
 ///

@@ -3,9 +3,8 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
-use crate::hybrid::Sample;
 use crate::numbers::{Real, Scalar};
-use crate::system::references;
+use crate::system::{Sample, references};
 use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
 /// The largest number of continuous states a law may have.
@@ -18,6 +17,16 @@ pub enum StateKind {
     Deflection,
     /// Forces in N.
     Force,
+}
+
+impl StateKind {
+    /// The largest number of states of this kind.
+    pub const fn most(self) -> usize {
+        match self {
+            Self::Deflection => 1,
+            Self::Force => MAX_STATES,
+        }
+    }
 }
 
 /// What sets the contact in motion.
@@ -91,8 +100,24 @@ impl<L: FrictionLaw, const LAW: i32> ParameterSet for ContactLaw<L, LAW> {
     }
 
     fn read(values: &[Tunable]) -> Result<Self, ParameterError> {
-        L::read(values).map(Self).map_err(|error| error.within(GROUP))
+        L::read(values).and_then(checked).map(Self).map_err(|error| error.within(GROUP))
     }
+}
+
+/// A law whose parameters fit together, and for whose states there is room.
+///
+/// # Errors
+/// [`ParameterError`] when they do not, or when it asks for more states than a contact has of their kind.
+#[doc(hidden)]
+pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
+    law.check()?;
+    let (kind, states) = (law.state_kind(), law.states());
+    if states <= kind.most() {
+        return Ok(law);
+    }
+    let reason =
+        format!("the law asks for more states than the {} that a contact has of the kind {kind:?}", kind.most());
+    Err(ParameterError::new("states", states as f64, &reason))
 }
 
 /// A friction law: its parameters and its hybrid equations.
@@ -165,6 +190,12 @@ pub trait FrictionLaw: ParameterSet {
     /// Number of continuous states, at most [`MAX_STATES`].
     fn states(&self) -> usize {
         0
+    }
+
+    /// Whether the rate of one continuous state depends on others of the law; otherwise each rate depends on its own state, the
+    /// motion and the load level.
+    fn couples_states() -> bool {
+        false
     }
 
     /// What the continuous states are.

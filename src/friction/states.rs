@@ -3,7 +3,7 @@
 //! A law has at most one deflection, or the forces of up to ten elements: each kind has variables of its own, so that
 //! all have a unit. Those that the chosen law does not have stay 0.
 
-use super::law::{MAX_STATES, StateKind};
+use super::law::{FrictionLaw, MAX_STATES, StateKind};
 use crate::numbers::Scalar;
 use crate::variables::{Unit, Variable, units};
 
@@ -29,7 +29,7 @@ const KINDS: [Kind; 2] = [
         kind: StateKind::Deflection,
         first: 0,
         name: "deflection",
-        count: 1,
+        count: StateKind::Deflection.most() as u32,
         units: [units::METRE, units::METRE_PER_SECOND],
         text: "Mean deflection of the bristles of the friction law (law Bristle follows each of its bonds instead)",
     },
@@ -37,7 +37,7 @@ const KINDS: [Kind; 2] = [
         kind: StateKind::Force,
         first: 20,
         name: "elementForce",
-        count: MAX_STATES as u32,
+        count: StateKind::Force.most() as u32,
         units: [units::NEWTON, units::NEWTON_PER_SECOND],
         text: "Force of an element of the friction law (GMS and BlimanSorine)",
     },
@@ -72,9 +72,11 @@ pub fn number_of(kind: StateKind, reference: u32) -> Option<usize> {
 }
 
 /// The states of a contact in a group and their rates; value references from `base`. `sliding` lists what velocity and
-/// load level depend on: with the state itself, all that its rate does.
-pub fn table(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
+/// load level depend on: with the state itself, or all of its kind if the laws couple them, all that its rate does.
+pub fn table<L: FrictionLaw>(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
     let variables = KINDS.iter().flat_map(|kind| {
+        let all = (0..kind.count).map(|number| base + kind.first + number).collect::<Vec<_>>();
+        let own = move |state: u32| if L::couples_states() { all.clone() } else { vec![state] };
         let states = (0..kind.count).map(move |number| {
             let reference = base + kind.first + number;
             Variable::output(reference, &kind.name(group, number), kind.units[0])
@@ -87,7 +89,7 @@ pub fn table(group: &str, base: u32, sliding: &[u32]) -> Vec<Variable> {
             Variable::output(state + RATES, &format!("der({})", kind.name(group, number)), kind.units[1])
                 .local()
                 .derivative_of(state)
-                .depends_on(&[sliding, &[state]].concat())
+                .depends_on(&[sliding, &own(state)].concat())
                 .text(&format!("Rate: {}", kind.text))
         });
         states.chain(rates)
@@ -136,7 +138,7 @@ mod tests {
 
     #[test]
     fn references_of_a_contact_stay_within_its_range() {
-        let table = table("friction", 400, &[]);
+        let table = table::<Friction>("friction", 400, &[]);
         assert!(table.iter().all(|variable| (400..400 + REFERENCES).contains(&variable.reference)));
         let states: Vec<u32> = table.iter().filter_map(|variable| variable.derivative_of).collect();
         assert_eq!(states, references(400));

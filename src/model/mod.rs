@@ -14,10 +14,9 @@ pub use self::plant::{Plant, Saved};
 pub use self::setup::Setup;
 pub use self::transition::Steps;
 use crate::co_simulation::{Simulation, snapshot_size};
-use crate::hybrid::Indicator;
 pub use crate::session::Start;
 use crate::start_sized;
-use crate::system::{System, assert_sound, indicators, references, shared_table, table};
+use crate::system::{Indicator, System, assert_sound, indicators, references, shared_table, table};
 use crate::variables::{ParameterError, StateSet, Table, Variable, units};
 pub use crate::variables::{SettingError, Value};
 

@@ -1,10 +1,9 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
-use crate::hybrid::{Indicator, Limits, UNUSED};
 use crate::session::{Direction, Session, Snapshot, SnapshotError};
 use crate::solver::Counters;
-use crate::system::{MAX_KINKS, System, state_name};
+use crate::system::{Indicator, Limits, MAX_KINKS, System, UNUSED, state_name};
 use crate::variables::{Notices, ParameterError};
 
 /// By how much, relative to its nominal value, an indicator is off zero at the exact instant of its event.
@@ -387,11 +386,10 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hybrid::Sample;
     use crate::numbers::Scalar;
     use crate::session::Start;
     use crate::states;
-    use crate::system::{System, Tables};
+    use crate::system::{Sample, System, Tables};
     use crate::variables::Values;
 
     /// Nothing but events at one instant: so many that are handled, each by its indicator, and so many samples.

@@ -14,7 +14,7 @@
 //!   moves at events only: for the valve at most the width of its play, for laws with nested loops the loops that begin
 //!   and end between two events. Delay lines make time events of their own and need nothing.
 //! - Every finite vector of states has rates, values and indicators, since a solver tries states that no run comes to. Beyond
-//!   the [`Limits`](crate::hybrid::Limits) of the states, where volumes, pressures or temperatures would vanish, the
+//!   the [`Limits`](crate::system::Limits) of the states, where volumes, pressures or temperatures would vanish, the
 //!   equations are those of states nearby, and states are led back. What a host accepts there is refused.
 //! - Time is that of the host's clock, and the equations count theirs from the start: a run is the same from any start.
 //! - Sampled laws and delay lines announce their next time event with every update.

@@ -19,10 +19,9 @@ use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{
     self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
-use crate::hybrid::{Indicator, Sample};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
-use crate::system::{System, Tables, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, references, shared_table, table};
 use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
@@ -220,7 +219,7 @@ struct Trend {
     /// Velocity last seen in m/s.
     velocity: f64,
     /// 1 if its magnitude grew, or after a reversal; -1 if it fell.
-    #[serde(with = "crate::hybrid::side")]
+    #[serde(with = "crate::system::side")]
     sign: f64,
 }
 
@@ -330,7 +329,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     type Indicators = Indicators;
 
     fn tables() -> Tables {
-        let states = states::table("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
+        let states = states::table::<L>("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
         let states = states.into_iter().map(|state| {
             if state.reference == states::deflection(references::CONTACT) { yielding(state) } else { state }
         });

@@ -4,8 +4,8 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
-use crate::hybrid::{Led, Sample, Stride};
 use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::system::{Led, Sample, Stride};
 use crate::variables::{ParameterError, ParameterSet, Variable};
 
 /// States of an actuator. Each actuator has its own, with variables of their own; those in use share these places, so
@@ -69,11 +69,6 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// Whether the supply pressure, an input, has a part in what flows.
     fn has_supply(&self) -> bool {
         Self::feeds(0).contains(&SUPPLY)
-    }
-
-    /// Whether what flows depends on the state that as a rule only leads to the other one.
-    fn feeds_by_both_states(&self) -> bool {
-        self.variables()[0].is_some_and(|state| [0, 1].iter().any(|chamber| Self::feeds(*chamber).contains(&state)))
     }
 
     /// Whether it changes by itself at points in time.

@@ -1,23 +1,7 @@
 //! What feeds the chambers of a cylinder, on a voltage: actuators to choose from.
 
 pub use super::actuating::{ACTUATION, Actuating, FLOW, Ports, STATES, SUPPLY, VOLTAGE};
-use super::gas::GasState;
-use super::orifice::Inflow;
 use super::{regulator, switching, valve};
-use crate::numbers::{Pair, Scalar};
-
-/// What flows through an actuator that changes by itself: a function of its own, so that the others do not save the registers
-/// that it needs.
-#[doc(hidden)]
-#[inline(never)]
-pub fn feed_of_sampled<A: Actuating, S: Scalar>(
-    actuator: &A,
-    states: [S; STATES],
-    ports: &Ports<S>,
-    gas: GasState<Pair<S>>,
-) -> Inflow<Pair<S>> {
-    actuator.feed(states, ports, gas)
-}
 
 /// Makes a catalogue of actuators, a module with the enumeration `Actuation`, the actuators `Actuator` and their memories
 /// `Memory`.
@@ -100,7 +84,7 @@ macro_rules! actuator_items {
         }
 
         const _: () = {
-            use $crate::hybrid::{Led, Sample, Stride};
+            use $crate::system::{Led, Sample, Stride};
             use $crate::numbers::{Pair, Real, Scalar};
             use $crate::pneumatics::actuator::{ACTUATION, Actuating, Ports, STATES};
             use $crate::pneumatics::gas::GasState;
@@ -183,11 +167,7 @@ macro_rules! actuator_items {
                 }
                 fn has_supply(&self) -> bool {
                     of_actuator!(self, |actuator| actuator.has_supply())
-                }
-                fn feeds_by_both_states(&self) -> bool {
-                    of_actuator!(self, |actuator| actuator.feeds_by_both_states())
-                }
-                fn scales(&self) -> [f64; STATES] {
+                }                fn scales(&self) -> [f64; STATES] {
                     of_actuator!(self, |actuator| actuator.scales())
                 }
                 fn start(&self, voltage: f64) -> ([f64; STATES], Memory) {
@@ -206,11 +186,7 @@ macro_rules! actuator_items {
                 }
                 #[inline(always)]
                 fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
-                    of_actuator!(self, |actuator| if actuator.is_sampled() {
-                        $crate::pneumatics::actuator::feed_of_sampled(actuator, states, ports, gas)
-                    } else {
-                        actuator.feed(states, ports, gas)
-                    })
+                    of_actuator!(self, |actuator| actuator.feed(states, ports, gas))
                 }
                 #[inline(always)]
                 fn piece(&self, states: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {

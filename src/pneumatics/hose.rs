@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use super::gas::GAS_CONSTANT;
-use crate::hybrid::LongestSteps;
 use crate::numbers::Scalar;
+use crate::system::LongestSteps;
 
 /// Columns of air in a hose.
 pub const COLUMNS: usize = 3;

@@ -3,8 +3,8 @@
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
-use crate::hybrid::{Led, Stride};
 use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::system::{Led, Stride};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
 

@@ -2,7 +2,7 @@
 
 use super::equations::At;
 use super::{Along, Companion, Differentiable, Driven, Equations, NoDerivative, Slopes, Way};
-use crate::hybrid::Indicator;
+use crate::system::Indicator;
 use crate::variables::{Role, Table};
 
 /// A run that slopes are to be carried along.

@@ -211,7 +211,7 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
 
     fn jacobian(&self, At { time, x, u }: At) -> Vec<f64> {
         let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        System::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian);
+        System::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian.data.0);
         jacobian.as_slice().to_vec()
     }
 
@@ -224,11 +224,12 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
     }
 
     fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)> {
-        piece.cross::<N>((E::GROUPS, System::is_chain(&self.equations)), columns, weights)
+        let is_chain = System::hints::<N>(&self.equations, &[0.0; N], &self.memory).is_chain;
+        piece.cross::<N>((E::GROUPS, is_chain), columns, weights)
     }
 
     fn later(&self, At { x, u, .. }: At, step: f64) -> Option<Vec<f64>> {
-        if E::LED == 0 || !System::is_gentle(&self.equations) {
+        if E::LED == 0 || System::hints::<N>(&self.equations, &array(x), &self.memory).explicit.is_none() {
             return None;
         }
         let stride = System::stride(&self.equations, step);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use serde::de::DeserializeOwned;
 use serde::ser::{self, Serialize, Serializer};
 
-use crate::hybrid::side;
+use crate::system::side;
 
 /// The saved form of a memory, and where its numbers are.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::{Along, Companion, Leaf, NoDerivative, Slopes};
 /// ```
 ///
 /// `x` are the continuous states and, behind them, the numbers that the memory keeps (`memory.friction.since`) but for
-/// its [sides](crate::hybrid::side); `x+` are those
+/// its [sides](crate::system::side); `x+` are those
 /// at the end of the step, whose memory may keep others. `u` is added to the inputs over the whole step, and `y` are the outputs
 /// at its end, as a run records them. All matrices are row by row, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]

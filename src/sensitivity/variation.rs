@@ -13,8 +13,8 @@
 
 use nalgebra::SMatrix;
 
-use crate::hybrid::Groups;
 use crate::solver::{RODAS, Solver};
+use crate::system::Groups;
 
 /// The largest number of parts.
 const MOST_PARTS: u32 = 1 << 14;

@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::array;
 use super::event::Hermite;
-use crate::hybrid::{Held, QUANTITIES};
-use crate::system::System;
+use crate::system::{Held, QUANTITIES, System};
 
 /// The account of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -5,8 +5,7 @@ use nalgebra::SMatrix;
 use super::array;
 use super::linear::Solver;
 use super::trial::Trial;
-use crate::hybrid::Held;
-use crate::system::System;
+use crate::system::{Held, System};
 
 const MAX_ITERATIONS: usize = 30;
 
@@ -30,10 +29,11 @@ pub fn step<H: System<U>, const N: usize, const U: usize>(
     let mut end = *x;
     let mut jacobian = SMatrix::zeros();
     for _ in 0..MAX_ITERATIONS {
-        let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian);
+        let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian.data.0);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.is_chain())?.solve(&residual, H::GROUPS);
+        let change =
+            Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(x, memory).is_chain)?.solve(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use nalgebra::SMatrix;
 
-use crate::hybrid::{Groups, bits};
+use crate::system::{Groups, bits};
 
 /// The inverse of `shift*I - J`, by blocks.
 ///

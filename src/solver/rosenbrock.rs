@@ -6,8 +6,7 @@
 
 use super::linear::Solver;
 use super::trial::{Linearisation, Trial};
-use crate::hybrid::Held;
-use crate::system::System;
+use crate::system::{Held, System};
 
 const GAMMA: f64 = 0.25;
 
@@ -70,7 +69,7 @@ pub fn step<H: System<U>, const N: usize, const U: usize>(
     linearisation: &Linearisation<N>,
     h: f64,
 ) -> Option<Trial<N>> {
-    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.is_chain())?;
+    let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.hints(x, memory).is_chain)?;
     let rates = |fraction: f64, argument: &[f64; N]| {
         let stage_time = time + fraction * h;
         system.rates(stage_time, argument, &inputs.at(stage_time), memory)

@@ -3,8 +3,7 @@
 use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
-use crate::hybrid::{Held, Led};
-use crate::system::System;
+use crate::system::{Held, Led, System};
 
 /// An explicit Runge-Kutta method in which each stage uses the one before only.
 pub struct Tableau {

@@ -1,7 +1,7 @@
 //! What can end a mode of a model.
 
 use super::System;
-use crate::hybrid::Indicator;
+use crate::system::Indicator;
 
 /// The indicator of an event, a function of time in s, states, inputs and memory.
 pub type Watch<E, const U: usize> = fn(&E, f64, &[f64], &[f64; U], &<E as System<U>>::Memory) -> f64;
@@ -18,7 +18,7 @@ pub struct Event<E: System<U>, const U: usize> {
     pub text: &'static str,
     /// Magnitude of the indicator, in its own unit, that counts as 1 where indicators are compared.
     pub nominal: f64,
-    /// The indicator: positive or zero while the present mode is valid, [`UNUSED`](crate::hybrid::UNUSED) where the mode has
+    /// The indicator: positive or zero while the present mode is valid, [`UNUSED`](crate::system::UNUSED) where the mode has
     /// no use for it. The event happens when it falls below zero.
     pub indicator: Watch<E, U>,
     /// What happens then.

@@ -1,10 +1,8 @@
 //! Jacobians by dual numbers.
 
-use nalgebra::SMatrix;
-
 use super::System;
-use crate::hybrid::{Couplings, bits};
 use crate::numbers::{Dual, Number};
+use crate::system::{Couplings, bits};
 
 /// Directions in which the equations are evaluated at a time.
 const DIRECTIONS: usize = 6;
@@ -18,7 +16,7 @@ pub fn jacobian_by_duals<E: System<U>, const N: usize, const U: usize>(
     x: &[f64; N],
     u: &[f64; U],
     memory: &E::Memory,
-    jacobian: &mut SMatrix<f64, N, N>,
+    jacobian: &mut [[f64; N]; N],
 ) -> [f64; N] {
     let (time, u) = (Dual::constant(time), u.map(Dual::constant));
     let mut derivatives = [0.0; N];
@@ -30,7 +28,7 @@ pub fn jacobian_by_duals<E: System<U>, const N: usize, const U: usize>(
         for (row, rate) in equations.derivatives(time, &seeded, &u, memory).iter().enumerate() {
             derivatives[row] = rate.value;
             for (column, slope) in (first..N).zip(rate.slope) {
-                jacobian[(row, column)] = slope;
+                jacobian[column][row] = slope;
             }
         }
     }
@@ -45,7 +43,7 @@ pub fn jacobian_by_couplings<E: System<U>, const N: usize, const U: usize>(
     x: &[f64; N],
     u: &[f64; U],
     memory: &E::Memory,
-    jacobian: &mut SMatrix<f64, N, N>,
+    jacobian: &mut [[f64; N]; N],
 ) -> [f64; N] {
     let (time, u) = (Dual::constant(time), u.map(Dual::constant));
     let mut derivatives = [0.0; N];
@@ -61,7 +59,7 @@ pub fn jacobian_by_couplings<E: System<U>, const N: usize, const U: usize>(
         for (row, rate) in equations.derivatives(time, &seeded, &u, memory).iter().enumerate() {
             derivatives[row] = rate.value;
             for state in bits(couplings.rates[row] & chosen) {
-                jacobian[(row, state)] = rate.slope[usize::from(couplings.direction[state]) - first];
+                jacobian[state][row] = rate.slope[usize::from(couplings.direction[state]) - first];
             }
         }
     }

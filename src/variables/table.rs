@@ -96,9 +96,10 @@ impl Table {
                 *slot = index as u32;
                 continue;
             }
-            let (Variable { reference, name, .. }, other) = (variable, &variables[*slot as usize].name);
-            let reason = format!("the value reference {reference} of {name} is used twice; {other} has it, too");
-            problem.get_or_insert_with(|| about(variable, &reason));
+            // The variables of a model stand before those of the library: the model can change.
+            let (first, taken_by) = (&variables[*slot as usize], &variable.name);
+            let reason = format!("the value reference {} of {} is taken by {taken_by}", first.reference, first.name);
+            problem.get_or_insert_with(|| about(first, &reason));
         }
         for variable in &variables {
             let lost = variable

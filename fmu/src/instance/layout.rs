@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::guid::guid_of_source;
 use crate::failure::Failure;
-use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
+use pneumatic_servo::system::Indicator;
 use pneumatic_servo::variables::{Entry, Kind, Table, Variable};
 
 /// What the functions of a face read and write.

@@ -7,8 +7,8 @@ mod table;
 mod text;
 
 use anyhow::{Context, Result};
-use pneumatic_servo::hybrid::Indicator;
 use pneumatic_servo::model::Model;
+use pneumatic_servo::system::Indicator;
 use pneumatic_servo::variables::Role;
 
 pub use self::experiment::{figure, section as experiment};

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::elements::{self, MAX_ELEMENTS};
-use crate::hybrid::Sample;
 use crate::numbers::Scalar;
 use crate::parameters;
+use crate::system::Sample;
 use crate::variables::{Meaning, Tunable, Variable, units};
 
 /// Taps of the displacement: the present sample and four past ones.

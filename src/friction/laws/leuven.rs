@@ -85,7 +85,7 @@ const CAPACITY: usize = 128;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Direction of `z`, +1 or -1; 0 before it has moved.
-    #[serde(with = "crate::hybrid::side")]
+    #[serde(with = "crate::system::side")]
     direction: f64,
     /// The last one is that of the present branch.
     turned: List<TurningPoint, CAPACITY>,

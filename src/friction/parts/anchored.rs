@@ -26,7 +26,7 @@ pub enum Mode {
     /// Sliding.
     Sliding {
         /// Direction of sliding, +1 or -1.
-        #[serde(with = "crate::hybrid::side")]
+        #[serde(with = "crate::system::side")]
         direction: f64,
     },
 }

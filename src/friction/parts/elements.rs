@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::MAX_STATES;
-use crate::hybrid::UNUSED;
 use crate::numbers::sign;
+use crate::system::UNUSED;
 use crate::variables::Variable;
 
 /// The largest number of elements, each of which may have a state.
@@ -27,7 +27,7 @@ pub fn count(default: i32) -> Variable {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     /// Direction of slipping, +1 or -1; 0 while none slips.
-    #[serde(with = "crate::hybrid::side")]
+    #[serde(with = "crate::system::side")]
     direction: f64,
     slips: [bool; MAX_ELEMENTS],
 }

@@ -20,12 +20,11 @@ use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
 use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
-use crate::hybrid::{Indicator, Sample};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, references, shared_table, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.

@@ -22,12 +22,11 @@ use serde::{Deserialize, Serialize};
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
 use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
-use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, shared_table, table};
+use crate::system::{Hints, Indicator, Sample, System, Tables, UNUSED, shared_table, table};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -531,8 +530,8 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         [self.friction[0].law().notice(), None]
     }
 
-    fn is_chain(&self) -> bool {
-        true
+    fn hints<const N: usize>(&self, _x: &[f64; N], _memory: &Self::Memory) -> Hints {
+        Hints { is_chain: true, ..Hints::default() }
     }
 }
 

@@ -43,7 +43,7 @@ pub fn tables<L: FrictionLaw>() -> Tables {
     for trolley in 0..MAX_TROLLEYS {
         computed.extend(TrolleyOutputs::<f64>::table().into_iter().map(|variable| of_trolley(variable, trolley)));
         let group = format!("trolley[{}].friction", trolley + 1);
-        computed.extend(states::table(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
+        computed.extend(states::table::<L>(&group, contact_base(trolley), &[trolley_base(trolley) + own::VELOCITY]));
     }
     Tables { inputs: Inputs::table(), computed, parameters: Parts::<L>::table() }
 }

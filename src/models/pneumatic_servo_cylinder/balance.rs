@@ -13,11 +13,11 @@ use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{MOST, PRESSURE_A, PRESSURE_B, of_actuator};
 use super::states::{Inputs, State};
 use crate::friction::FrictionLaw;
-use crate::hybrid::QUANTITIES;
 use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::pneumatics::actuator::Actuating;
 use crate::pneumatics::chamber::Thermal;
 use crate::pneumatics::gas::{GAS_CONSTANT, HEAT_RATIO};
+use crate::system::QUANTITIES;
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::gentle::{GentleSteps, WORTHWHILE};
+use super::explicit_steps::{ExplicitSteps, WORTHWHILE};
 use super::lines::Lines;
 use super::options::Options;
 use super::parameters::Parameters;
@@ -13,12 +13,11 @@ use super::places::MOST;
 use super::sensors::{self, Sensors};
 use super::states::State;
 use crate::friction::{self, Drive, Friction, FrictionContact, FrictionLaw};
-use crate::hybrid::{Couplings, Sample};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
-use crate::system::references;
+use crate::system::{Couplings, Sample, references};
 use crate::variables::Tunable;
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
@@ -31,8 +30,6 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) lines: Lines,
     pub(super) sensors: Sensors,
     pub(super) actuator: A,
-    /// Whether both states of the actuator have a part in what flows.
-    pub(super) is_fed_by_both_states: bool,
     /// Chambers A and B.
     pub(super) chambers: Chambers,
     /// Area in m2 of the rod less that of a second one: what the atmosphere acts on.
@@ -47,10 +44,8 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) dead_load: Tunable,
     /// Weight of the carriage along the axis in N.
     pub(super) carriage_weight: f64,
-    /// Whether explicit steps may be taken.
-    pub(super) is_gentle: bool,
-    /// How long they may be.
-    pub(super) gentle: GentleSteps,
+    /// The longest explicit steps, if any may be taken.
+    pub(super) explicit: Option<ExplicitSteps>,
     /// Which states change which others; of a cylinder with [attachments](Self::has_attachments) only.
     pub(super) couplings: Couplings<MOST>,
 }
@@ -93,10 +88,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let friction = FrictionContact::new(friction, Drive::Force, State::FRICTION, references::CONTACT);
         // Friction along the stroke, and waves in short hoses: explicit steps would be too many.
         let has_rapid_parts = lines.longest_steps().classical < WORTHWHILE || options.waviness != 0.0;
+        let is_explicit = friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts);
         let mut cylinder = Self {
-            is_gentle: friction.is_gentle() && actuator.has_closed_form() && !(EXTENDED && has_rapid_parts),
-            gentle: GentleSteps::new(&friction, p.stop_stiffness, p.moving_mass),
-            is_fed_by_both_states: actuator.feeds_by_both_states(),
+            explicit: is_explicit.then(|| ExplicitSteps::new(&friction, p.stop_stiffness, p.moving_mass)),
             actuator,
             chambers,
             rod_area: area(p.rod) - area(options.rod_a),

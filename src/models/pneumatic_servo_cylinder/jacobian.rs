@@ -3,8 +3,6 @@
 //! Each part depends on few of the states, so dual numbers in those directions alone cost a fraction of dual numbers
 //! in all directions; the result is the same, exact to rounding.
 
-use nalgebra::SMatrix;
-
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::places::{PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B};
 use super::states::{Inputs, State};
@@ -22,7 +20,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x: &[f64; N],
         u: &[f64; 3],
         memory: &MemoryOf<L, A>,
-        jacobian: &mut SMatrix<f64, N, N>,
+        jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
         // The parts are independent only without lines and sensors, and without leakage between the chambers.
         if self.has_attachments() {
@@ -34,11 +32,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let mut derivatives = [0.0; N];
         let inputs = &Inputs::read(u);
         self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
-        if self.is_fed_by_both_states {
-            self.linearise_chambers::<4, 6, N>(x, inputs, memory, jacobian, &mut derivatives);
-        } else {
-            self.linearise_chambers::<3, 5, N>(x, inputs, memory, jacobian, &mut derivatives);
-        }
+        self.linearise_chambers(x, inputs, memory, jacobian, &mut derivatives);
         match self.friction.count() {
             0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
             1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
@@ -52,7 +46,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x: &[f64; N],
         u: &Inputs<f64>,
         memory: &MemoryOf<L, A>,
-        jacobian: &mut SMatrix<f64, N, N>,
+        jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
         let states: [usize; STATES] = std::array::from_fn(|place| place);
@@ -61,26 +55,26 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
-    /// The rows of both chambers. What flows into each depends on `FED` states: one or both of the actuator, and its own two;
-    /// what becomes of it on `ALL`, with position and velocity.
-    fn linearise_chambers<const FED: usize, const ALL: usize, const N: usize>(
+    /// The rows of both chambers. The flow into each depends on the two states of the actuator and its own two, the rates on
+    /// position and velocity as well.
+    fn linearise_chambers<const N: usize>(
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
         memory: &MemoryOf<L, A>,
-        jacobian: &mut SMatrix<f64, N, N>,
+        jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
-        let feeding = FED - 2;
+        const FED: usize = STATES + 2;
+        const ALL: usize = FED + 2;
         // Each chamber in the directions of its own states.
         let seeded =
             |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<FED>::variable(x[i], direction)));
         let gas = self
             .chambers
-            .gas(seeded([PRESSURE_A, PRESSURE_B], feeding), seeded([TEMPERATURE_A, TEMPERATURE_B], feeding + 1));
-        let flow = Dual::variable(x[FLOW], feeding - 1);
-        let other = if feeding > 1 { Dual::variable(x[0], 0) } else { Dual::constant(x[0]) };
-        let inflow = self.inflow([other, flow], Dual::constant(u.supply_pressure), gas);
+            .gas(seeded([PRESSURE_A, PRESSURE_B], STATES), seeded([TEMPERATURE_A, TEMPERATURE_B], STATES + 1));
+        let feeding = std::array::from_fn(|place| Dual::variable(x[place], place));
+        let inflow = self.inflow(feeding, Dual::constant(u.supply_pressure), gas);
         let position_ = Dual::<ALL>::variable(State::Position.get(x), FED);
         let rate = self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
@@ -89,7 +83,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         for (side, (pressure, temperature)) in chambers.into_iter().enumerate() {
             let states = [0, FLOW, pressure, temperature, State::Position.at(N), State::Velocity.at(N)];
             let rows = [(pressure, pressures[side]), (temperature, temperatures[side])];
-            scatter(rows.into_iter(), &states[STATES - feeding..], jacobian, derivatives);
+            scatter(rows.into_iter(), &states, jacobian, derivatives);
         }
     }
 
@@ -100,7 +94,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         x: &[f64; N],
         u: &[f64; 3],
         memory: &MemoryOf<L, A>,
-        jacobian: &mut SMatrix<f64, N, N>,
+        jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
         let states = [
@@ -131,13 +125,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 fn scatter<const D: usize, const N: usize>(
     rows: impl Iterator<Item = (usize, Dual<D>)>,
     states: &[usize],
-    jacobian: &mut SMatrix<f64, N, N>,
+    jacobian: &mut [[f64; N]; N],
     derivatives: &mut [f64; N],
 ) {
     for (row, rate) in rows {
         derivatives[row] = rate.value;
         for (column, slope) in states.iter().zip(rate.slope) {
-            jacobian[(row, *column)] = slope;
+            jacobian[*column][row] = slope;
         }
     }
 }
@@ -196,10 +190,10 @@ mod tests {
     fn jacobian_by_parts_is_that_of_the_whole() {
         for case in cases() {
             moving(&case, |cylinder, x, u, memory| {
-                let (mut parts, mut whole) = (SMatrix::zeros(), SMatrix::zeros());
+                let [mut parts, mut whole] = [[[0.0; N]; N]; 2];
                 let derivatives = cylinder.linearise(0.0, x, u, memory, &mut parts);
                 assert_eq!(derivatives, jacobian_by_duals(cylinder, 0.0, x, u, memory, &mut whole), "{case:?}");
-                for (entry, expected) in parts.iter().zip(&whole) {
+                for (entry, expected) in parts.as_flattened().iter().zip(whole.as_flattened()) {
                     assert!((entry - expected).abs() <= 1e-13 * expected.abs(), "{case:?}: {entry}, not {expected}");
                 }
             });
@@ -211,10 +205,10 @@ mod tests {
         let [second, third] = <PneumaticServoCylinder as System<3>>::GROUPS;
         for case in cases() {
             moving(&case, |cylinder, x, u, memory| {
-                let mut jacobian = SMatrix::zeros();
+                let mut jacobian = [[0.0; N]; N];
                 jacobian_by_duals(cylinder, 0.0, x, u, memory, &mut jacobian);
-                assert!(jacobian.view((0, second), (second, N - second)).iter().all(|entry| *entry == 0.0), "{case:?}");
-                assert!(jacobian.view((third, 0), (N - third, second)).iter().all(|entry| *entry == 0.0), "{case:?}");
+                assert!(jacobian[second..].iter().all(|it| it[..second] == [0.0; N][..second]), "{case:?}");
+                assert!(jacobian[..second].iter().all(|it| it[third..] == [0.0; N][third..]), "{case:?}");
             });
         }
     }

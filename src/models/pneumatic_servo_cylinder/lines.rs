@@ -3,11 +3,11 @@
 //! Hoses and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
 
 use super::options::{Options, ThrottledFlow};
-use crate::hybrid::{Limits, LongestSteps};
 use crate::numbers::{Real, Scalar};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
+use crate::system::{Limits, LongestSteps};
 use crate::variables::Tunable;
 
 /// Volumes of a hose, each with a pressure.

@@ -17,7 +17,7 @@ mod balance;
 mod carriage;
 mod couplings;
 mod cylinder;
-mod gentle;
+mod explicit_steps;
 mod jacobian;
 mod line_flows;
 mod line_variables;

@@ -3,10 +3,10 @@
 //! Their readings stand beside the quantities themselves, and act on nothing. Sensors with a lag have states, in front of
 //! the position; a cylinder whose sensors have none has none of these.
 
-use crate::hybrid::Sample;
 use crate::numbers::{Scalar, random};
 use crate::parameters;
 use crate::sensor::{self, Quantity, Sensor};
+use crate::system::Sample;
 use crate::variables::{ParameterError, Variable, units};
 
 /// How many there are.

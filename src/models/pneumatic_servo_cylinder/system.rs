@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use nalgebra::SMatrix;
-
 use super::cylinder::{Memory, MemoryOf, PneumaticServoCylinder};
+use super::explicit_steps::ExplicitSteps;
 use super::lines::Lines;
 use super::parameters::Parameters;
 use super::parts::Parts;
@@ -13,12 +12,13 @@ use super::sensors::{self, Sensors};
 use super::states::{Inputs, State};
 use super::variables::{self, Outputs};
 use crate::friction::{Event, FrictionLaw, Indicators};
-use crate::hybrid::{Groups, Indicator, Led, Limits, LongestSteps, QUANTITIES, Sample, Stride, UNUSED};
 use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::gas;
 use crate::sensor;
-use crate::system::{Place, System, Tables};
+use crate::system::{
+    Groups, Hints, Indicator, Led, Limits, LongestSteps, Place, QUANTITIES, Sample, Stride, System, Tables, UNUSED,
+};
 use crate::variables::{Notice, Notices, ParameterError, Values};
 
 /// How many times larger the errors of the states of a friction law may be than those of other states: what they do to
@@ -343,13 +343,26 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         x: &[f64; N],
         u: &[f64; 3],
         memory: &MemoryOf<L, A>,
-        jacobian: &mut SMatrix<f64, N, N>,
+        jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
         self.linearise(time, x, u, memory, jacobian)
     }
 
-    fn is_chain(&self) -> bool {
-        EXTENDED && self.lines.are_used()
+    fn hints<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> Hints {
+        let longest = |steps: &ExplicitSteps| {
+            let of_motion = steps.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x));
+            if !EXTENDED {
+                return of_motion;
+            }
+            let longest = of_motion.min(self.lines.longest_steps());
+            // Chambers that pulses vent come so close to the pressure outside that the midpoint rule does not follow.
+            if self.actuator.is_sampled() { LongestSteps { midpoint: 0.0, ..longest } } else { longest }
+        };
+        Hints {
+            explicit: self.explicit.as_ref().map(longest),
+            is_fast: EXTENDED && self.actuator.is_hasty(&memory.actuator),
+            is_chain: EXTENDED && self.lines.are_used(),
+        }
     }
 
     fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
@@ -372,14 +385,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         true
     }
 
-    fn is_gentle(&self) -> bool {
-        self.is_gentle
-    }
-
-    fn is_hasty(&self, memory: &MemoryOf<L, A>) -> bool {
-        EXTENDED && self.actuator.is_hasty(&memory.actuator)
-    }
-
     fn relaxation<const N: usize>(
         &self,
         time: f64,
@@ -390,16 +395,6 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     ) -> f64 {
         let contact = || self.contact_now(time, x, u, self.rate_now(x, memory));
         self.friction.relaxation(contact, [x, rates], &memory.friction)
-    }
-
-    fn longest_gentle_steps<const N: usize>(&self, x: &[f64; N]) -> LongestSteps {
-        let of_motion = self.gentle.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x));
-        if !EXTENDED {
-            return of_motion;
-        }
-        let longest = of_motion.min(self.lines.longest_steps());
-        // Chambers that pulses vent come so close to the pressure outside that the midpoint rule does not follow.
-        if self.actuator.is_sampled() { LongestSteps { midpoint: 0.0, ..longest } } else { longest }
     }
 
     fn is_smooth<const N: usize>(

@@ -48,7 +48,7 @@ pub fn tables<L: FrictionLaw, A: Actuating>() -> Tables {
     let computed = ByPart {
         outputs: outputs.collect(),
         actuator: A::computed(),
-        friction: states::table("friction", references::CONTACT, depends::SLIDING),
+        friction: states::table::<L>("friction", references::CONTACT, depends::SLIDING),
         lines: Lines::computed([&feeds[0], &feeds[1]], at_ports),
         sensors: Sensors::computed(measured, [&[], &[], &[], &[FORCE]]),
     };

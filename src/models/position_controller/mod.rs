@@ -23,11 +23,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
-use crate::hybrid::{Held, Sample};
 use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
 use crate::solver::{Mark, StepError};
+use crate::system::{Held, Sample};
 use crate::variables::{Meaning, ParameterError, ParameterSet, Table, Tunable, Variable, kept, units};
 use crate::{enumeration, inputs, outputs, parameters};
 

@@ -22,11 +22,10 @@ use serde::{Deserialize, Serialize};
 use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::{Simulation, snapshot_size};
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
-use crate::hybrid::{Indicator, Sample, UNUSED};
 use crate::model::{Experiment, Model, Panel, Start};
 use crate::numbers::{Number, Real, Scalar};
 use crate::start_sized;
-use crate::system::{System, Tables, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, UNUSED, references, shared_table, table};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.

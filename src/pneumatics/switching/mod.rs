@@ -6,8 +6,8 @@ use super::actuating::{Actuating, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
-use crate::hybrid::{Led, Sample, Stride};
 use crate::numbers::{Pair, Real, Scalar};
+use crate::system::{Led, Sample, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::hybrid::Sample;
+use crate::system::Sample;
 
 /// A driver that turns a duty cycle into pulses of a fixed frequency, for two coils of which one is driven at a time.
 ///

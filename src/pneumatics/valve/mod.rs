@@ -8,9 +8,9 @@ use std::f64::consts::{PI, TAU};
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
-use crate::hybrid::{Led, Stride};
 use crate::numbers::{Pair, Real, Scalar};
 use crate::outputs;
+use crate::system::{Led, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
 pub use self::edges::{Characteristic, Edges, Opening, Port};

@@ -17,8 +17,7 @@ use super::balance::Balance;
 use super::error::StepError;
 use super::settings::Settings;
 use super::trial::Linearisation;
-use crate::hybrid::{Held, QUANTITIES};
-use crate::system::{Counters, Place, System};
+use crate::system::{Counters, Held, Hints, Place, QUANTITIES, System};
 use crate::variables::StateSet;
 
 /// How far a run has come, apart from states and memory of its system.
@@ -83,6 +82,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize> {
     end_slope: [f64; N],
     /// Error of the explicit step tried last if it crosses a kink.
     bend: [f64; N],
+    /// What the system says of the present mode.
+    hints: Hints,
     /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
     beyond: f64,
     /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
@@ -147,6 +148,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             error: [0.0; N],
             end_slope: [0.0; N],
             bend: [0.0; N],
+            hints: Hints::default(),
             beyond: 0.0,
             arrived_with: None,
             indicators,

@@ -61,7 +61,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             Err(nonsense) => return self.reject_nonsense(h, nonsense),
         };
         let mut error = self.error_norm(&end, &self.error);
-        if self.is_explicit && self.system.is_hasty(&self.memory) {
+        if self.is_explicit && self.hints.is_fast {
             error = error.max(BEND_SHARE * self.error_norm(&end, &self.bend));
         }
         if error > 1.0 {
@@ -112,10 +112,11 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Chooses the method of the next step of the adaptive scheme.
     fn choose(&mut self, remaining: f64) {
         let before = self.is_explicit;
-        self.is_explicit = self.settings.is_adaptive() && self.system.is_gentle();
+        self.hints = self.system.hints(&self.x, &self.memory);
+        let explicit = self.hints.explicit.filter(|_| self.settings.is_adaptive());
+        self.is_explicit = explicit.is_some();
         let was_midpoint = std::mem::replace(&mut self.is_midpoint, false);
-        if self.is_explicit {
-            let longest = self.system.longest_gentle_steps(&self.x);
+        if let Some(longest) = explicit {
             if self.settings.tolerance >= LOOSE {
                 // The way to a kink is left to the method that has met it.
                 self.is_midpoint = if self.beyond > 0.0 {
@@ -125,8 +126,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
                 };
             }
             if !self.is_midpoint {
-                let is_chain = self.system.is_chain();
-                self.step = self.choice.choose(self.step, remaining, longest.classical, is_chain);
+                self.step = self.choice.choose(self.step, remaining, longest.classical, self.hints.is_chain);
                 self.is_explicit = !self.choice.is_implicit();
             }
         }
@@ -140,7 +140,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         let (u, is_explicit) = (self.inputs.at(self.time), self.is_explicit);
         let here = &mut self.linearisation;
         if self.settings.is_adaptive() && !is_explicit {
-            here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian);
+            here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian.data.0);
             self.counters.jacobians += 1;
             self.linearisation.time_slopes =
                 (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(&u));

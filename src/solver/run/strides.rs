@@ -1,6 +1,6 @@
 //! What depends on the size of a step alone, kept for as long as steps have that size.
 
-use crate::hybrid::Stride;
+use crate::system::Stride;
 
 /// The strides of two sizes: those of steps between points that a host multiplies out differ by rounding, and are one of
 /// two as a rule.

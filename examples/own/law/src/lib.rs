@@ -2,6 +2,7 @@
 //! friction bench have them all.
 
 mod hyperbolic_stribeck;
+mod lagged_bristle;
 mod loaded_dahl;
 mod rooted_coulomb;
 mod two_bristles;
@@ -11,7 +12,7 @@ use pneumatic_servo::pneumatics::actuator::Actuator;
 use pneumatic_servo::prelude::*;
 
 laws! {
-    /// The laws of the library and four more.
+    /// The laws of the library and five more.
     pub mod catalogue {
         ..builtin;
         1000 HyperbolicStribeck "hyperbolicStribeck" StickSlip<hyperbolic_stribeck::HyperbolicStribeck>,
@@ -21,6 +22,7 @@ laws! {
         1002 RootedCoulomb "rootedCoulomb" OfVelocity<rooted_coulomb::RootedCoulomb>,
             "Coulomb friction smoothed by a root (creeps)";
         1003 TwoBristles "twoBristles" two_bristles::TwoBristles, "Two of Dahl's bristles side by side";
+        1004 LaggedBristle "laggedBristle" lagged_bristle::LaggedBristle, "Dahl's bristle behind a film that lags";
     }
 }
 

@@ -3,7 +3,7 @@
 use own_law::catalogue::Friction;
 use own_law::{BENCH, CYLINDER};
 use pneumatic_servo::conformance::law::MOST;
-use pneumatic_servo::conformance::{Claims, law, repeats};
+use pneumatic_servo::conformance::{Claims, found_dependencies, law, repeats};
 use pneumatic_servo::models;
 use pneumatic_servo::prelude::*;
 
@@ -75,6 +75,34 @@ fn bristles_yield_one_after_the_other() -> Outcome {
     Ok(())
 }
 
+/// From rest the film passes on what the bristle does, later. The solver's tolerance of 1e-6 remains.
+#[test]
+fn force_behind_a_film_lags() -> Outcome {
+    let mut bench = moved("LaggedBristle", 1e-3)?.start(0.0)?;
+    let (rate, lag) = (1e-3 / 1e-4, 0.02);
+    for step in 1..=100 {
+        bench.step(1e-3)?;
+        let time = f64::from(step) * 1e-3;
+        let left = ((-rate * time).exp() - rate * lag * (-time / lag).exp()) / (1.0 - rate * lag);
+        let expected = 8.3 * (1.0 - left) + 0.03;
+        let found = bench.get("frictionForce")?;
+        assert!((found - expected).abs() < 1e-4, "{found} N, not {expected} N, after {time} s");
+    }
+    Ok(())
+}
+
+/// The rate of the second force depends on the first: the table says so, which packing writes as the structure of the model.
+#[test]
+fn coupled_states_are_declared() -> Outcome {
+    let setup = Setup::new(&CYLINDER).set("friction.law", "LaggedBristle")?.set("valveVoltage", 6.5)?;
+    found_dependencies(&setup);
+    let table = setup.table();
+    let reference = |name: &str| table.find(name).expect("a variable").variable.reference;
+    let rate = table.find("der(friction.elementForce[2])").expect("a rate").variable;
+    assert!(rate.depends_on.contains(&reference("friction.elementForce[1]")));
+    Ok(())
+}
+
 /// A law of the library gives the same bits beside laws of one's own.
 #[test]
 fn laws_of_the_library_keep_their_bits() -> Outcome {
@@ -102,12 +130,14 @@ fn new_laws_keep_what_laws_promise() {
     law::<Friction>("RootedCoulomb", Claims { odd: true, stored: Some(0.0) });
     let of_both = 0.5 * MOST * (4.0 * 1e-5 + 6.0 * 5e-5);
     law::<Friction>("TwoBristles", Claims { odd: true, stored: Some(of_both) });
+    // What lags may push for a while: no bound on what it gives back is claimed.
+    law::<Friction>("LaggedBristle", Claims { odd: true, stored: None });
 }
 
 /// They move the cylinder, and saved states repeat to the bit.
 #[test]
 fn cylinder_runs_under_the_new_laws_and_repeats_from_saved_states() -> Outcome {
-    for law in ["HyperbolicStribeck", "LoadedDahl", "RootedCoulomb", "TwoBristles"] {
+    for law in ["HyperbolicStribeck", "LoadedDahl", "RootedCoulomb", "TwoBristles", "LaggedBristle"] {
         let setup = Setup::new(&CYLINDER).set("friction.law", law)?.set("valveVoltage", 6.5)?;
         let mut plant = setup.start(0.0)?;
         plant.advance_to(0.3)?;

@@ -1,11 +1,11 @@
 //! The valves, their lag and what they let through.
 
-use pneumatic_servo::hybrid::{Led, Stride};
 use pneumatic_servo::numbers::Pair;
 use pneumatic_servo::pneumatics::actuator::{Ports, STATES, SUPPLY, VOLTAGE};
 use pneumatic_servo::pneumatics::gas::GasState;
 use pneumatic_servo::pneumatics::orifice::{Inflow, Orifice, edge_pieces, is_above};
 use pneumatic_servo::prelude::*;
+use pneumatic_servo::system::{Led, Stride};
 
 parameters! {
     /// The parameters of [`ValvePair`].

@@ -1,5 +1,14 @@
 //! Couplings between states: which rates can depend on which states.
 
+/// Where the second and the third group of the states begin, in a system whose Jacobian has zeros as below.
+///
+/// ```text
+///     | A  0  0 |   the first group depends on nothing but itself,
+/// J = | B  C  D |   the second on everything,
+///     | 0  E  F |   the third not on the first
+/// ```
+pub type Groups = [usize; 2];
+
 /// Which rates can depend on which states, and in which direction each state is seeded so that no rate depends on two states of
 /// one direction: then a few directions tell the derivatives with respect to all states (Curtis, Powell, Reid 1974, Journal of
 /// the Institute of Mathematics and its Applications).

@@ -4,7 +4,7 @@
 //! are saved as plain numbers.
 //!
 //! ```
-//! use pneumatic_servo::hybrid::side;
+//! use pneumatic_servo::system::side;
 //! # use pneumatic_servo::serde;
 //!
 //! /// What the wheel does.

@@ -1,7 +1,7 @@
-//! How long explicit steps may be.
+//! The longest explicit steps of the cylinder.
 
 use crate::friction::{FrictionContact, FrictionLaw};
-use crate::hybrid::LongestSteps;
+use crate::system::LongestSteps;
 
 /// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
 const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
@@ -9,9 +9,9 @@ const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
 /// Step size in s from which on explicit steps are cheaper than implicit ones where nothing but waves in hoses bounds them.
 pub(super) const WORTHWHILE: f64 = 7e-5;
 
-/// How long explicit steps may be: bristles that hold the carriage are springs, on which it swings, and so are the stops.
+/// The longest explicit steps: bristles that hold the carriage are springs, on which it swings, and so are the stops.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct GentleSteps {
+pub(super) struct ExplicitSteps {
     /// While bristles hold.
     at_rest: LongestSteps,
     /// In contact with a stop.
@@ -20,7 +20,7 @@ pub(super) struct GentleSteps {
     slipping: f64,
 }
 
-impl GentleSteps {
+impl ExplicitSteps {
     /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
     pub(super) fn new<L: FrictionLaw>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
