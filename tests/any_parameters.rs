@@ -44,7 +44,7 @@ fn drawn(model: &'static Model, law: Option<i32>, seed: &mut u64) -> Setup {
     if let Some(law) = law {
         setup = setup.set("friction.law", law).expect("a law");
     }
-    let mut parameters: Vec<&Variable> = (model.variables)().parameters().collect();
+    let mut parameters: Vec<&Variable> = model.table().parameters().collect();
     for end in (1..parameters.len()).rev() {
         parameters.swap(end, (random::uniform(seed) * end as f64) as usize);
     }
@@ -72,7 +72,7 @@ fn work(plant: &mut Plant) -> f64 {
 #[test]
 fn any_parameters_near_the_defaults_run_in_bounded_work() {
     for model in models::ALL {
-        let laws = match (model.variables)().friction_law() {
+        let laws = match model.table().friction_law() {
             Some((_, laws)) => laws.items.iter().map(|(law, name, _)| (Some(*law), *name)).collect(),
             None => vec![(None, "without a law")],
         };

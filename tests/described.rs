@@ -14,7 +14,7 @@ type Facts = BTreeMap<String, String>;
 #[test]
 fn descriptions_say_of_each_variable_what_its_table_says() {
     for model in models::ALL {
-        let (table, described) = ((model.variables)(), described(model));
+        let (table, described) = (model.table(), described(model));
         let started = model.started_variables().expect("defaults that fit");
         let mut told = described.iter();
         // The description for FMI 2.0 leaves the independent variable out.

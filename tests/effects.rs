@@ -22,7 +22,7 @@ enum Change {
 /// Every change of a model that must have an effect, by name. The parameters of the friction laws are the same in all models:
 /// they are those of the bench.
 fn changes(model: &Model) -> Vec<(String, Vec<Change>)> {
-    let table = (model.variables)();
+    let table = model.table();
     let inputs = table.inputs().enumerate().map(|(place, input)| (input.name.clone(), vec![Change::Input(place)]));
     let is_of_law = |variable: &Variable| law_of(table, &variable.name).is_some();
     let own = table.parameters().filter(|variable| model.name == "FrictionBench" || !is_of_law(variable));
@@ -60,7 +60,7 @@ fn changes(model: &Model) -> Vec<(String, Vec<Change>)> {
 
 /// Rigs on which a change may have an effect, those of the variable itself first.
 fn contexts(model: &Model, name: &str) -> Vec<Changes> {
-    let table = (model.variables)();
+    let table = model.table();
     let variable = name.split('=').next().expect("a name");
     let own: Vec<Changes> = match variable.split('.').collect::<Vec<_>>()[..] {
         ["friction", group, _] if law_of(table, variable).is_some() => {
@@ -170,7 +170,7 @@ fn of_options(model: &Model) -> Vec<Changes> {
 /// A digest of all that a run of 0.16 s shows but for the work of the solver, under inputs that swing, of which one may be
 /// held: Fowler, Noll and Vo's hash (FNV-1a, 64 bits). Where the run ends, the reason is part of it.
 fn digest(model: &Model, changes: &Changes, held: Option<usize>) -> u64 {
-    let table = (model.variables)();
+    let table = model.table();
     let (mut simulation, _, starts) = start(model, changes);
     let shown: Vec<bool> = table.computed().map(|variable| !variable.name.starts_with("solver.")).collect();
     let mut computed = vec![0.0; shown.len()];
@@ -250,7 +250,7 @@ fn every_input_parameter_and_item_has_an_effect() {
     let mut without = Vec::new();
     for model in models::ALL {
         let mut digests = BTreeMap::new();
-        let table = (model.variables)();
+        let table = model.table();
         for (name, values) in changes(model).into_iter().filter(|(name, _)| !default_item(table, name)) {
             if !has_effect(model, &name, &values, &mut digests) {
                 without.push(format!("{}: {name}", model.name));

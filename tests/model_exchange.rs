@@ -22,7 +22,7 @@ const OUTSIDE: f64 = 1e-9;
 const INSIDE: f64 = 1e-10;
 
 fn numbers(model: &Model) -> [usize; 2] {
-    [(model.variables)().number_of_states(), (model.indicators)().len()]
+    [model.table().number_of_states(), model.indicators().len()]
 }
 
 fn setup(model: &'static Model, law: &str) -> Setup {
@@ -124,7 +124,7 @@ fn model_without_continuous_states_needs_no_solver() {
 /// The indicators and states of a model have their places under all laws; no indicator rests at 0.
 #[test]
 fn vectors_have_one_length_and_no_indicator_rests_at_zero() {
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         for law in laws() {
             let host = outside(&setup(model, law), |_, inputs| inputs.fill(0.0));
             let smallest = host.indicators().into_iter().fold(f64::INFINITY, smaller);
@@ -247,7 +247,7 @@ fn runs_that_start_at_another_time_are_the_same_runs() {
 #[test]
 fn time_events_are_no_further_apart_than_a_law_with_a_delay_can_remember() {
     const LAG: f64 = 8e-3;
-    let with_states = models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0);
+    let with_states = models::ALL.iter().filter(|model| model.table().number_of_states() > 0);
     let mut models = 0;
     for model in with_states {
         let mut setup = setup(model, "Armstrong").set("friction.armstrong.tauL", LAG).expect("a delay");
@@ -279,13 +279,13 @@ fn slopes_by_time_are_those_of_differences_with_the_solver_outside_and_inside() 
     const TIME: f64 = START + 0.0137;
     const STEP: f64 = 1e-6;
     let mut moved = Vec::new();
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         for law in laws() {
             let setup = setup(model, law);
             let table = setup.table();
             let mut inside = setup.start(START).expect("parameters that fit");
             inside.advance_to(TIME).expect("a step");
-            let mut outside = inside.simulation().exchange((model.indicators)()).expect("a model with states");
+            let mut outside = inside.simulation().exchange(model.indicators()).expect("a model with states");
             let (inputs, states) = (vec![0.0; setup.inputs().len()], vec![0.0; numbers(model)[0]]);
             let by_time = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
             let count = table.computed().count();

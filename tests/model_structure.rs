@@ -28,7 +28,7 @@ fn declared_dependencies_are_those_that_derivatives_and_differences_show() {
 #[test]
 fn knowns_are_inputs_states_and_time() {
     for model in models::ALL {
-        let table = (model.variables)();
+        let table = model.table();
         let is_known = |reference: u32| {
             let entry = table.by_reference(reference).expect("a variable");
             entry.state.is_some() || matches!(entry.variable.role, Role::Input | Role::Time)
@@ -43,7 +43,7 @@ fn knowns_are_inputs_states_and_time() {
 #[test]
 fn initial_values_follow_from_the_inputs_that_are_declared() {
     for model in models::ALL {
-        let table = (model.variables)();
+        let table = model.table();
         for case in cases(model) {
             let values_at = |changes: &Changes| {
                 let mut values = vec![0.0; table.computed().count()];
@@ -77,7 +77,7 @@ fn initial_values_follow_from_the_inputs_that_are_declared() {
 #[test]
 fn spool_follows_the_voltage_while_it_pushes_the_play() {
     let model = models::find("PneumaticServoCylinder").expect("a model");
-    let table = (model.variables)();
+    let table = model.table();
     let (mut simulation, _, mut inputs) = start(model, &Changes::new());
     let still = vec![0.0; inputs.len()];
     let place = table.computed().position(|variable| variable.name == "der(valve.spoolVelocity)").expect("a variable");

@@ -16,7 +16,7 @@ use rig::Rig;
 
 /// A run under a law with inputs away from their start values.
 fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
-    let variables = (model.variables)();
+    let variables = model.table();
     let starts = |of: fn(&Variable) -> bool| -> Vec<f64> {
         variables.iter().filter(|variable| of(variable)).filter_map(|variable| variable.start).collect()
     };
@@ -27,17 +27,17 @@ fn running(model: &Model, law: i32) -> Box<dyn Simulation> {
     }
     let inputs: Vec<f64> = starts(|variable| variable.role == Role::Input).iter().map(|u| 1.1 * u + 0.3).collect();
     let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-    (model.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
+    (model.functions.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 
 /// A run with all defaults from a time in s on.
 fn started(model: &Model, time: f64) -> Box<dyn Simulation> {
     let starts =
         |variables: &mut dyn Iterator<Item = &Variable>| variables.filter_map(|it| it.start).collect::<Vec<_>>();
-    let table = (model.variables)();
+    let table = model.table();
     let (parameters, inputs) = (starts(&mut table.parameters()), starts(&mut table.inputs()));
     let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
-    (model.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
+    (model.functions.start)(&start).unwrap_or_else(|error| panic!("{}: {error}", model.name))
 }
 
 /// A model under a law with inputs away from their start values.
@@ -67,7 +67,7 @@ fn values_at_hand_are_those_that_are_computed() {
     let mut looked = 0;
     for (model, law) in models::ALL.iter().flat_map(|model| LAWS.items.iter().map(move |(law, ..)| (model, *law))) {
         let mut run = running(model, law);
-        let variables = (model.variables)();
+        let variables = model.table();
         let mut values = vec![0.0; variables.iter().filter(|variable| variable.is_computed()).count()];
         let starts = variables.iter().filter(|variable| variable.role == Role::Input).filter_map(|input| input.start);
         let inputs: Vec<f64> = starts.collect();
@@ -96,7 +96,7 @@ fn values_at_hand_are_those_that_are_computed() {
 #[test]
 fn run_that_cannot_go_on_names_its_friction_law() {
     for model in models::ALL {
-        let variables = (model.variables)();
+        let variables = model.table();
         let Some(choice) = variables.iter().find(|variable| variable.name == "friction.law") else { continue };
         let Kind::Enumeration(laws) = choice.kind else { panic!("{}: the law is no choice", model.name) };
         let count = variables.iter().filter(|variable| variable.role == Role::Input).count();
@@ -157,7 +157,7 @@ fn tolerance_of_a_setup_is_that_of_the_solver() {
 #[test]
 fn numbers_choose_as_the_items_they_stand_for() {
     for model in models::ALL {
-        let table = (model.variables)();
+        let table = model.table();
         let numbers = table.parameters().filter_map(|variable| Some((&variable.name, variable.chooses?)));
         for (number, Chosen { reference, of }) in numbers {
             let name = &table.by_reference(reference).expect("the enumeration").variable.name;
@@ -191,7 +191,7 @@ fn running_plant_says_by_the_enumeration_which_law_a_number_has_chosen() {
 #[test]
 fn numbers_between_integers_are_refused_for_all_that_is_no_real_number() {
     for model in models::ALL {
-        let others = (model.variables)().parameters().filter(|variable| !matches!(variable.kind, Kind::Real(_)));
+        let others = model.table().parameters().filter(|variable| !matches!(variable.kind, Kind::Real(_)));
         for variable in others {
             for value in [0.5, 1.5, 3e9] {
                 let refused = Setup::new(model).set(&variable.name, value).expect_err(&variable.name).to_string();
@@ -217,7 +217,7 @@ fn stroke_below_the_initial_position_says_what_to_do() {
 #[test]
 fn parameter_tuned_at_the_start_is_like_one_set_before() {
     for model in models::ALL {
-        let table = (model.variables)();
+        let table = model.table();
         let laws = table.find("friction.law").map_or(vec![None], |entry| {
             let Kind::Enumeration(of) = entry.variable.kind else { panic!("laws have names") };
             // What these remember from the start depends on parameters: the delay line, and the force held.
@@ -275,7 +275,7 @@ fn run_has_room_for_few_states_that_it_does_not_integrate() {
         plant.simulation().save().states.len() - plant.states().count()
     };
     for model in models::ALL {
-        let Some(choice) = (model.variables)().find("friction.law") else { continue };
+        let Some(choice) = model.table().find("friction.law") else { continue };
         let Kind::Enumeration(laws) = choice.variable.kind else { panic!("{}: the law is no choice", model.name) };
         let is_exact = ["PneumaticServoCylinder", "FrictionBench"].contains(&model.name);
         for (id, law, _) in laws.items.iter().filter(|(_, law, _)| is_exact || !["GMS", "BlimanSorine"].contains(law)) {
@@ -284,7 +284,7 @@ fn run_has_room_for_few_states_that_it_does_not_integrate() {
         }
     }
     let cylinder = Setup::new(&models::ALL[0]);
-    let lags = (cylinder.model().variables)().parameters().filter(|variable| variable.name.ends_with(".lag"));
+    let lags = cylinder.model().table().parameters().filter(|variable| variable.name.ends_with(".lag"));
     let lines = ["hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "supply.volume"];
     let options = [vec!["friction.position.amplitude"], lines.to_vec(), lags.map(|lag| lag.name.as_str()).collect()];
     for (options, law) in options.iter().flat_map(|options| ["None", "LuGre", "BlimanSorine"].map(|law| (options, law)))
@@ -300,7 +300,7 @@ fn run_has_room_for_few_states_that_it_does_not_integrate() {
 #[test]
 fn slope_of_an_input_lasts_for_a_step() {
     for model in models::ALL {
-        for input in (model.variables)().inputs() {
+        for input in model.table().inputs() {
             let mut plant = Setup::new(model).start(0.0).expect("the defaults fit");
             let start = plant.get(&input.name).expect("an input");
             plant.set_slope(&input.name, 0.5).expect("an input");
@@ -317,7 +317,7 @@ fn slope_of_an_input_lasts_for_a_step() {
 #[test]
 fn saved_states_of_another_law_or_geometry_are_refused() {
     for model in models::ALL {
-        let table = (model.variables)();
+        let table = model.table();
         let plant =
             |law: &str| Setup::new(model).set("friction.law", law).expect("a law").start(0.0).expect("defaults");
         if table.find("friction.law").is_none() {
@@ -371,13 +371,13 @@ fn saved_states_that_do_not_fit_are_refused() {
 #[test]
 fn memories_of_other_laws_and_actuators_are_refused() {
     for (model, choice) in models::ALL.iter().flat_map(|model| ["friction.law", "actuation"].map(|it| (model, it))) {
-        let Some(entry) = (model.variables)().find(choice) else { continue };
+        let Some(entry) = model.table().find(choice) else { continue };
         let Kind::Enumeration(of) = entry.variable.kind else { panic!("{}: {choice} is no choice", model.name) };
         let start = |(id, ..): &(i32, _, _)| Rig::new(model.name).set(choice, f64::from(*id)).start();
         let mut runs: Vec<_> = of.items.iter().map(|item| start(item).expect("the defaults fit")).collect();
         let saved: Vec<_> = runs.iter_mut().map(|run| run.simulation().save()).collect();
         for ((own, (_, item, _)), run) in of.items.iter().enumerate().zip(&mut runs) {
-            let mut outside = run.simulation().exchange((model.indicators)()).expect("a model with states");
+            let mut outside = run.simulation().exchange(model.indicators()).expect("a model with states");
             let outsiders = outside.save();
             for ((other, (_, name, _)), snapshot) in of.items.iter().enumerate().zip(&saved) {
                 let restored = run.simulation().restore(snapshot).is_ok();
@@ -412,7 +412,7 @@ fn clock_is_exactly_where_the_host_says() {
 
 #[test]
 fn spoilt_saved_states_are_refused() {
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         let mut run = started(model, 100.1);
         run.advance(100.2).expect("a step");
         let own = run.save();

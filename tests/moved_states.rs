@@ -24,7 +24,7 @@ const OPTIONS: [&[(&str, f64)]; 12] = [
 
 /// All states in the order of the table, those that are not integrated with their start values.
 fn states(model: &Model, plant: &Plant) -> Vec<f64> {
-    let exchange = plant.simulation().exchange((model.indicators)()).expect("a model with states");
+    let exchange = plant.simulation().exchange(model.indicators()).expect("a model with states");
     let mut states = vec![0.0; plant.table().number_of_states()];
     exchange.states(&mut states);
     states

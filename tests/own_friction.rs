@@ -133,7 +133,7 @@ mod with_a_delta {
     /// The vibro-impact model takes an exponent of 1 from its source, whatever else is called `delta`.
     #[test]
     fn a_name_is_no_meaning() {
-        let table = (MODEL.variables)();
+        let table = MODEL.table();
         let start = |name: &str| table.find(name).and_then(|entry| entry.variable.start);
         assert_eq!([start("friction.stribeck.delta"), start("friction.wedge.delta")], [Some(1.0), Some(3.0)]);
         let (choice, laws) = table.friction_law().expect("a law to choose");

@@ -44,7 +44,7 @@ fn sensors_without_faults_read_the_quantities() {
 
 #[test]
 fn readings_are_shown_in_the_units_of_their_quantities() {
-    let table = (MODEL.variables)();
+    let table = MODEL.table();
     let display = |name: &str| table.find(name).expect(name).variable.display;
     for (sensor, quantity) in SENSORS {
         for name in ["reading", "lagged"] {
@@ -222,7 +222,7 @@ fn solver_outside_sees_the_same_readings() {
         setup.change(name, value).unwrap();
     }
     let table = setup.table();
-    let counts = [table.number_of_states(), (MODEL.indicators)().len()];
+    let counts = [table.number_of_states(), MODEL.indicators().len()];
     let model = setup.exchange(0.0).unwrap().unwrap();
     let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();

@@ -149,7 +149,7 @@ fn solver_outside_sees_every_edge() {
     let setup = setup.set("friction.law", "LuGre").unwrap().set("solver.relativeTolerance", 1e-9).unwrap();
     let model = setup.exchange(0.0).unwrap().unwrap();
     let table = setup.table();
-    let counts = [table.number_of_states(), (MODEL.indicators)().len()];
+    let counts = [table.number_of_states(), MODEL.indicators().len()];
     let mut host = Host::new(model, setup.inputs(), counts, |_, inputs| inputs.copy_from_slice(&[7.0, 0.0, 5e5]), 1e-9);
     let mut inside = setup.start(0.0).unwrap();
     for step in 1..=100 {

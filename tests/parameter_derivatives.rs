@@ -63,7 +63,7 @@ fn is_unused(name: &str) -> bool {
 #[test]
 fn derivatives_by_parameters_match_differences() {
     let (mut found, mut names) = (Slopes::default(), BTreeSet::new());
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         let rigs = rigs(model).len();
         for (law, of_law) in cases(model).chunks(rigs).enumerate() {
             let all = 0..of_law.len();
@@ -71,9 +71,7 @@ fn derivatives_by_parameters_match_differences() {
                 all.filter(|rig| of_law.len() < rigs || [law, law + rigs / 2].iter().any(|it| it % rigs == *rig));
             chosen.for_each(|rig| found.run(&setup(model, &of_law[rig]), &|it| is_chosen(it, of_law[rig].as_slice())));
         }
-        names.extend(
-            (model.variables)().parameters().filter(|it| is_tunable(it)).map(|variable| variable.name.as_str()),
-        );
+        names.extend(model.table().parameters().filter(|it| is_tunable(it)).map(|variable| variable.name.as_str()));
     }
     assert!(found.wrong.is_empty(), "{} differ: {:#?}", found.wrong.len(), &found.wrong[..found.wrong.len().min(20)]);
     let has_none = |name: &&str| WITHOUT_DERIVATIVES.iter().any(|prefix| name.starts_with(prefix)) || is_unused(name);
@@ -86,7 +84,7 @@ fn derivatives_by_parameters_match_differences() {
 #[test]
 fn voltage_of_the_controller_follows_the_neutral_one_alone() {
     let model = models::find("PositionController").expect("a model");
-    let table = (model.variables)();
+    let table = model.table();
     let (mut controller, ..) = start(model, &Changes::new());
     controller.advance(0.01).expect("steps");
     for (place, parameter) in table.parameters().enumerate().filter(|(_, it)| is_tunable(it)) {

@@ -300,7 +300,7 @@ fn velocity_of_the_experiment_is_that_of_its_position() {
 fn controller_has_no_continuous_states() {
     let mut controller = Rig::new("PositionController").start().expect("legal");
     assert_eq!(controller.simulation().state_index(0), None);
-    assert!(controller.simulation().exchange((position_controller::MODEL.indicators)()).is_none());
+    assert!(controller.simulation().exchange(position_controller::MODEL.indicators()).is_none());
 }
 
 #[test]

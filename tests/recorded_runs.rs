@@ -69,7 +69,7 @@ fn name_and_result(line: &str) -> (&str, &str) {
 
 /// The other schemes, under a law without bristles, whose steps may be long, and other tolerances.
 fn settings(model: &Model) -> Vec<Changes> {
-    let table = (model.variables)();
+    let table = model.table();
     let Some(Kind::Enumeration(schemes)) = table.find("solver.scheme").map(|entry| entry.variable.kind) else {
         return Vec::new();
     };
@@ -85,7 +85,7 @@ fn settings(model: &Model) -> Vec<Changes> {
 /// Each parameter changed alone, if the model takes it so: halved, 0 no longer, or another item of an enumeration. Those of
 /// the friction laws, under their law, are the same in all models, so they are changed on the bench alone. A limit of the work ends runs.
 fn parameters(model: &'static Model) -> Vec<Changes> {
-    let table = (model.variables)();
+    let table = model.table();
     let law_of = |group: &str| {
         let Kind::Enumeration(laws) = table.find("friction.law")?.variable.kind else { return None };
         let law = laws.items.iter().find(|(_, name, _)| name.eq_ignore_ascii_case(group));
@@ -124,7 +124,7 @@ fn parameters(model: &'static Model) -> Vec<Changes> {
 /// Many parameters changed at once: four sets for each law (or for the model), each with factors of 1/2 to 2 on the
 /// defaults and one in eight of the options; named by the law and the number of the set.
 fn random_sets(model: &'static Model) -> Vec<(String, Changes)> {
-    let table = (model.variables)();
+    let table = model.table();
     let laws = match table.find("friction.law").map(|entry| entry.variable.kind) {
         Some(Kind::Enumeration(laws)) => laws.items.iter().map(|(id, name, _)| (Some(*id), *name)).collect(),
         _ => vec![(None, "")],
@@ -138,7 +138,7 @@ fn random_sets(model: &'static Model) -> Vec<(String, Changes)> {
 
 /// A set of parameters under a law, unless they do not fit together; those of the solver stay.
 fn random_set(model: &'static Model, law: Option<i32>, name: &str, seed: u64) -> Option<Changes> {
-    let table = (model.variables)();
+    let table = model.table();
     let mut random = Random(seed);
     random.next();
     let mut setup = Setup::new(model);
@@ -182,7 +182,7 @@ fn listed(changes: &Changes) -> String {
 
 /// A line of the record: what is counted in a run, and its digest, or why it stops.
 fn run(model: &Model, name: &str, changes: &Changes) -> String {
-    let table = (model.variables)();
+    let table = model.table();
     let (mut simulation, _, starts) = start(model, changes);
     let outcome = go(model, table, simulation.as_mut(), &starts);
     let found = outcome.map_or_else(|error| error.to_string().replace(';', ","), |digest| format!("{:016x}", digest.0));
@@ -242,7 +242,8 @@ fn values(table: &Table, simulation: &dyn Simulation) -> Vec<f64> {
 
 /// How many indicators are those of events; those of kinks, which no run takes notice of, come behind them.
 fn events(model: &Model) -> usize {
-    (model.indicators)()
+    model
+        .indicators()
         .iter()
         .filter(|it| !it.name.starts_with("cylinder.stop") && !it.name.starts_with("cushion"))
         .count()
@@ -269,11 +270,11 @@ impl Digest {
         let direction = Direction { time: 1.0, inputs: &inputs, states: &states, parameters: &[] };
         simulation.directional_derivative(direction, &mut computed);
         self.add(&computed);
-        let mut indicators = vec![0.0; (model.indicators)().len()];
+        let mut indicators = vec![0.0; model.indicators().len()];
         simulation.indicators(&mut indicators);
         let events = events(model);
         self.add(&indicators[..events]);
-        if let Some(exchange) = simulation.exchange((model.indicators)()) {
+        if let Some(exchange) = simulation.exchange(model.indicators()) {
             let mut states = ones(table.number_of_states());
             exchange.states(&mut states);
             self.add(&states);

@@ -75,7 +75,7 @@ fn saved_states_are_taken_where_the_clock_changes_its_sign() {
 
 /// A mass pulled by a spring, which sticks and slips, its clock at a time in s.
 fn stick_slip(time: f64) -> Box<dyn Simulation> {
-    let table = (friction_bench::MODEL.variables)();
+    let table = friction_bench::MODEL.table();
     let changed = [("friction.law", 7.0), ("bench.drive", 1.0), ("driveVelocity", 0.01), ("spring.stiffness", 1e4)];
     let value = |name: &str, start: Option<f64>| {
         changed.iter().find(|(changed, _)| *changed == name).map_or(start.expect("a start value"), |(_, value)| *value)
@@ -83,7 +83,7 @@ fn stick_slip(time: f64) -> Box<dyn Simulation> {
     let parameters: Vec<f64> = table.parameters().map(|it| value(&it.name, it.start)).collect();
     let inputs: Vec<f64> = table.inputs().map(|it| value(&it.name, it.start)).collect();
     let start = Start { time, parameters: &parameters, inputs: &inputs, tolerance: None };
-    (friction_bench::MODEL.start)(&start).expect("legal values")
+    (friction_bench::MODEL.functions.start)(&start).expect("legal values")
 }
 
 /// A step to an event, or to one or two places of the clock beside it, ends on the event but for rounding.
@@ -119,7 +119,7 @@ fn saved_states_are_taken_at_events() {
 /// with all places are taken, too.
 #[test]
 fn saved_states_hold_the_states_that_are_integrated_and_no_others() {
-    let table = (cylinder::MODEL.variables)();
+    let table = cylinder::MODEL.table();
     let inputs: Vec<f64> = table.inputs().filter_map(|it| it.start).collect();
     let place = |name| table.parameters().position(|it| it.name == name).expect("a parameter");
     let (law, vessel) = (place("friction.law"), place("supply.volume"));
@@ -128,7 +128,7 @@ fn saved_states_hold_the_states_that_are_integrated_and_no_others() {
         let mut parameters: Vec<f64> = table.parameters().filter_map(|it| it.start).collect();
         (parameters[law], parameters[vessel]) = (item.0.into(), volume);
         let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-        let run = || (cylinder::MODEL.start)(&start).expect("defaults");
+        let run = || (cylinder::MODEL.functions.start)(&start).expect("defaults");
         let (mut first, mut second) = (run(), run());
         first.advance(0.05).expect("a step");
         let saved = first.save();

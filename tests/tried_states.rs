@@ -205,7 +205,7 @@ fn states_beyond_their_limits_are_refused_where_a_host_accepts_them() {
 /// A solver that diverges goes on until its states are no numbers.
 #[test]
 fn states_far_out_are_accepted_in_every_model() {
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         for law in laws() {
             let mut tried = Tried::new(&setup(model, law));
             let velocity = tried.table.computed().position(|it| it.name.to_lowercase().ends_with("velocity"));
@@ -229,7 +229,7 @@ fn every_finite_vector_of_states_has_an_answer() {
         let size = [0.0, 1e-12, 1.0, 1e3, 1e9, 1e30, 1e300, f64::MAX][random.between(0.0, 8.0) as usize];
         if random.next() < 0.0 { -size } else { size }
     };
-    for model in models::ALL.iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in models::ALL.iter().filter(|model| model.table().number_of_states() > 0) {
         for law in laws() {
             let mut tried = Tried::new(&setup(model, law));
             for round in 0..40 {
@@ -244,7 +244,7 @@ fn every_finite_vector_of_states_has_an_answer() {
                 tried.exchange.states(&mut states);
                 let (rates, values) = (tried.rates(), tried.values());
                 let indicators = {
-                    let mut indicators = vec![f64::NAN; (model.indicators)().len()];
+                    let mut indicators = vec![f64::NAN; model.indicators().len()];
                     tried.exchange.indicators(&mut indicators);
                     indicators
                 };
@@ -270,13 +270,13 @@ fn stops_and_cushions_have_indicators_at_which_nothing_else_happens() {
         setup.change(name, value).expect("an option");
     }
     let mut tried = Tried::new(&setup);
-    let place = |name: &str| (setup.model().indicators)().iter().position(|it| it.name == name).expect("an indicator");
+    let place = |name: &str| setup.model().indicators().iter().position(|it| it.name == name).expect("an indicator");
     let events = tried.table.computed().position(|variable| variable.name == "solver.events").expect("a counter");
     let number = tried.number("position");
     let ends = [("cylinder.stopA", 0.0), ("cylinder.stopB", 0.5), ("cushionA.entry", 0.02), ("cushionB.entry", 0.48)];
     for (name, end) in ends {
         let look = |tried: &Tried| {
-            let mut indicators = vec![f64::NAN; (setup.model().indicators)().len()];
+            let mut indicators = vec![f64::NAN; setup.model().indicators().len()];
             tried.exchange.indicators(&mut indicators);
             indicators[place(name)]
         };
@@ -306,7 +306,7 @@ fn saved_states_know_the_sides_of_kinks() {
     let mut other = Tried::new(&setup);
     other.exchange.restore(&one.exchange.save()).expect("a state of the same model");
     let [seen, again] = [&one, &other].map(|tried| {
-        let mut indicators = vec![f64::NAN; (setup.model().indicators)().len()];
+        let mut indicators = vec![f64::NAN; setup.model().indicators().len()];
         tried.exchange.indicators(&mut indicators);
         indicators
     });

@@ -187,7 +187,7 @@ fn both_forms_give_the_same_motion() {
 fn defaults_of_both_forms_describe_one_apparatus() {
     let start = |name: &str| {
         let model = pneumatic_servo::models::ALL.iter().find(|model| model.name == "VibroImpact").expect("the model");
-        let variable = (model.variables)().iter().find(|variable| variable.name == name);
+        let variable = model.table().iter().find(|variable| variable.name == name);
         variable.and_then(|variable| variable.start).unwrap_or_else(|| panic!("{name} has no start value"))
     };
     let (m1, k1) = (start("internal.mass"), start("spring.k1"));

@@ -25,7 +25,7 @@ pub struct Case {
 
 /// The variables of the model of one kind.
 pub fn variables(of: impl Fn(&Variable) -> bool) -> Vec<&'static Variable> {
-    (MODEL.variables)().iter().filter(|variable| of(variable)).collect()
+    MODEL.table().iter().filter(|variable| of(variable)).collect()
 }
 
 /// The variable of that name.

@@ -38,7 +38,7 @@ fn raised(call: impl FnOnce() -> c_int) -> c_int {
 
 /// The calls of a run that raise an exception, each with the exceptions.
 fn raising(model: &Model, law: Option<i32>) -> Vec<String> {
-    let variables = (model.variables)();
+    let variables = model.table();
     let reference = |name: &str| variables.find(name).map(|entry| entry.variable.reference);
     let inputs: Vec<&Variable> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
     let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
@@ -92,7 +92,7 @@ fn raising(model: &Model, law: Option<i32>) -> Vec<String> {
 fn no_function_raises_an_exception_that_importers_trap() {
     let mut found = Vec::new();
     for model in models::ALL {
-        let has_laws = (model.variables)().find("friction.law").is_some();
+        let has_laws = model.table().find("friction.law").is_some();
         let laws = LAWS.items.iter().map(|(id, ..)| Some(*id)).filter(|_| has_laws);
         for law in laws.chain([None]) {
             found.extend(raising(model, law).into_iter().take(3));

@@ -63,7 +63,7 @@ fn counted(work: impl FnOnce()) -> (u64, i64) {
 }
 
 fn reference(name: &str) -> u32 {
-    (models::ALL[0].variables)().iter().find(|variable| variable.name == name).expect("a variable").reference
+    models::ALL[0].table().iter().find(|variable| variable.name == name).expect("a variable").reference
 }
 
 fn instantiate(guid: &CString) -> *mut c_void {
@@ -122,7 +122,7 @@ fn stepping_setting_and_getting_allocate_nothing() {
 #[test]
 fn no_model_allocates_while_stepping() {
     for model in models::ALL {
-        let variables = (model.variables)();
+        let variables = model.table();
         let inputs: Vec<_> = variables.iter().filter(|variable| variable.role == Role::Input).collect();
         let references: Vec<u32> = inputs.iter().map(|variable| variable.reference).collect();
         let law = variables.iter().find(|variable| variable.name == "friction.law");
@@ -163,7 +163,7 @@ fn no_model_allocates_while_stepping() {
 #[test]
 fn sampling_allocates_nothing() {
     let model = models::ALL.iter().find(|model| model.name == "PositionController").expect("the model");
-    let reference = |name| (model.variables)().iter().find(|v| v.name == name).expect("a variable").reference;
+    let reference = |name| model.table().iter().find(|v| v.name == name).expect("a variable").reference;
     let (input, output) = (reference("referencePosition"), reference("valveVoltage"));
     let component = instantiate(&CString::new(fmi2::guid(model)).expect("no zero byte"));
     // SAFETY: of the component, and all arrays have the length that is passed.

@@ -53,14 +53,14 @@ impl Run {
         input_at: impl Fn(&Variable, usize) -> Option<f64>,
         end: impl Fn(f64, f64) -> f64,
     ) -> Result<Self> {
-        let table = (model.variables)();
+        let table = model.table();
         let starts = |variable: &Variable| variable.start.unwrap_or_default();
         let parameters: Vec<f64> = table.parameters().map(starts).collect();
         let inputs_at = |index: usize| -> Vec<f64> {
             table.inputs().map(|input| input_at(input, index).unwrap_or(starts(input))).collect()
         };
         let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs_at(0), tolerance: None };
-        let mut simulation = (model.start)(&start)?;
+        let mut simulation = (model.functions.start)(&start)?;
         let variables = table.inputs().chain(table.computed());
         let mut curves: Vec<_> = variables.map(|variable| Curve { variable, values: Vec::new() }).collect();
         let (mut values, slopes) = (vec![0.0; table.computed().count()], vec![0.0; table.inputs().count()]);
@@ -128,7 +128,7 @@ impl Run {
         let mut names = lines.next().context("the table is empty")?.split(',');
         ensure!(names.next() == Some("time"), "the first column is not the time");
         let variable = |name: &str| {
-            let found = (model.variables)().find(name).map(|entry| entry.variable);
+            let found = model.table().find(name).map(|entry| entry.variable);
             found.with_context(|| format!("{} has no variable {name}", model.name))
         };
         let mut curves = names

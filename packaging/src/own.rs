@@ -96,7 +96,7 @@ fn ensure_sound(model: &'static Model) -> Result<()> {
     ensure!(!model.description.is_empty(), "{name} has no description");
     let started = Setup::new(model).start(0.0).with_context(|| format!("{name} does not start with its defaults"))?;
     drop(started);
-    let problems = model.experiment.problems((model.variables)());
+    let problems = model.experiment.problems(model.table());
     ensure!(problems.is_empty(), "{name}: {}", problems.join("; "));
     Ok(())
 }
@@ -119,7 +119,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use cargo_metadata::{DependencyKind, MetadataCommand, Target, TargetKind};
-    use pneumatic_servo::model::Experiment;
+    use pneumatic_servo::model::{Experiment, Functions};
     use pneumatic_servo::models::position_controller;
     use pneumatic_servo::variables::ParameterError;
 
@@ -131,7 +131,13 @@ mod tests {
     fn models_that_do_not_start_or_show_nothing_are_refused() {
         static SOUND: Model = position_controller::MODEL;
         static SILENT: Model = Model { description: "", ..SOUND };
-        static UNFIT: Model = Model { start: |_| Err(ParameterError::new("lag", 1.0, "it must fit the gap")), ..SOUND };
+        static UNFIT: Model = Model {
+            functions: Functions {
+                start: |_| Err(ParameterError::new("lag", 1.0, "it must fit the gap")),
+                ..SOUND.functions
+            },
+            ..SOUND
+        };
         static BLIND: Model = Model { experiment: Experiment { panels: &[], ..SOUND.experiment }, ..SOUND };
         assert!(ensure_sound(&SOUND).is_ok());
         for (model, expected) in [

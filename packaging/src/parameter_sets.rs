@@ -143,7 +143,7 @@ impl ParameterSet {
 /// # Errors
 /// When the model has none of that name.
 pub fn settable(model: &Model, name: &str) -> Result<&'static Variable> {
-    let found = (model.variables)().find(name).map(|entry| entry.variable);
+    let found = model.table().find(name).map(|entry| entry.variable);
     let found = found.filter(|variable| variable.is_parameter() || variable.role == Role::Input);
     found.with_context(|| format!("{} has no parameter or input {name}", model.name))
 }

@@ -124,7 +124,7 @@ impl Connection {
         };
         let variable = |(component, connector): (Option<&str>, &str)| {
             let model = model_of(component?)?;
-            (model.variables)().iter().find(|variable| variable.name == connector)
+            model.table().iter().find(|variable| variable.name == connector)
         };
         let (from, to) = (split(start), split(end));
         let inner = variable(from).or_else(|| variable(to)).with_context(|| format!("{start} - {end}: no variable"))?;

@@ -111,7 +111,7 @@ mod tests {
         assert_eq!(playground_buffer(), buffer);
         playground_tables();
         assert_eq!(text(), tables().to_string());
-        let table = (pneumatic_servo::models::ALL[0].variables)();
+        let table = pneumatic_servo::models::ALL[0].table();
         let place = |name: &str| table.iter().position(|variable| variable.name == name).expect("a variable") as f64;
         assert_eq!(playground_start(0, 0, 0), 0);
         write(&[place("valveVoltage"), 7.0]);

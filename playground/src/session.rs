@@ -36,7 +36,7 @@ impl Session {
         let model: &'static Model = models::ALL.get(model).ok_or(no_such("model", model))?;
         let mut setup = Setup::new(model);
         for pair in self.numbers(count)?.chunks_exact(2) {
-            let variable = of_place((model.variables)(), "variable", pair[0])?;
+            let variable = of_place(model.table(), "variable", pair[0])?;
             setup.change(&variable.name, pair[1])?;
         }
         let plant = setup.start(0.0)?;
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     fn place(name: &str) -> f64 {
-        let table = (models::ALL[0].variables)();
+        let table = models::ALL[0].table();
         table.iter().position(|variable| variable.name == name).expect("a variable") as f64
     }
 

@@ -23,7 +23,7 @@ pub fn ssv(mut numbers: &[f64], texts: &str) -> Result<String, CallError> {
         let (pairs, others) = rest.split_at_checked(count).ok_or(CallError::TooMany { count })?;
         let prefix = prefixes.get(part).ok_or(no_such("text", part + 3))?;
         for pair in pairs.chunks_exact(2) {
-            let variable = of_place((model.variables)(), "variable", pair[0])?;
+            let variable = of_place(model.table(), "variable", pair[0])?;
             parameters.push(Parameter::new(format!("{prefix}{}", variable.name), variable, pair[1])?);
         }
         numbers = others;
@@ -41,7 +41,7 @@ mod tests {
     /// The number of a model, and that of one of its variables.
     fn places(model: &str, name: &str) -> [f64; 2] {
         let place = models::ALL.iter().position(|known| known.name == model).expect("a model");
-        let variables = (models::ALL[place].variables)();
+        let variables = models::ALL[place].table();
         let variable = variables.iter().position(|variable| variable.name == name).expect("a variable");
         [place, variable].map(|place| place as f64)
     }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 /// Models with their variables, enumerations and units; models and variables in the order in which they are numbered.
 pub fn tables() -> Value {
-    let variables = || models::ALL.iter().flat_map(|model| (model.variables)().iter());
+    let variables = || models::ALL.iter().flat_map(|model| model.table().iter());
     let mut units = BTreeMap::new();
     let mut enumerations = BTreeMap::new();
     for variable in variables() {
@@ -32,13 +32,13 @@ fn model(model: &Model) -> Value {
         "name": model.name,
         "description": model.description,
         "experiment": model.experiment,
-        "variables": shown(model).map(|it| variable((model.variables)(), it)).collect::<Vec<_>>(),
+        "variables": shown(model).map(|it| variable(model.table(), it)).collect::<Vec<_>>(),
     })
 }
 
 /// All variables but the numbers that stand for enumerations, which come last: the page has the names.
 fn shown(model: &Model) -> impl Iterator<Item = &'static Variable> {
-    (model.variables)().into_iter().filter(|variable| variable.chooses.is_none())
+    model.table().into_iter().filter(|variable| variable.chooses.is_none())
 }
 
 fn variable(table: &Table, variable: &Variable) -> Value {
@@ -95,7 +95,7 @@ mod tests {
             let listed = &tables["models"][index];
             assert_eq!(listed["name"], model.name);
             for (place, variable) in shown(model).enumerate() {
-                assert_eq!((model.variables)()[place], *variable);
+                assert_eq!(model.table()[place], *variable);
                 assert_eq!(listed["variables"][place]["name"], variable.name);
                 assert_eq!(listed["variables"][place]["start"].as_f64(), variable.start);
             }

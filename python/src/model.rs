@@ -71,7 +71,7 @@ impl Model {
 
     /// All variables, in the order of the table; but not the numbers that stand for enumerations, which have names here.
     fn variables(&self) -> Vec<Description> {
-        let shown = (self.model.variables)().into_iter().filter(|variable| variable.chooses.is_none());
+        let shown = self.model.table().into_iter().filter(|variable| variable.chooses.is_none());
         shown.map(|variable| self.describe(variable)).collect()
     }
 
@@ -97,7 +97,7 @@ impl Model {
             }
             _ => None,
         };
-        let table = (self.model.variables)();
+        let table = self.model.table();
         let state = variable.derivative_of.and_then(|reference| table.by_reference(reference));
         Description {
             name: &variable.name,

@@ -15,10 +15,10 @@ const STEP: f64 = 8e-3;
 pub fn fingerprint(model: &'static Model) -> Option<u64> {
     let mut plant = Setup::new(model).start(0.0).ok()?;
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let computed = (model.variables)().computed().count();
+    let computed = model.table().computed().count();
     for step in 0..STEPS {
         let time = f64::from(step) * STEP;
-        for (place, input) in (model.variables)().inputs().enumerate() {
+        for (place, input) in model.table().inputs().enumerate() {
             if let Some(signal) = model.experiment.signal(&input.name) {
                 plant.set_input(place, signal.course.at(time)).ok()?;
             }

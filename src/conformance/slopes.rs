@@ -56,7 +56,7 @@ impl Slopes {
             run.set_inputs(&inputs, &vec![0.0; inputs.len()]);
             let end = duration * f64::from(look + 1) / 4.0;
             run.advance(end).unwrap_or_else(|error| panic!("{}: {error}", told(setup)));
-            let Some(exchange) = run.exchange((setup.model().indicators)()) else { return };
+            let Some(exchange) = run.exchange(setup.model().indicators()) else { return };
             let mut states = vec![0.0; setup.table().number_of_states()];
             exchange.states(&mut states);
             let mut bench = Bench { setup, exchange, inputs, states };

@@ -41,7 +41,7 @@ pub fn both_ways(setup: &Setup, agreement: &Agreement, course: Course, step: f64
     let told = told(&setup);
     let exchange = setup.exchange(0.0).unwrap_or_else(|error| panic!("{told}: {error}"));
     let Some(exchange) = exchange else { return };
-    let numbers = [table.number_of_states(), (setup.model().indicators)().len()];
+    let numbers = [table.number_of_states(), setup.model().indicators().len()];
     let mut host = Host::new(exchange, setup.inputs(), numbers, course, agreement.outside);
     let mut inside = setup.start(0.0).unwrap_or_else(|error| panic!("{told}: {error}"));
     let mut seen = vec![0.0; table.computed().count()];

@@ -125,7 +125,7 @@ mod tests {
     fn only_inputs_move() {
         for model in models::ALL {
             for signal in model.experiment.signals {
-                let inputs: Vec<_> = (model.variables)().inputs().map(|variable| variable.name.as_str()).collect();
+                let inputs: Vec<_> = model.table().inputs().map(|variable| variable.name.as_str()).collect();
                 assert!(inputs.contains(&signal.input), "{}: {}", model.name, signal.input);
             }
         }
@@ -136,7 +136,7 @@ mod tests {
         for model in models::ALL {
             assert!(!model.experiment.panels.is_empty(), "{}", model.name);
             for panel in model.experiment.panels {
-                let unit = |name: &&str| match (model.variables)().find(name)?.variable {
+                let unit = |name: &&str| match model.table().find(name)?.variable {
                     Variable { kind: Kind::Real(unit), display, .. } => Some((unit.name, *display)),
                     _ => None,
                 };
@@ -163,10 +163,11 @@ mod tests {
 
     #[test]
     fn steps_lead_to_the_stop_time_and_signals_belong_to_their_inputs() {
-        for Model { name, variables, experiment, .. } in models::ALL {
+        for model in models::ALL {
+            let Model { name, experiment, .. } = model;
             let end = f64::from(experiment.steps()) * experiment.step_size;
             assert!((end / experiment.stop_time - 1.0).abs() < 1e-12, "{name}: {end} s");
-            for input in variables().inputs() {
+            for input in model.table().inputs() {
                 let mut signals = experiment.signals.iter().filter(|signal| signal.input == input.name);
                 assert_eq!(experiment.signal(&input.name), signals.next(), "{name}: {}", input.name);
             }

@@ -27,18 +27,43 @@ pub struct Model {
     pub name: &'static str,
     /// One line that says what it is.
     pub description: &'static str,
+    /// The default experiment.
+    pub experiment: Experiment,
+    /// What it is made of.
+    #[doc(hidden)]
+    pub functions: Functions,
+}
+
+/// What a model is made of, as functions.
+#[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
+pub struct Functions {
     /// The variable table; made once per process.
-    pub variables: fn() -> &'static Table,
+    pub table: fn() -> &'static Table,
     /// The same for those that hold it only while they run, so that a library leaves nothing behind when it is unloaded.
-    pub table: fn() -> Arc<Table>,
+    pub shared_table: fn() -> Arc<Table>,
     /// The most bytes that a serialized [`Snapshot`](crate::co_simulation::Snapshot) of a run takes.
     pub snapshot_size: usize,
     /// The event indicators, in the order of their places: those of all friction laws and modes.
     pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
-    /// The default experiment.
-    pub experiment: Experiment,
+}
+
+impl Functions {
+    /// Those of equations with `U` inputs, and runs of them of at most `most` states.
+    pub const fn of<E: System<U>, const U: usize>(
+        most: usize,
+        start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
+    ) -> Self {
+        Self {
+            table: table::<E, U>,
+            shared_table: shared_table::<E, U>,
+            snapshot_size: snapshot_size::<E, U>(most),
+            indicators: indicators::<E, U>,
+            start,
+        }
+    }
 }
 
 impl Model {
@@ -53,16 +78,30 @@ impl Model {
             assert!(N >= E::State::OTHERS, "the model has more states than the library is to be compiled for");
             assert_sound::<E, U>();
         }
-        Self {
-            name,
-            description,
-            variables: table::<E, U>,
-            table: shared_table::<E, U>,
-            snapshot_size: snapshot_size::<E, U>(N),
-            indicators: indicators::<E, U>,
-            start: |start| start_sized!(start, E, U, [N]),
-            experiment,
-        }
+        let functions = Functions::of::<E, U>(N, |start| start_sized!(start, E, U, [N]));
+        Self { name, description, experiment, functions }
+    }
+
+    /// The variables; the table is made once per process.
+    pub fn table(&self) -> &'static Table {
+        (self.functions.table)()
+    }
+
+    /// The same table for whoever holds it only while it runs, so that a library leaves nothing behind when it is unloaded.
+    #[doc(hidden)]
+    pub fn shared_table(&self) -> Arc<Table> {
+        (self.functions.shared_table)()
+    }
+
+    /// The most bytes that a serialized [`Snapshot`](crate::co_simulation::Snapshot) of a run takes.
+    #[doc(hidden)]
+    pub const fn snapshot_size(&self) -> usize {
+        self.functions.snapshot_size
+    }
+
+    /// The event indicators, in the order of their places: those of all friction laws and modes.
+    pub fn indicators(&self) -> Vec<Indicator> {
+        (self.functions.indicators)()
     }
 
     /// Builds a run; where a default does not fit what was given, the refusal says that it is one.
@@ -70,7 +109,7 @@ impl Model {
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.
     pub fn begin(&self, start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-        (self.start)(start).map_err(|error| self.with_default_named(error))
+        (self.functions.start)(start).map_err(|error| self.with_default_named(error))
     }
 
     /// What the continuous states start from under the defaults, by the value references of their variables.
@@ -78,7 +117,7 @@ impl Model {
     /// # Errors
     /// [`ParameterError`] when the defaults do not fit together.
     pub fn default_starts(&self) -> Result<BTreeMap<u32, f64>, ParameterError> {
-        let table = (self.table)();
+        let table = self.shared_table();
         let default = |variable: &Variable| variable.start.unwrap_or_default();
         let (parameters, inputs): (Vec<f64>, Vec<f64>) =
             (table.parameters().map(default).collect(), table.inputs().map(default).collect());
@@ -100,12 +139,12 @@ impl Model {
             let start = variable.start.or_else(|| starts.get(&variable.reference).copied());
             Variable { start, ..variable.clone() }
         };
-        Ok((self.table)().iter().map(started).collect())
+        Ok(self.shared_table().iter().map(started).collect())
     }
 
     #[cold]
     fn with_default_named(&self, mut error: ParameterError) -> ParameterError {
-        let table = (self.table)();
+        let table = self.shared_table();
         let entry = table.find(&error.variable);
         if entry.is_some_and(|entry| entry.variable.start == Some(error.value)) {
             error.reason += &format!("; this is its default: give {}, too", error.variable);
@@ -116,7 +155,7 @@ impl Model {
     /// The event indicators as variables, scaled as a solver outside sees them ([`seen`](crate::model_exchange::seen)).
     /// They are no part of the table, since nothing else needs them.
     pub fn indicator_variables(&self) -> Vec<Variable> {
-        let indicators = (self.indicators)().into_iter().zip(references::INDICATORS..);
+        let indicators = self.indicators().into_iter().zip(references::INDICATORS..);
         let variable = |(Indicator { name, text, .. }, reference)| {
             let text = format!("Event indicator, 1 without use; below 0: {text}");
             Variable::output(reference, &name, units::ONE).local().text(&text)

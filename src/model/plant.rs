@@ -84,7 +84,7 @@ impl Plant {
         parameters: Vec<f64>,
         inputs: Vec<f64>,
     ) -> Self {
-        let values = vec![0.0; (model.variables)().computed().count()];
+        let values = vec![0.0; model.table().computed().count()];
         let computed = RefCell::new(Computed { values, are_known: false });
         let slopes = vec![0.0; inputs.len()];
         let (first_inputs, followed) = (inputs.clone(), inputs.clone());
@@ -109,7 +109,7 @@ impl Plant {
 
     /// The variables of the model.
     pub fn table(&self) -> &'static Table {
-        (self.model.variables)()
+        self.model.table()
     }
 
     /// Current time in s.
@@ -399,7 +399,7 @@ impl Plant {
         let run = Begin {
             run: self.simulation.as_ref(),
             table: self.table(),
-            indicators: &(self.model.indicators)(),
+            indicators: &self.model.indicators(),
             parameters: &self.parameters,
             inputs: [&self.inputs, &self.slopes],
             first_inputs: from_start.then_some(&self.first_inputs[..]),

@@ -30,7 +30,7 @@ impl Setup {
     /// A model with the defaults of its table.
     pub fn new(model: &'static Model) -> Self {
         let starts = |variable: &Variable| variable.start.unwrap_or_default();
-        let table = (model.variables)();
+        let table = model.table();
         Self {
             model,
             parameters: table.parameters().map(starts).collect(),
@@ -53,7 +53,7 @@ impl Setup {
 
     /// The variables of the model.
     pub fn table(&self) -> &'static Table {
-        (self.model.variables)()
+        self.model.table()
     }
 
     /// The same with a parameter or the start value of an input changed.
@@ -126,7 +126,7 @@ impl Setup {
     /// # Errors
     /// [`ParameterError`] when parameters do not fit together.
     pub fn exchange(&self, time: f64) -> Result<Option<Box<dyn Exchange>>, ParameterError> {
-        Ok(self.simulation(time)?.exchange((self.model.indicators)()))
+        Ok(self.simulation(time)?.exchange(self.model.indicators()))
     }
 
     /// Starts a run at a time in s.

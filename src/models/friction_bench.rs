@@ -15,13 +15,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::co_simulation::{Simulation, snapshot_size};
+use crate::co_simulation::Simulation;
 use crate::friction::{
     self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
-use crate::model::{Experiment, Model, Panel, Start};
+use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar, sign};
-use crate::system::{Indicator, Sample, System, Tables, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
 
@@ -33,11 +33,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "FrictionBench",
         description: "One mass with one friction law, pulled by a spring, moved as prescribed, or pushed by a force",
-        variables: table::<FrictionBench<L>, INPUTS>,
-        table: shared_table::<FrictionBench<L>, INPUTS>,
-        snapshot_size: snapshot_size::<FrictionBench<L>, INPUTS>(State::OTHERS + MAX_STATES),
-        indicators: FrictionBench::<L>::indicator_list,
-        start: start::<L>,
+        functions: Functions::of::<FrictionBench<L>, INPUTS>(State::OTHERS + MAX_STATES, start::<L>),
         experiment: Experiment {
             stop_time: 120.0,
             step_size: 1e-2,

@@ -51,7 +51,7 @@ mod tests {
             (festoon::MODEL, count::<festoon::Festoon, 2>()),
         ];
         for (model, count) in counts {
-            let indicators = (model.indicators)();
+            let indicators = model.indicators();
             let names: BTreeSet<_> = indicators.iter().map(|indicator| &indicator.name).collect();
             assert_eq!((indicators.len(), names.len()), (count, count), "{}", model.name);
         }

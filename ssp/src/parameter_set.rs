@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     fn variable(name: &str) -> &'static Variable {
-        (MODEL.variables)().find(name).expect("a variable").variable
+        MODEL.table().find(name).expect("a variable").variable
     }
 
     fn parameter<'a>(name: &'a str, value: impl Into<Value<'a>>) -> Result<Parameter<'a>, SettingError> {

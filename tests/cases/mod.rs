@@ -79,7 +79,7 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
 
 /// A model under all its laws on all its rigs, law by law, and on the rigs of one law; GMS with all its elements.
 pub fn cases(model: &Model) -> Vec<Changes> {
-    let table = (model.variables)();
+    let table = model.table();
     let laws: Vec<i32> = match table.find("friction.law").map(|entry| entry.variable.kind) {
         Some(Kind::Enumeration(of)) => of.items.iter().map(|(id, ..)| *id).collect(),
         _ => return rigs(model),
@@ -112,7 +112,7 @@ pub fn setup(model: &'static Model, changes: &Changes) -> Setup {
 
 /// A model started with changes, with its parameters and inputs.
 pub fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>, Vec<f64>) {
-    let table = (model.variables)();
+    let table = model.table();
     let start = |variable: &Variable| match changes.iter().find(|(name, _)| *name == variable.name) {
         Some((_, value)) => *value,
         None => variable.start.expect("a start value"),
@@ -120,6 +120,7 @@ pub fn start(model: &Model, changes: &Changes) -> (Box<dyn Simulation>, Vec<f64>
     let parameters: Vec<f64> = table.parameters().map(start).collect();
     let inputs: Vec<f64> = table.inputs().map(start).collect();
     let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
-    let simulation = (model.start)(&start).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
+    let simulation =
+        (model.functions.start)(&start).unwrap_or_else(|error| panic!("{} {changes:?}: {error}", model.name));
     (simulation, parameters, inputs)
 }

@@ -37,7 +37,7 @@ pub struct Running {
 }
 
 fn variables(model: &Model, of: impl Fn(&Variable) -> bool) -> Vec<&'static Variable> {
-    (model.variables)().iter().filter(|variable| of(variable)).collect()
+    model.table().iter().filter(|variable| of(variable)).collect()
 }
 
 fn is_input(variable: &Variable) -> bool {
@@ -97,7 +97,7 @@ impl Rig {
         let start = Start { time: 0.0, parameters: &self.parameters, inputs: &self.inputs, tolerance: None };
         let computed = variables(self.model, Variable::is_computed);
         Ok(Running {
-            simulation: (self.model.start)(&start)?,
+            simulation: (self.model.functions.start)(&start)?,
             model: self.model,
             inputs: self.inputs.clone(),
             places: computed.iter().enumerate().map(|(place, variable)| (variable.name.as_str(), place)).collect(),

@@ -419,7 +419,7 @@ fn ensure_free(kind: Kind, name: &str, home: &Path) -> Result<()> {
     let is_used = texts.iter().any(|(_, text)| names(text).contains(name));
     ensure!(!is_used, "`{name}` means something else in the crate: its source or the prelude of the library has it");
     ensure!(models::find(name).is_none(), "`{name}` is a model of the library");
-    let table = (pneumatic_servo_cylinder::MODEL.variables)();
+    let table = pneumatic_servo_cylinder::MODEL.table();
     for choice in table.parameters() {
         if let Of::Enumeration(of) = choice.kind {
             let is_taken = of.items.iter().any(|(_, item, _)| *item == name);

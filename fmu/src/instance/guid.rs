@@ -16,7 +16,7 @@ pub fn guid(model: &Model) -> String {
 pub fn guid_of_source(model: &Model, source: Option<&str>) -> String {
     let start = guid_start(model, source);
     let mut hash = Hash::new();
-    for variable in &*(model.table)() {
+    for variable in &*model.shared_table() {
         let Variable { reference, name, kind, role, start, min, max, nominal, derivative_of, .. } = variable;
         hash.add(name.as_bytes());
         match kind {

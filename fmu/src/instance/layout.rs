@@ -77,7 +77,7 @@ pub struct Layout {
 impl Layout {
     /// The layout of a model from a source with a fingerprint, if it is not one of [`pneumatic_servo`].
     pub fn new(model: &'static Model, source: Option<&str>) -> Self {
-        let table = (model.table)();
+        let table = model.shared_table();
         Self {
             model,
             guid: guid_of_source(model, source),
@@ -85,7 +85,7 @@ impl Layout {
             parameters: table.parameters().count(),
             computed: table.computed().count(),
             states: table.number_of_states(),
-            indicators: (model.indicators)(),
+            indicators: model.indicators(),
             indicator_variables: model.indicator_variables(),
             table,
         }

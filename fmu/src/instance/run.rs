@@ -241,7 +241,7 @@ impl Run {
             Some(Way::Inside(simulation)) => simulation.restore(snapshot)?,
             Some(Way::Outside(exchange)) => exchange.restore(snapshot)?,
             None => {
-                let mut simulation = (layout.model.start)(&record.start())?;
+                let mut simulation = (layout.model.functions.start)(&record.start())?;
                 self.way = Some(match record.kind {
                     Kind::CoSimulation | Kind::HybridCoSimulation { .. } => {
                         simulation.restore(snapshot)?;
@@ -270,7 +270,7 @@ fn start(layout: &Layout, record: &Record) -> Result<Way, Failure> {
 /// The model of a simulation with its solver outside.
 fn exchange(simulation: &dyn Simulation, layout: &Layout) -> Result<Box<dyn Exchange>, Failure> {
     let none = || Failure::error(format!("{} has no continuous states", layout.model.name));
-    simulation.exchange((layout.model.indicators)()).ok_or_else(none)
+    simulation.exchange(layout.model.indicators()).ok_or_else(none)
 }
 
 impl From<SnapshotError> for Failure {

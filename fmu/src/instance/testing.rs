@@ -10,7 +10,7 @@ use super::{Instance, Kind};
 use crate::failure::Failure;
 use pneumatic_servo::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
 use pneumatic_servo::enumeration;
-use pneumatic_servo::model::{Experiment, Model, Start};
+use pneumatic_servo::model::{Experiment, Functions, Model, Start};
 use pneumatic_servo::sensitivity::Differentiable;
 use pneumatic_servo::solver::StepError;
 use pneumatic_servo::variables::{Choice, ParameterError, Role, Table, Variable, units};
@@ -31,11 +31,13 @@ pub const STEPS: u32 = 24;
 pub const MODEL: Model = Model {
     name: "Lag",
     description: "A first-order lag",
-    variables: || &TABLE,
-    table: || Arc::new(make_table()),
-    snapshot_size: 64,
-    indicators: Vec::new,
-    start: |start| Ok(Box::new(Lag::new(start)?)),
+    functions: Functions {
+        table: || &TABLE,
+        shared_table: || Arc::new(make_table()),
+        snapshot_size: 64,
+        indicators: Vec::new,
+        start: |start| Ok(Box::new(Lag::new(start)?)),
+    },
     experiment: Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },
 };
 
@@ -119,7 +121,7 @@ impl Lag {
 }
 
 fn checked(parameters: &[f64]) -> Result<[f64; 4], ParameterError> {
-    let chosen = (MODEL.variables)().chosen(parameters, &[]);
+    let chosen = MODEL.table().chosen(parameters, &[]);
     let parameters: [f64; 4] = std::array::from_fn(|place| chosen[place].value);
     if parameters[1] > parameters[2] {
         return Err(ParameterError::new("low", parameters[1], "it must not exceed high"));

@@ -234,7 +234,7 @@ fn directional_derivatives_are_linear() {
 #[test]
 fn derivatives_by_time_hold_inputs_and_states() {
     let slider = model("DrivenSlider");
-    let variables = (slider.variables)();
+    let variables = slider.table();
     let find = |name: &str| variables.find(name).expect("a variable").variable.reference;
     let instance = Instance::of(slider);
     instance.initialize();

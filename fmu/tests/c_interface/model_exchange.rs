@@ -227,8 +227,8 @@ fn vectors_have_the_lengths_of_the_description_and_nothing_else_is_taken() {
 
 #[test]
 pub fn nominals_are_those_of_the_states_or_1() {
-    for model in served().into_iter().filter(|model| (model.variables)().number_of_states() > 0) {
-        let table = (model.variables)();
+    for model in served().into_iter().filter(|model| model.table().number_of_states() > 0) {
+        let table = model.table();
         let nominal = |state| table.by_reference(state).expect("a state").variable.nominal.unwrap_or(1.0);
         let expected: Vec<f64> = table.states().map(nominal).collect();
         let instance = Instance::for_exchange(model);
@@ -404,9 +404,9 @@ pub fn sampled_law_announces_its_samples() {
 #[test]
 pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
     let mut named = 0;
-    for model in served().into_iter().filter(|model| (model.variables)().number_of_states() > 0) {
+    for model in served().into_iter().filter(|model| model.table().number_of_states() > 0) {
         let starts = model.default_starts().expect("defaults that fit");
-        assert_eq!(starts.len(), (model.variables)().number_of_states(), "{}", model.name);
+        assert_eq!(starts.len(), model.table().number_of_states(), "{}", model.name);
         let instance = Instance::for_exchange(model);
         let before = instance.fingerprint();
         for (reference, start) in &starts {
@@ -414,8 +414,8 @@ pub fn start_values_of_states_can_be_sent_back_and_no_others_are_taken() {
             assert_eq!(instance.set_real(&[*reference], &[start + 1.0]), ERROR, "{} {reference}", model.name);
             let text = instance.message();
             assert!(text.contains("it starts from parameters and inputs"), "{text}");
-            let state = (model.variables)().by_reference(*reference).expect("a state").variable.name.clone();
-            if let Some(initial) = (model.variables)().find(&format!("{state}0")) {
+            let state = model.table().by_reference(*reference).expect("a state").variable.name.clone();
+            if let Some(initial) = model.table().find(&format!("{state}0")) {
                 assert!(text.ends_with(&format!("set {} instead", initial.variable.name)), "{text}");
                 named += 1;
             }

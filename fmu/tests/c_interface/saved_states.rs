@@ -32,7 +32,7 @@ struct Swinging {
 impl Swinging {
     fn new(model: &'static Model, law: Option<i32>) -> Self {
         let instance = Instance::of(model);
-        let table = (model.variables)();
+        let table = model.table();
         if let (Some(law), Some(variable)) = (law, table.find("friction.law")) {
             assert_eq!(instance.set_integer(&[variable.variable.reference], &[law]), OK);
         }
@@ -48,7 +48,7 @@ impl Swinging {
     }
 
     fn step(&self, step: u32) -> Vec<u64> {
-        for (number, input) in (self.model.variables)().inputs().enumerate() {
+        for (number, input) in self.model.table().inputs().enumerate() {
             let start = input.start.expect("inputs have start values");
             let amplitude = match input.kind {
                 Kind::Real(units::NEWTON) => 20.0,
@@ -73,7 +73,7 @@ impl Swinging {
             assert_eq!(status, OK, "{}", variable.name);
             if is_real(variable) { real[0].to_bits() } else { integer[0] as u64 }
         };
-        (self.model.variables)().iter().map(value).collect()
+        self.model.table().iter().map(value).collect()
     }
 }
 
@@ -101,7 +101,7 @@ fn restored_run_repeats_bit_for_bit_in_every_model() {
 
 #[test]
 fn restored_run_repeats_bit_for_bit_in_every_model_for_every_law() {
-    for model in served().into_iter().filter(|model| (model.variables)().find("friction.law").is_some()) {
+    for model in served().into_iter().filter(|model| model.table().find("friction.law").is_some()) {
         laws().into_iter().for_each(|(law, _)| assert_restored_run_repeats(model, Some(law)));
     }
 }
@@ -300,7 +300,7 @@ fn size_must_be_the_one_that_was_told() {
 fn serialized_states_of_a_model_have_one_size_whatever_the_law_and_the_time() {
     for model in served() {
         let size = Instance::of(model).fingerprint().len();
-        let has_laws = (model.variables)().find("friction.law").is_some();
+        let has_laws = model.table().find("friction.law").is_some();
         for law in if has_laws { laws().into_iter().map(|(law, _)| Some(law)).collect() } else { vec![None] } {
             let run = Swinging::new(model, law);
             let assert_size = || assert_eq!(run.instance.fingerprint().len(), size, "{} {law:?}", model.name);
@@ -317,7 +317,7 @@ fn serialized_states_of_a_model_have_one_size_whatever_the_law_and_the_time() {
                 assert_size();
             }
         }
-        if (model.variables)().number_of_states() > 0 {
+        if model.table().number_of_states() > 0 {
             let exchanging = Instance::for_exchange(model);
             exchanging.initialize();
             assert_eq!(exchanging.fingerprint().len(), size, "{}", model.name);

@@ -348,7 +348,7 @@ impl Instance3 {
 
     /// All real variables of the cylinder, bit for bit.
     pub fn bits(&self) -> Vec<u64> {
-        let table = (cylinder().variables)();
+        let table = cylinder().table();
         let arrays = table.arrays().filter(|(_, first)| super::is_real(first));
         let (lengths, references): (Vec<usize>, Vec<u32>) =
             arrays.map(|(length, first)| (length, first.reference)).unzip();

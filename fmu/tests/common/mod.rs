@@ -84,7 +84,7 @@ pub fn model(name: &str) -> &'static Model {
 
 /// The variables of the cylinder.
 pub fn variables() -> &'static [Variable] {
-    (cylinder().variables)()
+    cylinder().table()
 }
 
 /// The variable of the cylinder with a name.

@@ -61,7 +61,7 @@ fn random_calls_of_model_exchange_do_what_the_model_does() {
 impl Triplets {
     /// With a random friction law.
     pub fn new(model: &'static Model, mut random: Random) -> Self {
-        let law = (model.variables)().find("friction.law").expect("every model rubs").variable.reference;
+        let law = model.table().find("friction.law").expect("every model rubs").variable.reference;
         let id = 1 + random.below(LAWS.items.len()) as i32;
         let (two, three) = (Instance::for_exchange(model), Instance3::of(model, Way::Exchange));
         assert_eq!((two.set_integer(&[law], &[id]), three.set_int64(&[law], &[id.into()])), (OK, OK));
@@ -75,8 +75,8 @@ impl Triplets {
             model: setup.exchange(0.0).expect("legal parameters").expect("continuous states"),
             inputs: variables().iter().filter(|it| is_input(it)).filter_map(|it| it.start).collect(),
             mode: 'E',
-            states: (model.variables)().number_of_states(),
-            indicators: (model.indicators)().len(),
+            states: model.table().number_of_states(),
+            indicators: model.indicators().len(),
             outcomes: BTreeSet::new(),
         }
     }

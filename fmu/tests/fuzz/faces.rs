@@ -51,7 +51,7 @@ fn random_calls_of_fmi_3_do_what_those_of_fmi_2_do() {
     }
     // The bound of the work of a step is set once only.
     let settable = |it: &&Variable| is_settable(it) && !it.name.ends_with("PerCommunicationStep");
-    let kinds = models.iter().flat_map(|model| (model.variables)().iter()).filter(settable).map(kind);
+    let kinds = models.iter().flat_map(|model| model.table().iter()).filter(settable).map(kind);
     assert_eq!(set, kinds.collect());
     for (call, statuses) in OUTCOMES {
         for status in statuses {
@@ -138,7 +138,7 @@ impl Twins {
 
     /// The array around a variable, with its present values as FMI 2.0 tells them.
     fn array(&self, variable: &Variable) -> (u32, Vec<f64>) {
-        let table = (MODEL.get().variables)();
+        let table = MODEL.get().table();
         let first = table.array_at(variable.reference).map_or(variable.reference, |(first, _)| first);
         let length = table.length_at(first).expect("the first element");
         let references: Vec<u32> = (first..).take(length).collect();
@@ -191,7 +191,7 @@ impl Twins {
     fn differentiate(&mut self) -> (&'static str, c_int, c_int) {
         let scalars: Vec<_> = variables()
             .iter()
-            .filter(|it| is_real(it) && (MODEL.get().variables)().array_at(it.reference).is_none())
+            .filter(|it| is_real(it) && MODEL.get().table().array_at(it.reference).is_none())
             .collect();
         let computed: Vec<_> = scalars.iter().filter(|it| it.is_computed()).collect();
         let unknown = [computed[self.random.below(computed.len())].reference];
@@ -251,5 +251,5 @@ fn kind(variable: &Variable) -> &'static str {
 
 /// The place of a variable in its array.
 fn place(variable: &Variable) -> usize {
-    (MODEL.get().variables)().array_at(variable.reference).map_or(0, |(_, number)| number - 1)
+    MODEL.get().table().array_at(variable.reference).map_or(0, |(_, number)| number - 1)
 }

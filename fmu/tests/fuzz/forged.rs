@@ -41,7 +41,7 @@ fn running(random: &mut Random) -> Instance {
     let exchanges = random.one_in(2);
     let instance = if exchanges { Instance::for_exchange(model) } else { Instance::of(model) };
     assert_eq!(instance.set_integer(&[limit().reference], &[SOLVER_STEPS]), OK);
-    if let Some(found) = (model.variables)().find("friction.law") {
+    if let Some(found) = model.table().find("friction.law") {
         let law = LAWS.items[random.below(LAWS.items.len())].0;
         assert_eq!(instance.set_integer(&[found.variable.reference], &[law]), OK);
     }

@@ -74,7 +74,7 @@ fn random_calls_do_what_the_reference_does() {
     // A fuzzer that never gets anywhere would agree with anything.
     // Where no model has a switch, none is chosen.
     let is_switch = |variable: &Variable| variable.kind == Kind::Boolean && variable.is_parameter();
-    let has_switch = models.iter().any(|model| (model.variables)().iter().any(is_switch));
+    let has_switch = models.iter().any(|model| model.table().iter().any(is_switch));
     for (call, statuses) in OUTCOMES.iter().filter(|(call, _)| *call != "choose" || has_switch) {
         for status in *statuses {
             assert!(outcomes.contains(&((*call).to_owned(), *status)), "{call} never returned {status}");
@@ -89,12 +89,12 @@ thread_local! {
 
 /// The models with states that can be exchanged.
 fn exchanged() -> Vec<&'static Model> {
-    served().into_iter().filter(|model| (model.variables)().number_of_states() > 0).collect()
+    served().into_iter().filter(|model| model.table().number_of_states() > 0).collect()
 }
 
 /// Its variables.
 pub fn variables() -> &'static [Variable] {
-    (MODEL.get().variables)()
+    MODEL.get().table()
 }
 
 /// The parameter that bounds the work of a step.

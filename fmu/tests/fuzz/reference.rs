@@ -45,7 +45,7 @@ impl Expected {
     pub fn simulation(&self) -> Option<Box<dyn Simulation>> {
         let (time, tolerance) = (self.start, self.tolerance);
         let start = Start { time, parameters: &self.parameters, inputs: &self.inputs, tolerance };
-        let mut simulation = (MODEL.get().start)(&start).ok()?;
+        let mut simulation = (MODEL.get().functions.start)(&start).ok()?;
         simulation.set_inputs(&self.inputs, &self.slopes);
         Some(simulation)
     }
@@ -119,7 +119,7 @@ impl Pair {
             Role::Time => self.time(),
             Role::Input => self.expected.inputs[place(variable, is_input)],
             Role::Fixed | Role::Tunable => {
-                (MODEL.get().variables)().in_use(place(variable, Variable::is_parameter), &self.expected.parameters)
+                MODEL.get().table().in_use(place(variable, Variable::is_parameter), &self.expected.parameters)
             }
             Role::Output | Role::Local => self.computed()?[place(variable, Variable::is_computed)],
         };
@@ -132,7 +132,7 @@ impl Pair {
             return false;
         }
         let (place, parameters) = (place(variable, Variable::is_parameter), &self.expected.parameters);
-        let kept = [parameters[place], (MODEL.get().variables)().in_use(place, parameters)];
+        let kept = [parameters[place], MODEL.get().table().in_use(place, parameters)];
         kept.map(f64::to_bits).contains(&value.to_bits())
     }
 

@@ -71,7 +71,7 @@ impl Version {
 /// # Errors
 /// When a variable refers to one that the table does not have.
 pub fn xml(model: &Model, version: Version, stamp: &Stamp) -> Result<String> {
-    let structure = Structure::new((model.variables)()).with_context(|| format!("the table of {}", model.name))?;
+    let structure = Structure::new(model.table()).with_context(|| format!("the table of {}", model.name))?;
     let variables =
         model.started_variables().map_err(|error| anyhow!("the defaults of {} do not fit: {error}", model.name))?;
     Ok(document(|xml| match version {
@@ -105,7 +105,7 @@ type Attribute = (&'static str, &'static str);
 
 /// Whether there is anything to exchange: a model without continuous states needs no solver.
 pub fn is_exchanged(model: &Model) -> bool {
-    (model.variables)().number_of_states() > 0
+    model.table().number_of_states() > 0
 }
 
 fn log_categories(xml: &mut Xml) -> io::Result<()> {
@@ -151,7 +151,7 @@ mod tests {
     fn no_variable_has_the_name_of_a_group() {
         for model in models::ALL {
             let indicators = model.indicator_variables();
-            let variables = (model.variables)().iter().chain(&indicators);
+            let variables = model.table().iter().chain(&indicators);
             let names = variables.flat_map(|variable| [Some(variable.name.as_str()), array_name(&variable.name)]);
             let names: BTreeSet<&str> = names.flatten().collect();
             let plain = names.iter().filter(|name| !name.starts_with("der("));
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn indicators_have_names_and_references_of_their_own() {
         for model in models::ALL {
-            let table = (model.variables)();
+            let table = model.table();
             for indicator in model.indicator_variables() {
                 assert!(table.find(&indicator.name).is_none(), "{}: {}", model.name, indicator.name);
                 assert!(table.by_reference(indicator.reference).is_none(), "{}: {}", model.name, indicator.name);

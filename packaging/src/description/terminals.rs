@@ -45,7 +45,7 @@ pub fn xml(model: &Model, has_icon: bool) -> Result<String> {
             if has_icon {
                 graphics(xml)?;
             }
-            let has = |variable: &str| (model.variables)().find(variable).is_some();
+            let has = |variable: &str| model.table().find(variable).is_some();
             let terminals = TERMINALS.iter().filter(|it| it.members.iter().all(|(_, variable, _)| has(variable)));
             let terminals: Vec<_> = terminals.collect();
             if terminals.is_empty() {

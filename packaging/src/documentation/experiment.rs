@@ -235,7 +235,7 @@ mod tests {
     fn curve_fills_its_axes() -> Result<()> {
         const ROUNDING: f64 = 2.0;
         let variable = models::ALL[0].experiment.panels[0].curves[0];
-        let variable = (models::ALL[0].variables)().find(variable).context("a variable")?.variable;
+        let variable = models::ALL[0].table().find(variable).context("a variable")?.variable;
         for values in [vec![0.0, 10.0, 0.0], vec![-3e5, 1e5, 0.0]] {
             let curve = Curve { variable, values };
             for (curves, above) in [(vec![&curve], 16.0), (vec![&curve; 2], 50.0)] {
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn curve_that_stays_the_same_is_in_the_middle() -> Result<()> {
         let variable = models::ALL[0].experiment.panels[0].curves[0];
-        let variable = (models::ALL[0].variables)().find(variable).context("a variable")?.variable;
+        let variable = models::ALL[0].table().find(variable).context("a variable")?.variable;
         for value in [0.0, 0.25, -1e6] {
             let curve = Curve { variable, values: vec![value; 3] };
             let [_, top, _, bottom] = drawn(&[("x", vec![&curve])])?;

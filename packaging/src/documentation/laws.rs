@@ -33,7 +33,7 @@ fn row(name: &str) -> String {
 
 /// The laws that a model has; all of the project, if it has no choice.
 fn laws(model: &Model) -> &'static Enumeration {
-    (model.variables)().friction_law().map_or(LAWS, |(_, laws)| laws)
+    model.table().friction_law().map_or(LAWS, |(_, laws)| laws)
 }
 
 /// The page with a row for each law: those that come from elsewhere, hand-written or with the sentence of the catalogue, follow

@@ -27,7 +27,7 @@ pub fn page(model: &Model, version: Version, product: &Product, experiment: &str
         Some(source) => laws::numbered(&source, model, &product.parts)?,
         None => generated(model),
     };
-    let variables = (model.variables)();
+    let variables = model.table();
     let of_role = |roles: &[Role]| variables.iter().filter(|v| roles.contains(&v.role)).collect::<Vec<_>>();
     let sections = [
         math::render(&source).with_context(|| format!("the equations of {}", model.name))?,
@@ -60,7 +60,7 @@ pub fn page(model: &Model, version: Version, product: &Product, experiment: &str
 
 /// Which kind and version to choose.
 fn kinds(model: &Model, version: Version) -> String {
-    if (model.variables)().number_of_states() == 0 {
+    if model.table().number_of_states() == 0 {
         return "Import it for co-simulation: there are no continuous states to exchange.".to_owned();
     }
     let kinds = "Import it for co-simulation, where the solver inside locates events, such as stick and slip; choose model exchange where a tool \
@@ -108,7 +108,7 @@ fn source(parts: &Parts, name: &str) -> Result<Option<String>> {
 fn generated(model: &Model) -> String {
     let mut page =
         format!("<section id=\"purpose\">\n<h2>Purpose</h2>\n<p>{}</p>\n</section>\n", escape(model.description));
-    let events = (model.indicators)();
+    let events = model.indicators();
     if !events.is_empty() {
         let row = |event: &Indicator| {
             format!("<tr><td><code>{}</code></td><td>{}</td></tr>\n", escape(&event.name), escape(event.text))
@@ -138,6 +138,7 @@ fn licence(product: &Product) -> String {
 mod tests {
     use std::path::Path;
 
+    use pneumatic_servo::model::Functions;
     use pneumatic_servo::models;
 
     use super::*;
@@ -150,7 +151,7 @@ mod tests {
     fn every_variable_is_on_the_page_of_its_model() -> Result<()> {
         for model in models::ALL {
             let page = page(model, Version::Fmi2, &product(), "")?;
-            for variable in (model.variables)().iter().filter(|variable| variable.role != Role::Time) {
+            for variable in model.table().iter().filter(|variable| variable.role != Role::Time) {
                 let cell = format!("<code>{}</code>", escape(&variable.name));
                 assert!(page.contains(&cell), "{} is missing", variable.name);
             }
@@ -197,19 +198,28 @@ mod tests {
     /// A model of somebody else, whose page nobody has written.
     #[test]
     fn page_without_a_written_part_says_what_the_model_is_and_what_happens_in_it() -> Result<()> {
-        let quiet =
-            Model { name: "Own", description: "Gas & oil", indicators: Vec::new, ..models::friction_bench::MODEL };
+        let quiet = Model {
+            name: "Own",
+            description: "Gas & oil",
+            functions: Functions { indicators: Vec::new, ..models::friction_bench::MODEL.functions },
+            ..models::friction_bench::MODEL
+        };
         let purpose = "<section id=\"purpose\">\n<h2>Purpose</h2>\n<p>Gas &amp; oil</p>\n</section>\n";
         assert_eq!(generated(&quiet), purpose);
         let indicators = || vec![Indicator { name: "a<b".to_owned(), nominal: 1.0, text: "Below" }];
-        let events = generated(&Model { indicators, ..quiet });
+        let events = generated(&Model { functions: Functions { indicators, ..quiet.functions }, ..quiet });
         assert_eq!(
             events.strip_prefix(purpose).context("a purpose")?,
             "<section id=\"events\">\n<h2>Events</h2>\n<div class=\"scroll\" tabindex=\"0\">\n<table>\n\
              <thead><tr><th>Name</th><th>What happens</th></tr></thead>\n<tbody>\n\
              <tr><td><code>a&lt;b</code></td><td>Below</td></tr>\n</tbody>\n</table>\n</div>\n</section>\n"
         );
-        let page = page(&Model { indicators, ..quiet }, Version::Fmi3, &product(), "")?;
+        let page = page(
+            &Model { functions: Functions { indicators, ..quiet.functions }, ..quiet },
+            Version::Fmi3,
+            &product(),
+            "",
+        )?;
         assert!(page.contains(&events) && page.contains("<title>Own</title>"), "{page}");
         Ok(())
     }

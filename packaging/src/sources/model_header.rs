@@ -31,9 +31,8 @@ pub fn text(model: &'static Model) -> Result<String> {
         model.description,
         guid(model)
     );
-    let references = (model.variables)()
-        .iter()
-        .map(|variable| format!("    REF_{} = {}", identifier(&variable.name), variable.reference));
+    let references =
+        model.table().iter().map(|variable| format!("    REF_{} = {}", identifier(&variable.name), variable.reference));
     text += &references.collect::<Vec<_>>().join(",\n");
     text += "\n};\n\n#endif\n";
     Ok(text)
@@ -57,13 +56,12 @@ mod tests {
         assert_eq!(identifier("friction.gms.k[10]"), "friction_gms_k_10");
         assert_eq!(identifier("der(position)"), "der_position");
         for model in models::ALL {
-            let names: Vec<_> = (model.variables)().iter().map(|variable| identifier(&variable.name)).collect();
+            let names: Vec<_> = model.table().iter().map(|variable| identifier(&variable.name)).collect();
             assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{}", model.name);
             let text = text(model)?;
             let (_, listed) = text.split_once("enum {\n").context("no references")?;
             let listed = listed.strip_suffix("\n};\n\n#endif\n").context("no end")?;
-            let lines =
-                names.iter().zip((model.variables)()).map(|(name, it)| format!("    REF_{name} = {}", it.reference));
+            let lines = names.iter().zip(model.table()).map(|(name, it)| format!("    REF_{name} = {}", it.reference));
             assert_eq!(listed.split(",\n").collect::<Vec<_>>(), lines.collect::<Vec<_>>());
         }
         Ok(())

@@ -18,13 +18,13 @@ use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
 use self::walk::{Harmonic, Walk};
-use crate::co_simulation::{Simulation, snapshot_size};
+use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::mechanics::GRAVITY;
-use crate::model::{Experiment, Model, Panel, Start};
+use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{Indicator, Sample, System, Tables, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -35,11 +35,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "DrivenSlider",
         description: "Free slider on a harmonically shaken tray, moved by friction alone",
-        variables: table::<DrivenSlider<L>, 1>,
-        table: shared_table::<DrivenSlider<L>, 1>,
-        snapshot_size: snapshot_size::<DrivenSlider<L>, 1>(State::OTHERS + MAX_STATES),
-        indicators: DrivenSlider::<L>::indicator_list,
-        start: start::<L>,
+        functions: Functions::of::<DrivenSlider<L>, 1>(State::OTHERS + MAX_STATES, start::<L>),
         experiment: Experiment {
             stop_time: 0.5,
             step_size: 5e-4,

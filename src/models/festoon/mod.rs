@@ -20,13 +20,13 @@ mod variables;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{CRANE_POSITION, Inputs, Outputs, Parameters, State, TrolleyOutputs, contact_base, trolley_base};
-use crate::co_simulation::{Simulation, snapshot_size};
+use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::mechanics::{GRAVITY, OneSided};
-use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
+use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar};
 use crate::start_sized;
-use crate::system::{Hints, Indicator, Sample, System, Tables, UNUSED, shared_table, table};
+use crate::system::{Hints, Indicator, Sample, System, Tables, UNUSED};
 use crate::variables::{Notices, ParameterError, Values};
 
 /// The model as the library offers it.
@@ -37,11 +37,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "Festoon",
         description: "Crane festoon: trolleys with hanging loads and friction, towed by ropes and pushed by buffers",
-        variables: table::<Festoon<L>, 2>,
-        table: shared_table::<Festoon<L>, 2>,
-        snapshot_size: snapshot_size::<Festoon<L>, 2>(states(MAX_STATES)),
-        indicators: Festoon::<L>::indicator_list,
-        start: start::<L>,
+        functions: Functions::of::<Festoon<L>, 2>(states(MAX_STATES), start::<L>),
         experiment: Experiment {
             stop_time: 30.0,
             step_size: 1e-2,

@@ -157,9 +157,10 @@ mod tests {
 
     fn cylinder(changes: &[(&str, f64)]) -> Extended {
         for (name, _) in changes {
-            assert!((MODEL.variables)().parameters().any(|variable| variable.name == *name), "there is no {name}");
+            assert!(MODEL.table().parameters().any(|variable| variable.name == *name), "there is no {name}");
         }
-        let parameters: Vec<f64> = (MODEL.variables)()
+        let parameters: Vec<f64> = MODEL
+            .table()
             .parameters()
             .map(|variable| {
                 let change = changes.iter().find(|(name, _)| *name == variable.name);

@@ -151,9 +151,9 @@ mod tests {
     /// The default cylinder with some parameters changed, in motion under different pressures and temperatures.
     fn moving(changes: &[(&str, f64)], check: impl Fn(&PneumaticServoCylinder, &[f64; N], &[f64; 3], &Memory)) {
         let starts = |of: &dyn Fn(&Variable) -> bool| -> Vec<f64> {
-            (MODEL.variables)().iter().filter(|it| of(it)).filter_map(|it| it.start).collect()
+            MODEL.table().iter().filter(|it| of(it)).filter_map(|it| it.start).collect()
         };
-        let names: Vec<_> = (MODEL.variables)().iter().filter(|it| it.is_parameter()).map(|it| &it.name).collect();
+        let names: Vec<_> = MODEL.table().iter().filter(|it| it.is_parameter()).map(|it| &it.name).collect();
         let mut parameters = starts(&Variable::is_parameter);
         for (name, value) in changes {
             parameters[names.iter().position(|it| *it == name).expect("a parameter")] = *value;

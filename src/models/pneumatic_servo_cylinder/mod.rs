@@ -36,11 +36,9 @@ mod states;
 mod system;
 mod variables;
 
-use crate::co_simulation::snapshot_size;
 use crate::friction::{Friction, FrictionLaw};
-use crate::model::{Course, Experiment, Model, Panel, Signal};
+use crate::model::{Course, Experiment, Functions, Model, Panel, Signal};
 use crate::pneumatics::actuator::{Actuating, Actuator};
-use crate::system::{indicators, shared_table, table};
 
 #[doc(hidden)]
 pub use self::cylinder::{Memory, PneumaticServoCylinder};
@@ -55,11 +53,7 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
     Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
-        variables: table::<PneumaticServoCylinder<L, A>, 3>,
-        table: shared_table::<PneumaticServoCylinder<L, A>, 3>,
-        snapshot_size: snapshot_size::<PneumaticServoCylinder<L, A>, 3>(places::MOST),
-        indicators: indicators::<PneumaticServoCylinder<L, A>, 3>,
-        start: start::start::<L, A>,
+        functions: Functions::of::<PneumaticServoCylinder<L, A>, 3>(places::MOST, start::start::<L, A>),
         experiment: Experiment {
             stop_time: 3.0,
             step_size: 1e-3,
@@ -115,11 +109,10 @@ mod tests {
                 }
                 _ => variable.start.expect("a start value"),
             };
-            let parameters: Vec<f64> = (MODEL.variables)().parameters().map(value).collect();
+            let parameters: Vec<f64> = MODEL.table().parameters().map(value).collect();
             let start = Start { time: 0.0, parameters: &parameters, inputs: &[5.0, 0.0, 6e5], tolerance: None };
-            let run = (MODEL.start)(&start).expect("legal");
-            let integrated =
-                (0..(MODEL.variables)().states().count()).filter(|state| run.state_index(*state).is_some());
+            let run = (MODEL.functions.start)(&start).expect("legal");
+            let integrated = (0..MODEL.table().states().count()).filter(|state| run.state_index(*state).is_some());
             let (equations, _) =
                 build::<PneumaticServoCylinder<Friction, Actuator, true>, 3>(&start, &[]).expect("legal");
             assert_eq!(equations.states(), integrated.count(), "law {law}, {options:?}");
@@ -134,7 +127,7 @@ mod tests {
     /// Another voltage changes the rates of the spool alone, so that no others are evaluated anew; other inputs change more.
     #[test]
     fn rates_are_refreshed_where_the_voltage_alone_has_changed() {
-        let parameters: Vec<f64> = (MODEL.variables)().parameters().filter_map(|it| it.start).collect();
+        let parameters: Vec<f64> = MODEL.table().parameters().filter_map(|it| it.start).collect();
         let before = [6.0, 1.0, 6e5];
         let start = Start { time: 0.0, parameters: &parameters, inputs: &before, tolerance: None };
         let (equations, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("the defaults fit");

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::co_simulation::{Direction, Simulation, Snapshot, SnapshotError};
-use crate::model::{Course, Experiment, Model, Panel, Signal, Start};
+use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
 use crate::numbers::{Real, Scalar, sign};
 use crate::sensitivity::{Differentiable, Equations};
 use crate::solver::{Mark, StepError};
@@ -35,11 +35,13 @@ use crate::{enumeration, inputs, outputs, parameters};
 pub const MODEL: Model = Model {
     name: "PositionController",
     description: "Sampled position controller for a pneumatic cylinder with a proportional valve",
-    variables: || kept::lent(TypeId::of::<PositionController>(), make_table),
-    table,
-    snapshot_size: 2 * size_of::<Memory>() + 64,
-    indicators: Vec::new,
-    start: |start| Ok(Box::new(PositionController::new(start)?)),
+    functions: Functions {
+        table: || kept::lent(TypeId::of::<PositionController>(), make_table),
+        shared_table: table,
+        snapshot_size: 2 * size_of::<Memory>() + 64,
+        indicators: Vec::new,
+        start: |start| Ok(Box::new(PositionController::new(start)?)),
+    },
     experiment: Experiment {
         stop_time: 3.0,
         step_size: 1e-3,

@@ -20,12 +20,12 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::variables::{Inputs, Outputs, Parameters, State};
-use crate::co_simulation::{Simulation, snapshot_size};
+use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
-use crate::model::{Experiment, Model, Panel, Start};
+use crate::model::{Experiment, Functions, Model, Panel, Start};
 use crate::numbers::{Number, Real, Scalar};
 use crate::start_sized;
-use crate::system::{Indicator, Sample, System, Tables, UNUSED, references, shared_table, table};
+use crate::system::{Indicator, Sample, System, Tables, UNUSED, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
 
 /// The model as the library offers it.
@@ -36,11 +36,7 @@ pub const fn model<L: FrictionLaw>() -> Model {
     Model {
         name: "VibroImpact",
         description: "Vibro-impact locomotion: a body on dry friction, driven by an internal mass that hits it",
-        variables: table::<VibroImpact<L>, 1>,
-        table: shared_table::<VibroImpact<L>, 1>,
-        snapshot_size: snapshot_size::<VibroImpact<L>, 1>(State::OTHERS + MAX_STATES),
-        indicators: VibroImpact::<L>::indicator_list,
-        start: start::<L>,
+        functions: Functions::of::<VibroImpact<L>, 1>(State::OTHERS + MAX_STATES, start::<L>),
         experiment: Experiment {
             stop_time: 3.0,
             step_size: 1e-3,

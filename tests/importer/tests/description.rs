@@ -12,7 +12,7 @@ use pneumatic_servo::variables::{Kind, Role, Variable};
 
 /// The variables of a model without the independent one, which FMI 2.0 does not ask for.
 fn listed(model: &Model) -> Vec<&'static Variable> {
-    (model.variables)().iter().filter(|variable| variable.role != Role::Time).collect()
+    model.table().iter().filter(|variable| variable.role != Role::Time).collect()
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn structure_names_every_output_and_derivative() -> Result<()> {
         let named = |index: u32| listed(model)[index as usize - 1];
         let structure = &description.model_structure;
         let outputs: Vec<_> = structure.outputs.unknowns.iter().map(|unknown| &named(unknown.index).name).collect();
-        let expected = (model.variables)().iter().filter(|variable| variable.role == Role::Output);
+        let expected = model.table().iter().filter(|variable| variable.role == Role::Output);
         assert_eq!(outputs, expected.map(|variable| &variable.name).collect::<Vec<_>>());
         for unknown in &structure.derivatives.unknowns {
             assert!(named(unknown.index).derivative_of.is_some(), "{}", named(unknown.index).name);
@@ -69,7 +69,7 @@ fn structure_names_every_output_and_derivative() -> Result<()> {
             assert_eq!(unknown.dependencies.len(), unknown.dependencies_kind.len());
             let known = |index: &u32| {
                 let variable = named(*index);
-                let is_state = (model.variables)().iter().any(|v| v.derivative_of == Some(variable.reference));
+                let is_state = model.table().iter().any(|v| v.derivative_of == Some(variable.reference));
                 variable.role == Role::Input || is_state
             };
             assert!(unknown.dependencies.iter().all(known), "{}", named(unknown.index).name);
@@ -87,7 +87,7 @@ fn capabilities_and_default_experiment_are_read() -> Result<()> {
         assert_eq!(co_simulation.model_identifier, model.name);
         assert_eq!(description.fmi_version, "2.0");
         // A model without continuous states has nothing that a host could integrate.
-        let has_states = (model.variables)().iter().any(|variable| variable.derivative_of.is_some());
+        let has_states = model.table().iter().any(|variable| variable.derivative_of.is_some());
         assert_eq!(description.model_exchange.is_some(), has_states, "{}", model.name);
         let experiment = description.default_experiment.as_ref().context("no default experiment")?;
         assert_eq!(experiment.stop_time, Some(model.experiment.stop_time));

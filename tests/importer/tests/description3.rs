@@ -20,7 +20,7 @@ fn is_read(variable: &Variable) -> bool {
 fn every_variable_and_indicator_has_the_name_reference_and_causality_of_the_table() -> Result<()> {
     for model in models::ALL {
         let import = open(model.name)?;
-        let table = (model.variables)();
+        let table = model.table();
         let indicators = model.indicator_variables();
         let mut read = import.model_description().model_variables.iter_abstract();
         let mut variables: Vec<(usize, &Variable)> = table.arrays().collect();
@@ -65,7 +65,7 @@ fn structure_names_outputs_derivatives_and_indicators() -> Result<()> {
     for model in models::ALL {
         let import = open(model.name)?;
         let structure = &import.model_description().model_structure;
-        let table = (model.variables)();
+        let table = model.table();
         let references = |of: &dyn Fn(&Variable) -> bool| -> Vec<u32> {
             table.iter().filter(|variable| of(variable)).map(|variable| variable.reference).collect()
         };
@@ -92,7 +92,7 @@ fn capabilities_and_default_experiment_are_read() -> Result<()> {
         let co_simulation = description.co_simulation.as_ref().context("no co-simulation")?;
         assert_eq!(co_simulation.model_identifier, model.name);
         assert_eq!(co_simulation.can_get_and_set_fmu_state, Some(true));
-        let has_states = (model.variables)().number_of_states() > 0;
+        let has_states = model.table().number_of_states() > 0;
         assert_eq!(description.model_exchange.is_some(), has_states, "{}", model.name);
         let experiment = description.default_experiment.as_ref().context("no default experiment")?;
         assert_eq!(experiment.stop_time, Some(model.experiment.stop_time));

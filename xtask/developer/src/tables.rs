@@ -35,7 +35,7 @@ pub fn pages() -> Vec<&'static str> {
 /// # Errors
 /// When the marks of a table are missing.
 pub fn renewed(page: &str, text: &str) -> Result<String> {
-    let variables = (models::ALL[0].variables)();
+    let variables = models::ALL[0].table();
     TABLES.iter().filter(|table| table.page == page).try_fold(text.to_owned(), |text, table| {
         let mark = format!("<!-- {}: written by `cargo xtask describe` -->", table.name);
         replace(&text, &mark, &(table.of)(variables)).with_context(|| page.to_owned())

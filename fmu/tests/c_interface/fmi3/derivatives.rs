@@ -22,7 +22,7 @@ fn seeds(number: usize) -> Vec<f64> {
 /// Adjoint derivatives times a direction, and directional ones times the seeds of the adjoint: both are `v' J w`. What the
 /// terms of the sum amount to is what rounding is relative to.
 fn compare(instance: &Instance3, model: &Model, what: &str) {
-    let table = (model.variables)();
+    let table = model.table();
     let states: Vec<u32> = table.states().collect();
     let is_known = |it: &Variable| {
         matches!(it.kind, Kind::Real(_))
@@ -44,7 +44,7 @@ fn compare(instance: &Instance3, model: &Model, what: &str) {
 #[test]
 fn adjoint_derivatives_are_the_transpose_of_directional_ones_for_all_models_and_laws() {
     for model in served() {
-        let law = (model.variables)().find("friction.law").map(|entry| entry.variable);
+        let law = model.table().find("friction.law").map(|entry| entry.variable);
         let laws: Vec<Option<(u32, i64)>> = match law.map(|law| (law.reference, law.kind)) {
             Some((reference, Kind::Enumeration(of))) => {
                 of.items.iter().map(|(id, ..)| Some((reference, i64::from(*id)))).collect()
@@ -59,8 +59,7 @@ fn adjoint_derivatives_are_the_transpose_of_directional_ones_for_all_models_and_
             assert_eq!((instance.enter(), instance.exit()), (OK, OK), "{:?}", instance.messages());
             let what = format!("{} {law:?}", model.name);
             compare(&instance, model, &what);
-            if let Some(voltage) = (model.variables)().find("valveVoltage").filter(|it| it.variable.role == Role::Input)
-            {
+            if let Some(voltage) = model.table().find("valveVoltage").filter(|it| it.variable.role == Role::Input) {
                 // Stuck at first, then sliding.
                 assert_eq!(instance.set(&[voltage.variable.reference], &[8.0]), OK);
             }

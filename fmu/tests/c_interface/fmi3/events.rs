@@ -145,7 +145,7 @@ fn event_at_the_very_end_of_a_step_is_told_without_early_return() {
 fn indicators() -> impl Iterator<Item = (String, u32, f64)> {
     let variables = cylinder().indicator_variables().into_iter();
     variables
-        .zip((cylinder().indicators)())
+        .zip(cylinder().indicators())
         .map(|(variable, indicator)| (variable.name, variable.reference, indicator.nominal))
 }
 

@@ -29,7 +29,7 @@ pub fn every_model_can_be_made_in_every_way_but_one_without_states_is_not_exchan
         for way in WAYS {
             let token = token(model.name);
             let (component, messages) = instantiate(way, c"a", &token);
-            let is_exchanged = (model.variables)().number_of_states() > 0;
+            let is_exchanged = model.table().number_of_states() > 0;
             assert_eq!(component.is_null(), way == Way::Exchange && !is_exchanged, "{} {way:?}", model.name);
             if component.is_null() {
                 let text = messages.lock().expect("no panic")[0].text.clone();

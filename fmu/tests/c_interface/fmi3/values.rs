@@ -63,7 +63,7 @@ pub fn every_parameter_and_input_of_every_model_keeps_what_is_set_until_a_reset(
     for model in served() {
         let instance = Instance3::of(model, Way::Steps);
         let settable: Vec<(usize, &Variable)> =
-            (model.variables)().arrays().filter(|(_, it)| it.is_parameter() || is_input(it)).collect();
+            model.table().arrays().filter(|(_, it)| it.is_parameter() || is_input(it)).collect();
         for (length, variable) in &settable {
             let values = match variable.kind {
                 Kind::Enumeration(of) => vec![of.items[of.items.len() - 1].0.into(), of.items[0].0.into()],
@@ -80,7 +80,7 @@ pub fn every_parameter_and_input_of_every_model_keeps_what_is_set_until_a_reset(
         for (length, variable) in settable {
             let elements = (variable.reference..).take(length);
             let starts: Vec<f64> = elements
-                .map(|reference| (model.variables)().by_reference(reference).expect("an element").variable)
+                .map(|reference| model.table().by_reference(reference).expect("an element").variable)
                 .map(|element| element.start.expect("a start"))
                 .collect();
             assert_eq!(get(&instance, variable, length), starts, "{}", variable.name);
@@ -129,7 +129,7 @@ fn every_variable_of_every_model_has_one_type() {
         let instance = Instance3::of(model, Way::Steps);
         assert_eq!((instance.enter(), instance.exit()), (OK, OK), "{}: {:?}", model.name, instance.messages());
         let indicators = model.indicator_variables();
-        let mut table: Vec<(usize, &Variable)> = (model.variables)().arrays().collect();
+        let mut table: Vec<(usize, &Variable)> = model.table().arrays().collect();
         table.extend(indicators.iter().map(|variable| (1, variable)));
         for (length, variable) in table {
             let reference = [variable.reference];
@@ -341,7 +341,7 @@ fn indicators_are_variables_in_every_way_of_running_the_model() {
 #[test]
 pub fn dependencies_are_those_of_the_table() {
     let instance = Instance3::of(cylinder(), Way::Exchange);
-    let table = (cylinder().variables)();
+    let table = cylinder().table();
     for (_, variable) in table.arrays() {
         let expected: Vec<_> = variable.depends_on.iter().map(|known| (0, *known, 0, 5)).collect();
         assert_eq!(instance.dependencies(variable.reference), expected, "{}", variable.name);

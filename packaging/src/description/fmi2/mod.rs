@@ -20,7 +20,7 @@ pub fn write(
     stamp: &Stamp,
     structure: &Structure,
 ) -> io::Result<()> {
-    let indicators = is_exchanged(model).then(|| (model.indicators)().len().to_string());
+    let indicators = is_exchanged(model).then(|| model.indicators().len().to_string());
     root("2.0", "guid", model, stamp).with_some("numberOfEventIndicators", indicators).contain(xml, |xml| {
         if is_exchanged(model) {
             with_sources(xml, kind("ModelExchange", model, COMMON, MODEL_EXCHANGE), &stamp.sources)?;

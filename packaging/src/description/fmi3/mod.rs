@@ -20,7 +20,7 @@ pub fn write(
     stamp: &Stamp,
     structure: &Structure,
 ) -> io::Result<()> {
-    let (table, indicators) = ((model.variables)(), model.indicator_variables());
+    let (table, indicators) = (model.table(), model.indicator_variables());
     root("3.0", "instantiationToken", model, stamp).contain(xml, |xml| {
         if is_exchanged(model) {
             kind("ModelExchange", model, COMMON, MODEL_EXCHANGE).write(xml)?;

@@ -77,7 +77,7 @@ pub fn all() -> String {
 
 /// Those of a model.
 pub fn of(model: &Model) -> String {
-    let variables = (model.variables)();
+    let variables = model.table();
     let (step, steps, courses) = (model.experiment.step_size, model.experiment.steps(), courses(model));
     let mut text = format!("experiment {} {steps} {:x} ", guid(model), step.to_bits());
     push(&mut text, courses.iter().map(|(reference, _)| *reference));
@@ -125,7 +125,7 @@ fn runs(model: &Model) -> Vec<Run> {
 type Variant = (String, Option<&'static str>, Vec<(&'static str, f64)>);
 
 fn variants(model: &Model) -> Vec<Variant> {
-    let mut variants = match (model.variables)().find(LAW).map(|law| law.variable.kind) {
+    let mut variants = match model.table().find(LAW).map(|law| law.variable.kind) {
         Some(Kind::Enumeration(laws)) => {
             let of = |(id, name, _): &(i32, &'static str, _)| {
                 (format!("{}_{name}", model.name), Some(*name), vec![(LAW, f64::from(*id))])
@@ -143,7 +143,7 @@ fn variants(model: &Model) -> Vec<Variant> {
 /// A run with changed parameters: the choices among them, then the real ones.
 fn push_run(text: &mut String, model: &Model, run: &Run) {
     let entries = run.changes.iter().map(|(name, value)| {
-        let entry = (model.variables)().find(name).unwrap_or_else(|| panic!("{name} is no variable of {}", model.name));
+        let entry = model.table().find(name).unwrap_or_else(|| panic!("{name} is no variable of {}", model.name));
         (entry.variable, *value)
     });
     let (reals, choices): (Vec<_>, Vec<_>) = entries.partition(|(variable, _)| is_real(variable));
@@ -161,7 +161,7 @@ fn push_run(text: &mut String, model: &Model, run: &Run) {
 /// The inputs that move, by their references. Where the default experiment moves none, the first one swings, so that
 /// inputs are compared with every model.
 fn courses(model: &Model) -> Vec<(u32, Course)> {
-    let variables = (model.variables)();
+    let variables = model.table();
     let Experiment { signals, stop_time, .. } = model.experiment;
     if signals.is_empty() {
         let swing = |input: &Variable| Course::Sine {

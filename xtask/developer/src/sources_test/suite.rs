@@ -46,7 +46,7 @@ pub fn run(workspace: &Workspace, model: &Model, library: &Path) -> Result<()> {
 /// When a call does not do what the model does.
 pub fn fuzz(workspace: &Workspace, model: &Model, library: &Path, round: u64) -> Result<()> {
     let mut fuzz = of(workspace, "fuzz", model, library);
-    if (model.variables)().number_of_states() == 0 {
+    if model.table().number_of_states() == 0 {
         // Forged states are those of models with states.
         fuzz.args(["--skip", "model_exchange", "--skip", "forged_states"]);
     }
