@@ -54,6 +54,7 @@ pub fn guid_start(model: &Model, source: Option<&str>) -> String {
 mod tests {
     use super::*;
     use crate::instance::testing;
+    use pneumatic_servo::model::Functions;
     use pneumatic_servo::models;
 
     #[test]
@@ -85,6 +86,7 @@ mod tests {
         assert!(first.starts_with('{') && first.ends_with('}') && first.len() == 38);
         assert_eq!(first, guid(&testing::MODEL));
         assert_ne!(first, guid(&Model { name: "Other", ..testing::MODEL }));
-        assert_ne!(first, guid(&Model { table: models::ALL[0].table, ..testing::MODEL }));
+        let other = Functions { shared_table: models::ALL[0].functions.shared_table, ..testing::MODEL.functions };
+        assert_ne!(first, guid(&Model { functions: other, ..testing::MODEL }));
     }
 }

@@ -205,6 +205,20 @@ impl Run {
         Ok(&self.computed)
     }
 
+    /// The computed variable in a place of the table; one that is a state, as a controller reads it after each step, takes no
+    /// evaluation of the equations.
+    pub fn value(&mut self, place: usize, layout: &Layout, record: &Record) -> Result<f64, Failure> {
+        if !self.is_computed {
+            let mut value = [0.0];
+            if let Way::Inside(simulation) = self.ready(layout, record)?
+                && simulation.at_hand(&[place], &mut value)
+            {
+                return Ok(value[0]);
+            }
+        }
+        Ok(self.computed(layout, record)?[place])
+    }
+
     /// What is unusual about the parameters and inputs of the record.
     pub fn notices(&mut self, layout: &Layout, record: &Record) -> Result<Notices, Failure> {
         Ok(match self.ready(layout, record)? {

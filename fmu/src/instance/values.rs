@@ -105,7 +105,7 @@ impl Instance {
             Place::Time => self.time(),
             Place::Input(place) => self.record.inputs[place],
             Place::Parameter(place) => self.layout.table.in_use(place, &self.record.parameters),
-            Place::Computed(place) => self.run.computed(&self.layout, &self.record)?[place],
+            Place::Computed(place) => self.run.value(place, &self.layout, &self.record)?,
         };
         if !value.is_finite() {
             return Err(Failure::error(format!("{name} is not a finite number but {value}")));

@@ -1,24 +1,26 @@
-//! What a cylinder is made of, and its memory.
+//! The cylinder: its parts, its discrete memory, and a run of as many states as it needs.
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::explicit_steps::{ExplicitSteps, WORTHWHILE};
+use super::lines;
 use super::lines::Lines;
 use super::options::Options;
 use super::parameters::Parameters;
-use super::parts::Parts;
-use super::places::MOST;
 use super::sensors::{self, Sensors};
-use super::states::State;
-use crate::friction::{self, Drive, Friction, FrictionContact, FrictionLaw};
+use super::states::{MOST, State};
+use crate::co_simulation::Simulation;
+use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
+use crate::model::Start;
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
-use crate::system::{Couplings, Sample, references};
-use crate::variables::Tunable;
+use crate::run_sized;
+use crate::session::read;
+use crate::system::{Couplings, LongestSteps, Sample, references};
+use crate::variables::{ParameterError, Tunable, Values};
 
 /// The equations of the cylinder for given parameters; `EXTENDED` ones for a cylinder that uses any of the options, or has
 /// an actuator that changes by itself.
@@ -126,4 +128,106 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         let of_sensors = self.sensors.next_sample(&memory.sensors);
         self.actuator.next_sample(&memory.actuator).earlier(of_friction).earlier(of_sensors)
     }
+}
+
+/// The parameters, in the order of the table.
+pub(super) type Listed<L, A> =
+    (Parameters, Options, Sensors, <A as Actuating>::Parameters, ContactLaw<L, { Law::Stribeck as i32 }>);
+
+/// What the equations are made of.
+pub(super) struct Parts<L, A> {
+    pub parameters: Parameters,
+    pub options: Options,
+    pub sensors: Sensors,
+    pub actuator: A,
+    pub friction: L,
+}
+
+impl<L: FrictionLaw, A: Actuating> Parts<L, A> {
+    pub fn read(values: &mut Values) -> Result<Self, ParameterError> {
+        let (parameters, options, sensors, actuator, ContactLaw(friction)): Listed<L, A> = values.read()?;
+        parameters.check()?;
+        options.check(parameters.bore, parameters.stroke)?;
+        sensors.check()?;
+        Ok(Self { parameters, options, sensors, actuator: A::new(actuator)?, friction })
+    }
+
+    /// Whether any of them is compiled for extended equations only.
+    pub fn need_extension(&self) -> bool {
+        self.options.are_used() || self.sensors.are_used() || self.actuator.is_sampled()
+    }
+}
+
+/// Longest explicit steps. At equal pressures the flow through an open valve settles within some ten milliseconds.
+const LONGEST: LongestSteps = LongestSteps { classical: 0.01, midpoint: 0.005 };
+
+/// Step size in s from which on explicit steps are cheaper than implicit ones where nothing but waves in hoses bounds them.
+pub(super) const WORTHWHILE: f64 = 7e-5;
+
+/// The longest explicit steps: bristles that hold the carriage are springs, on which it swings, and so are the stops.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ExplicitSteps {
+    /// While bristles hold.
+    at_rest: LongestSteps,
+    /// In contact with a stop.
+    at_stop: LongestSteps,
+    /// Speed in m/s from which on a bristle relaxes faster than the carriage swings.
+    slipping: f64,
+}
+
+impl ExplicitSteps {
+    /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
+    pub(super) fn new<L: FrictionLaw>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
+        let [stiffness, damping] = friction.resistance();
+        let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
+        let longest = |swing: f64| LongestSteps::of_swing(swing, damping.max(0.0) / mass).min(LONGEST);
+        Self {
+            at_rest: longest(swing(stiffness)),
+            at_stop: longest(swing(stiffness + stop)),
+            slipping: if friction.relaxes() { 2.0 * swing(stiffness) * friction.state_scale() } else { f64::INFINITY },
+        }
+    }
+
+    /// The longest steps where stops are touched or not, at a velocity in m/s.
+    #[inline(always)]
+    pub(super) fn longest(&self, touched: [bool; 2], velocity: f64) -> LongestSteps {
+        if touched[0] | touched[1] {
+            self.at_stop
+        } else if velocity.abs() < self.slipping {
+            self.at_rest
+        } else {
+            LONGEST
+        }
+    }
+}
+
+/// Whether few sizes are compiled, with more states than needed in most of them.
+const SMALL: bool = cfg!(feature = "small");
+
+/// Starts a run with as many states as friction law, lines and sensors need, or a few more: each size is the whole solver
+/// compiled once more. Spare states cost LuGre 4 % of a step, spare states of options 10 % with GMS and hoses.
+pub(super) fn start<L: FrictionLaw, A: Actuating>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
+    let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, &[], Parts::<L, A>::read)?;
+    let settings = settings.keeping_balance(parts.parameters.keeps_balance);
+    if !parts.need_extension() {
+        let equations = PneumaticServoCylinder::<L, A>::of(parts);
+        return run_sized!(
+            start,
+            equations,
+            settings,
+            3,
+            [
+                // Always there: kinks are searched for otherwise where a friction law may have states.
+                State::OTHERS,
+                State::OTHERS + 4,
+                State::OTHERS + MAX_STATES
+            ]
+        );
+    }
+    let equations = PneumaticServoCylinder::<L, A, true>::of(parts);
+    run_sized!(start, equations, settings, 3, [
+        State::OTHERS + 2 + sensors::COUNT => !SMALL,
+        State::OTHERS + 2 + lines::LINE_STATES => !SMALL,
+        MOST
+    ])
 }

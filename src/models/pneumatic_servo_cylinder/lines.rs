@@ -4,18 +4,19 @@
 
 use super::options::{Options, ThrottledFlow};
 use crate::numbers::{Real, Scalar};
+use crate::pneumatics::actuator::SUPPLY;
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
 use crate::system::{Limits, LongestSteps};
-use crate::variables::Tunable;
+use crate::variables::{Tunable, Variable, units};
 
 /// Volumes of a hose, each with a pressure.
 pub const VOLUMES: usize = COLUMNS + 1;
 /// States of a hose: pressures, and mass flows of the columns between them.
 pub const HOSE: usize = VOLUMES + COLUMNS;
 /// States of both hoses and of the vessel.
-pub const STATES: usize = 2 * HOSE + 1;
+pub const LINE_STATES: usize = 2 * HOSE + 1;
 /// Place of the pressure in the vessel among these.
 pub const VESSEL: usize = 2 * HOSE;
 
@@ -27,7 +28,7 @@ pub struct Lines {
     /// Temperature in K of the air in hoses.
     pub temperature: f64,
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
-    integrated: [u8; STATES],
+    integrated: [u8; LINE_STATES],
     count: usize,
     /// The longest explicit steps.
     longest_steps: LongestSteps,
@@ -102,8 +103,8 @@ impl Lines {
     fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, temperature: f64) -> Self {
         let lines = hoses.iter().flatten().map(Line::longest_steps);
         let longest_steps = lines.fold(LongestSteps::UNLIMITED, LongestSteps::min);
-        let mut lines = Self { hoses, vessel, temperature, integrated: [0; STATES], count: 0, longest_steps };
-        for place in 0..STATES {
+        let mut lines = Self { hoses, vessel, temperature, integrated: [0; LINE_STATES], count: 0, longest_steps };
+        for place in 0..LINE_STATES {
             if lines.has(place) {
                 lines.integrated[lines.count] = place as u8;
                 lines.count += 1;
@@ -154,7 +155,7 @@ impl Lines {
     }
 
     /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest.
-    pub fn start(&self, pressures: [f64; 2], supply: f64) -> [f64; STATES] {
+    pub fn start(&self, pressures: [f64; 2], supply: f64) -> [f64; LINE_STATES] {
         let start = |place: usize| match place {
             VESSEL => supply,
             _ if place % HOSE < VOLUMES => pressures[place / HOSE],
@@ -164,7 +165,7 @@ impl Lines {
     }
 
     /// Mass in kg of the air in them.
-    pub fn mass(&self, states: &[f64; STATES]) -> f64 {
+    pub fn mass(&self, states: &[f64; LINE_STATES]) -> f64 {
         let hose = |(side, line): (usize, &Option<Line>)| {
             let pressures = std::array::from_fn(|i| states[side * HOSE + i]);
             line.as_ref().map_or(0.0, |line| line.hose.mass(pressures, line.restriction.is_some()))
@@ -174,17 +175,17 @@ impl Lines {
     }
 
     /// Whether all pressures in use are positive.
-    pub fn are_filled(&self, states: &[f64; STATES]) -> bool {
+    pub fn are_filled(&self, states: &[f64; LINE_STATES]) -> bool {
         self.integrated().all(|place| !is_pressure(place) || states[place] > 0.0)
     }
 
     /// Magnitudes of the states: 1 bar, and 1 g/s.
-    pub fn scales() -> [f64; STATES] {
+    pub fn scales() -> [f64; LINE_STATES] {
         std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
     }
 
     /// Between which values of the states a solver outside gets the equations as they are.
-    pub fn limits(&self) -> [Limits; STATES] {
+    pub fn limits(&self) -> [Limits; LINE_STATES] {
         let scales = Self::scales();
         std::array::from_fn(|place| {
             if is_pressure(place) {
@@ -287,6 +288,114 @@ pub fn is_pressure(place: usize) -> bool {
     place == VESSEL || place % HOSE < VOLUMES
 }
 
+/// Value references of the states of the hoses, and of the vessel; their rates are `RATES` further.
+const REFERENCES: [u32; 3] = [300, 320, 340];
+const RATES: u32 = 10;
+
+/// Value reference of a state by its place.
+const fn reference(place: usize) -> u32 {
+    REFERENCES[place / HOSE] + (place % HOSE) as u32
+}
+
+/// Value references of the states that set the flow into a chamber, and of the pressure of the vessel.
+pub fn feeds(chamber: usize) -> [u32; 4] {
+    let first = chamber * HOSE;
+    [first + VOLUMES - 2, first + VOLUMES - 1, first + HOSE - 1, VESSEL].map(reference)
+}
+
+impl Lines {
+    /// The state that a variable stands for, if it is integrated, counted among those that are.
+    pub fn state_at(&self, of: u32) -> Option<usize> {
+        self.integrated().position(|place| reference(place) == of)
+    }
+
+    /// Number of their variables.
+    pub const COMPUTED: usize = 2 * LINE_STATES;
+
+    /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
+    /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
+    pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
+        let mut table: Vec<Variable> = (0..LINE_STATES).map(state).collect();
+        // At the port of the valve is the first volume of a hose, or the chamber, which only the vessel sees.
+        let of_valve = |side: usize| [direct[side], &[reference(side * HOSE), reference(VESSEL)]].concat();
+        let of_vessel = || {
+            let mut all = [of_valve(0), of_valve(1), gas[0][..2].to_vec(), gas[1][..2].to_vec()].concat();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        table.extend((0..LINE_STATES).map(|place| {
+            let depends = match place {
+                VESSEL => of_vessel(),
+                _ => depends_of_hose(place, &of_valve(place / HOSE), &gas[place / HOSE]),
+            };
+            let rate = state(place);
+            let unit = if is_pressure(place) { units::PASCAL_PER_SECOND } else { units::KILOGRAM_PER_SECOND_SQUARED };
+            Variable::output(reference(place) + RATES, &format!("der({})", rate.name), unit)
+                .local()
+                .derivative_of(reference(place))
+                .depends_on(&depends)
+                .text(&format!("Rate: {}", rate.description))
+        }));
+        table
+    }
+}
+
+fn state(place: usize) -> Variable {
+    let (own, hose) = (reference(place), ["hoseA", "hoseB"].get(place / HOSE).copied().unwrap_or_default());
+    let (name, text, nominal) = match place {
+        VESSEL => ("supply.vesselPressure".to_owned(), "Absolute pressure in the vessel of the supply".to_owned(), 1e5),
+        _ if is_pressure(place) => {
+            let number = place % HOSE + 1;
+            let chamber = ["chamberA", "chamberB"][place / HOSE];
+            let what = if number < VOLUMES {
+                "counted from the valve".to_owned()
+            } else {
+                format!(
+                    "where a restriction is between it and the chamber; otherwise it is part of the chamber: see {chamber}.pressure"
+                )
+            };
+            let text = format!("Absolute pressure in volume {number} of the hose, {what}");
+            (format!("{hose}.pressure[{number}]"), text, 1e5)
+        }
+        _ => {
+            let number = place % HOSE + 1 - VOLUMES;
+            (
+                format!("{hose}.massFlow[{number}]"),
+                format!("Mass flow in column {number} of the hose, towards the chamber, by its inertia"),
+                1e-3,
+            )
+        }
+    };
+    let unit = if is_pressure(place) { units::PASCAL } else { units::KILOGRAM_PER_SECOND };
+    let display = if is_pressure(place) { "bar" } else { "l/min(ANR)" };
+    let variable = Variable::output(own, &name, unit).local().nominal(nominal).shown_in(display).depends_on(&[own]);
+    let variable = if place == VESSEL { variable.starts_from(&[SUPPLY]) } else { variable };
+    variable.text(&format!("{text}; 0 if there is none"))
+}
+
+/// What the rate of a state of a hose depends on.
+fn depends_of_hose(place: usize, of_valve: &[u32], gas: &[u32; 3]) -> Vec<u32> {
+    let (first, number) = (place / HOSE * HOSE, place % HOSE);
+    let pressure = |number: usize| reference(first + number);
+    // What flows in a column, and through it: its own flow and the pressures at its ends, of which the last one may be
+    // that of the chamber.
+    let column = |number: usize| {
+        let mut depends = vec![pressure(number), pressure(number + 1), reference(first + VOLUMES + number)];
+        depends.extend((number == COLUMNS - 1).then_some(gas[0]));
+        depends
+    };
+    let mut depends = match number {
+        0 => [of_valve, &column(0)].concat(),
+        _ if number == VOLUMES - 1 => [&column(COLUMNS - 1), &gas[..]].concat(),
+        _ if number < VOLUMES => [column(number - 1), column(number)].concat(),
+        _ => column(number - VOLUMES),
+    };
+    depends.sort_unstable();
+    depends.dedup();
+    depends
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,7 +437,7 @@ mod tests {
                 states[*place] = -1e-3;
                 !lines.are_filled(&states)
             };
-            let noticed: Vec<_> = (0..STATES).filter(notices).collect();
+            let noticed: Vec<_> = (0..LINE_STATES).filter(notices).collect();
             assert_eq!(noticed.len(), pressures, "{noticed:?}");
             assert!(noticed.iter().all(|place| start[*place] > 0.0), "{noticed:?}");
         }

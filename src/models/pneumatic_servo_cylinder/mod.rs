@@ -12,26 +12,13 @@
 //!
 //! `A_r` is what the rods leave of the areas: that of the rod less that of a second one through chamber A.
 
-mod air;
-mod balance;
-mod carriage;
-mod couplings;
 mod cylinder;
-mod explicit_steps;
+mod equations;
 mod jacobian;
-mod line_flows;
-mod line_variables;
 mod lines;
 mod options;
-mod outputs;
 mod parameters;
-mod parts;
-mod piece;
-mod places;
-mod rates;
-mod readings;
 mod sensors;
-mod start;
 mod states;
 mod system;
 mod variables;
@@ -43,7 +30,7 @@ use crate::pneumatics::actuator::{Actuating, Actuator};
 #[doc(hidden)]
 pub use self::cylinder::{Memory, PneumaticServoCylinder};
 #[doc(hidden)]
-pub use self::places::{PRESSURE_A, PRESSURE_B};
+pub use self::states::{PRESSURE_A, PRESSURE_B};
 
 /// The model as the library offers it.
 pub const MODEL: Model = model::<Friction, Actuator>();
@@ -53,7 +40,7 @@ pub const fn model<L: FrictionLaw, A: Actuating>() -> Model {
     Model {
         name: "PneumaticServoCylinder",
         description: "Friction-loaded pneumatic servo cylinder with 5/3 proportional valve",
-        functions: Functions::of::<PneumaticServoCylinder<L, A>, 3>(places::MOST, start::start::<L, A>),
+        functions: Functions::of::<PneumaticServoCylinder<L, A>, 3>(states::MOST, cylinder::start::<L, A>),
         experiment: Experiment {
             stop_time: 3.0,
             step_size: 1e-3,

@@ -1,7 +1,9 @@
-//! Inputs and states.
+//! Inputs, states, and the places of the states in a run.
 
 use super::parameters::Parameters;
-use crate::pneumatics::actuator::{self, SUPPLY, VOLTAGE};
+use super::{lines, sensors};
+use crate::friction::MAX_STATES;
+use crate::pneumatics::actuator::{self, STATES, SUPPLY, VOLTAGE};
 use crate::variables::{Variable, units};
 use crate::{inputs, states};
 
@@ -35,3 +37,22 @@ states! {
         Velocity: 102, |_| 0.1;
     }
 }
+
+// In front of the friction law the places do not depend on its number of states.
+pub(super) const TEMPERATURE_A: usize = State::TemperatureA.at(State::OTHERS);
+pub(super) const TEMPERATURE_B: usize = State::TemperatureB.at(State::OTHERS);
+/// Index of the pressure in chamber A among the states.
+#[doc(hidden)]
+pub const PRESSURE_A: usize = State::PressureA.at(State::OTHERS);
+/// Index of the pressure in chamber B among the states.
+#[doc(hidden)]
+pub const PRESSURE_B: usize = State::PressureB.at(State::OTHERS);
+
+/// The states of the actuator, which come first.
+#[inline(always)]
+pub(super) fn of_actuator<S: Copy>(x: &[S]) -> [S; STATES] {
+    std::array::from_fn(|place| x[place])
+}
+
+/// States of a cylinder that has them all.
+pub(super) const MOST: usize = State::OTHERS + MAX_STATES + lines::LINE_STATES + sensors::COUNT;

@@ -1,8 +1,7 @@
 //! The variable table of the cylinder.
 
-use super::line_variables::feeds;
-use super::lines::Lines;
-use super::parts::Listed;
+use super::cylinder::Listed;
+use super::lines::{Lines, feeds};
 use super::sensors::Sensors;
 use super::states::{FORCE, Inputs, State};
 use crate::friction::{FrictionLaw, states};

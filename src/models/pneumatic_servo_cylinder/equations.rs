@@ -1,0 +1,551 @@
+//! The equations of the cylinder: air, carriage, lines, sensors, and the rates, outputs and balances made of them.
+//!
+//! Balances: mass and energy of the cylinder, and what enters it.
+//!
+//! ```text
+//! mass   = m_A + m_B                      <- mass flows into both chambers
+//! energy = U_A + U_B + m*v^2/2            <- enthalpy and heat into both chambers, work of all other forces
+//! ```
+//!
+//! The pressures' work goes from the gas to the carriage and stays inside. With an algebraic temperature the heat is
+//! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage. The gas of a
+//! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
+
+use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::lines::{HOSE, LINE_STATES, Lines, VESSEL, VOLUMES};
+use super::sensors;
+use super::sensors::{COUNT, Memory, Sensors};
+use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
+use super::variables::{ByPart, Outputs};
+use crate::friction::{Contact, FrictionLaw, states};
+use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
+use crate::pneumatics::chamber::{ChamberRates, Thermal};
+use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
+use crate::pneumatics::orifice::{Flow, Inflow};
+use crate::system::QUANTITIES;
+use crate::variables::Tunable;
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Pressures and temperatures in both chambers.
+    #[inline(always)]
+    pub(super) fn gas<S: Scalar>(&self, x: &[S]) -> GasState<Pair<S>> {
+        self.chambers.gas(Pair([x[PRESSURE_A], x[PRESSURE_B]]), Pair([x[TEMPERATURE_A], x[TEMPERATURE_B]]))
+    }
+
+    /// Rates of the gas in both chambers at a position and velocity of the carriage.
+    #[inline(always)]
+    pub(super) fn gas_rates<S: Scalar>(
+        &self,
+        gas: GasState<Pair<S>>,
+        position: S,
+        rate: S,
+        inflow: Inflow<Pair<S>>,
+    ) -> ChamberRates<Pair<S>> {
+        let mut rates = self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow);
+        if EXTENDED && self.options.opens_b {
+            // It breathes as much as the piston displaces.
+            let (Pair([_, pressure]), Pair([_, temperature])) = (gas.pressure, gas.temperature);
+            let growth = -rate * self.chambers.areas[1];
+            rates.mass_flow.0[1] = pressure * growth / (temperature * GAS_CONSTANT);
+            (rates.pressure.0[1], rates.temperature.0[1]) = (S::zero(), S::zero());
+        }
+        rates
+    }
+
+    /// The sum over the chambers that are not open to the surroundings.
+    #[inline(always)]
+    pub(super) fn closed<S: Scalar>(&self, Pair([a, b]): Pair<S>) -> S {
+        if EXTENDED && self.options.opens_b { a } else { a + b }
+    }
+
+    /// Lengths in m of the chambers.
+    pub(super) fn lengths<S: Scalar>(&self, position: S) -> Pair<S> {
+        Pair([position, -position + self.p.stroke])
+    }
+
+    /// What flows into the chambers; writes the rates of the lines, where there are any.
+    #[inline(always)]
+    pub(super) fn flows<S: Scalar>(
+        &self,
+        x: &[S],
+        supply: S,
+        gas: GasState<Pair<S>>,
+        rates: &mut [S],
+    ) -> Inflow<Pair<S>> {
+        if !(EXTENDED && self.lines.are_used()) {
+            return self.inflow(of_actuator(x), supply, gas);
+        }
+        let flows = self.through_lines(x, supply, gas);
+        self.put_lines(&flows.rates, rates);
+        flows.into
+    }
+
+    /// What flows into the chambers from the supply, from the exhaust and from each other, without lines between.
+    #[inline(always)]
+    pub(super) fn inflow<S: Scalar>(
+        &self,
+        actuator: [S; actuator::STATES],
+        supply: S,
+        gas: GasState<Pair<S>>,
+    ) -> Inflow<Pair<S>> {
+        let fed = self.actuator.feed(actuator, &self.ports(supply), gas);
+        if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
+    }
+
+    /// What the actuator lies between; a supply below ambient acts as ambient.
+    #[inline(always)]
+    pub(super) fn ports<S: Scalar>(&self, supply: S) -> Ports<'_, S> {
+        Ports {
+            supply: &self.supply,
+            supply_pressure: self.at_least_ambient(supply),
+            exhaust: &self.exhaust,
+            exhaust_pressure: self.p.ambient_pressure,
+        }
+    }
+
+    /// The same behind the vessel of the supply, where there is one.
+    #[inline(always)]
+    pub(super) fn ports_at_valve<S: Scalar>(&self, x: &[S], supply: S) -> Ports<'_, S> {
+        let ports = self.ports(supply);
+        match self.vessel_pressure(x) {
+            Some(supply_pressure) => Ports { supply_pressure, ..ports },
+            None => ports,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn at_least_ambient<S: Scalar>(&self, pressure: S) -> S {
+        pressure.max(S::constant(self.p.ambient_pressure))
+    }
+
+    /// Laminar leakage past the piston seal into the chambers.
+    pub(super) fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
+        let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
+        let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
+        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
+        Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
+    }
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Force on the moving mass other than friction in N, and the stops' part of it.
+    #[inline(always)]
+    pub(super) fn applied_force<S: Scalar>(&self, x: &[S], u: &Inputs<S>, rate: S) -> (S, S) {
+        let position = State::Position.get(x);
+        let stop = self.stops.force(position, rate);
+        let force = self.pressure_force(x) + u.external_force - self.dead_load + stop;
+        (if EXTENDED { force + self.options.spring_force(position) } else { force }, stop)
+    }
+
+    #[inline(always)]
+    pub(super) fn pressure_force<S: Scalar>(&self, x: &[S]) -> S {
+        let [area_a, area_b] = self.chambers.areas;
+        x[PRESSURE_A] * area_a - x[PRESSURE_B] * area_b - self.p.ambient_pressure * self.rod_area
+    }
+
+    /// The load level `lambda`.
+    #[inline(always)]
+    pub(super) fn load_level<S: Scalar>(&self, x: &[S]) -> S {
+        let excess = |pressure: S, kappa: Tunable| (pressure - self.p.ambient_pressure) * kappa;
+        let level = excess(x[PRESSURE_A], self.p.kappa_a) + excess(x[PRESSURE_B], self.p.kappa_b) + 1.0;
+        if !EXTENDED {
+            return level.max(S::zero());
+        }
+        let added = self.options.added_level(Pair([x[PRESSURE_A], x[PRESSURE_B]]));
+        (level + added).max(S::zero()) * self.options.relative_level(State::Position.get(x))
+    }
+
+    /// The contact as the friction law sees it, for a velocity of the carriage.
+    #[inline(always)]
+    pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
+        Contact {
+            time,
+            position: State::Position.get(x),
+            velocity: State::Velocity.get(x),
+            applied: self.applied_force(x, u, rate).0,
+            level: self.load_level(x),
+            drive: self.friction.drive(),
+        }
+    }
+
+    /// The same in plain numbers.
+    #[inline(always)]
+    pub(super) fn contact_now<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], rate: f64) -> Contact<f64> {
+        let u = &Inputs::read(&Real::all(u));
+        self.contact(Real::of(time), &Real::all(x), u, Real::of(rate)).plain()
+    }
+
+    /// Velocity of the carriage: the state, unless the friction law holds the position.
+    #[inline(always)]
+    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A>) -> S {
+        self.friction.rate(State::Velocity.get(x), &memory.friction)
+    }
+
+    #[inline(always)]
+    pub(super) fn rate_now<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> f64 {
+        self.rate(&Real::all(x), memory).value
+    }
+
+    /// Rates of position and velocity; writes those of the bristles.
+    #[inline(always)]
+    pub(super) fn motion_rates<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A>,
+        bristles: &[S],
+        bristle_rates: &mut [S],
+    ) -> [S; 2] {
+        let rate = self.rate(x, memory);
+        let contact = self.contact(time, x, u, rate);
+        let force = self.friction.law().force(&contact, bristles, &memory.friction, bristle_rates);
+        [rate, (contact.applied - force) * self.per_mass]
+    }
+
+    /// Force of the rod on the carriage in N at an acceleration of it: what a load cell between them reads.
+    pub(super) fn rod_force<S: Scalar>(&self, acceleration: S, position: S, external_force: S) -> S {
+        let force = acceleration * self.p.carriage_mass - external_force + (self.p.wire_force + self.carriage_weight);
+        if EXTENDED { force - self.options.spring_force(position) } else { force }
+    }
+}
+
+/// What flows in the lines.
+#[derive(Clone, Debug)]
+pub struct LineFlows<S> {
+    /// What flows into the chambers through their ports.
+    pub into: Inflow<Pair<S>>,
+    /// Mass flow in kg/s from outside into all of it: from supply and exhaust, and past the piston from a chamber that is
+    /// open.
+    pub received: S,
+    /// Rates of the states.
+    pub rates: [S; LINE_STATES],
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Places of the states of the lines, and their indices among `n` states.
+    pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
+        let first = State::Position.at(n) - self.sensors.states() - self.lines.states();
+        self.lines.integrated().zip(first..)
+    }
+
+    /// The states of the lines; 0 for those that are not integrated.
+    pub(super) fn of_lines<S: Scalar>(&self, x: &[S]) -> [S; LINE_STATES] {
+        let mut states = [S::zero(); LINE_STATES];
+        self.places_of_lines(x.len()).for_each(|(place, index)| states[place] = x[index]);
+        states
+    }
+
+    /// Puts what belongs to the states of the lines in its places.
+    pub(super) fn put_lines<T: Copy>(&self, states: &[T; LINE_STATES], x: &mut [T]) {
+        self.places_of_lines(x.len()).for_each(|(place, index)| x[index] = states[place]);
+    }
+
+    /// The pressures in Pa at the ports of the actuator: in the first volumes of hoses, or in the chambers.
+    #[inline(always)]
+    pub(super) fn pressures_at_valve(&self, x: &[Real]) -> Pair<Real> {
+        let [a, b] = self.in_hoses(x, 0);
+        Pair([a.unwrap_or(x[PRESSURE_A]), b.unwrap_or(x[PRESSURE_B])])
+    }
+
+    /// The numbers of the smooth pieces of the flows through restrictions; 0 where there is none.
+    #[inline(always)]
+    pub(super) fn pieces_of_restrictions(&self, x: &[Real]) -> [f64; 2] {
+        let ends = self.in_hoses(x, VOLUMES - 1);
+        let Pair(distances) = self.lengths(State::Position.get(x));
+        std::array::from_fn(|side| {
+            let line = if EXTENDED { self.lines.hoses[side].as_ref() } else { None };
+            let restriction = line.and_then(|line| line.restriction.as_ref());
+            let chamber = x[[PRESSURE_A, PRESSURE_B][side]];
+            ends[side]
+                .zip(restriction)
+                .map_or(0.0, |(end, restriction)| restriction.piece(end, chamber, distances[side]))
+        })
+    }
+
+    /// A state of each hose that has it, by its place within a hose.
+    #[inline(always)]
+    fn in_hoses(&self, x: &[Real], place: usize) -> [Option<Real>; 2] {
+        if !(EXTENDED && self.lines.hoses.iter().any(Option::is_some)) {
+            return [None; 2];
+        }
+        let states = self.of_lines(x);
+        std::array::from_fn(|side| self.lines.hoses[side].as_ref().map(|_| states[side * HOSE + place]))
+    }
+
+    /// The pressure in the vessel of the supply, if there is one.
+    #[inline(always)]
+    pub(super) fn vessel_pressure<S: Copy>(&self, x: &[S]) -> Option<S> {
+        // It is the last of the states of the lines.
+        let index = || State::Position.at(x.len()) - self.sensors.states() - 1;
+        (EXTENDED && self.lines.vessel.is_some()).then(|| x[index()])
+    }
+
+    /// What flows in lines that are there.
+    pub(super) fn through_lines<S: Scalar>(&self, x: &[S], supply: S, gas: GasState<Pair<S>>) -> LineFlows<S> {
+        let (states, mut rates) = (self.of_lines(x), [S::zero(); LINE_STATES]);
+        let lines = &self.lines;
+        let mut at_valve = gas;
+        for (side, _) in lines.hoses.iter().enumerate().filter(|(_, line)| line.is_some()) {
+            at_valve.pressure.0[side] = states[side * HOSE];
+            at_valve.temperature.0[side] = S::constant(lines.temperature);
+        }
+        let at_valve = GasState::new(at_valve.pressure, at_valve.temperature);
+        let ports = self.ports_at_valve(x, supply);
+        let fed = self.actuator.feed(of_actuator(x), &ports, at_valve);
+        let (mut into, mut received) = (fed, self.closed(fed.mass));
+        let Pair(distances) = self.lengths(State::Position.get(x));
+        for (side, line) in lines.hoses.iter().enumerate() {
+            let Some(line) = line else { continue };
+            let own = &states[side * HOSE..][..HOSE];
+            let chamber = gas.side(side);
+            let (of_hose, out) = line.flows(own, lines.temperature, fed.mass.0[side], chamber, distances[side]);
+            rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
+            (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
+        }
+        if let Some(vessel) = &lines.vessel {
+            let drawn = self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
+            let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
+            let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
+            rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
+            received += filled - drawn;
+        }
+        if self.p.piston_leakage != 0.0 {
+            let leak = self.piston_leak(gas);
+            received += self.closed(leak.mass);
+            into = into + Inflow::from(leak);
+        }
+        LineFlows { into, received, rates }
+    }
+
+    /// Writes the states of the lines and their rates.
+    #[inline(always)]
+    pub(super) fn write_lines<S: Scalar>(&self, x: &[S], rates: &[S], slots: &mut [S]) {
+        if EXTENDED && self.lines.are_used() {
+            slots[..LINE_STATES].copy_from_slice(&self.of_lines(x));
+            slots[LINE_STATES..].copy_from_slice(&self.of_lines(rates));
+        } else {
+            slots.fill(S::zero());
+        }
+    }
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Takes the samples of the sensors that are due at a time in s.
+    pub(super) fn take_readings<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &mut MemoryOf<L, A>,
+    ) {
+        if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
+            return;
+        }
+        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
+        let contact = self.contact(Real::of(time), x, u, self.rate(x, memory));
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
+        let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
+        let [quantities, lagged] = [self.measured(x, u, acceleration), self.lagged(x)].map(|it| it.map(Real::value));
+        self.sensors.sample(time, quantities, lagged, &mut memory.sensors);
+    }
+
+    /// Index of the first state of the sensors among `n` states, if they have any.
+    pub(super) const fn first_of_sensors(n: usize) -> usize {
+        State::Position.at(n) - COUNT
+    }
+
+    /// The states of the sensors, 0 if they have none.
+    pub(super) fn lagged<S: Scalar>(&self, x: &[S]) -> [S; COUNT] {
+        if self.sensors.states() == 0 {
+            return [S::zero(); COUNT];
+        }
+        std::array::from_fn(|place| x[Self::first_of_sensors(x.len()) + place])
+    }
+
+    /// What the sensors measure, at an acceleration of the carriage.
+    pub(super) fn measured<S: Scalar>(&self, x: &[S], u: &Inputs<S>, acceleration: S) -> [S; COUNT] {
+        let position = State::Position.get(x);
+        [position, x[PRESSURE_A], x[PRESSURE_B], self.rod_force(acceleration, position, u.external_force)]
+    }
+
+    /// Writes readings, states and their rates.
+    #[inline(always)]
+    pub(super) fn write_sensors<S: Scalar>(&self, x: &[S], quantities: [S; COUNT], memory: &Memory, slots: &mut [S]) {
+        let (readings, states) = slots.split_at_mut(COUNT);
+        if !EXTENDED {
+            readings.copy_from_slice(&quantities);
+            states.fill(S::zero());
+            return;
+        }
+        let lagged = self.lagged(x);
+        readings.copy_from_slice(&self.sensors.readings(quantities, lagged, memory));
+        states[..COUNT].copy_from_slice(&lagged);
+        states[COUNT..].copy_from_slice(&self.sensors.rates(quantities, lagged));
+    }
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Writes the rates of all states; those of states that rest are left as they are.
+    // Compiled once for all numbers of states, which make no difference to the equations.
+    #[inline(never)]
+    pub(super) fn write_rates<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A>,
+        rates: &mut [S],
+    ) {
+        let u = &Inputs::read(u);
+        self.driven_rates(time, x, u, memory, rates);
+        rates[..STATES].copy_from_slice(&self.actuator.rates(of_actuator(x), u.valve_voltage, &memory.actuator));
+    }
+
+    /// Writes the rates of all states but those of the actuator.
+    #[inline(always)]
+    pub(super) fn driven_rates<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A>,
+        rates: &mut [S],
+    ) {
+        let bristles = self.friction.states();
+        let [rate, acceleration] = self.motion_rates(time, x, u, memory, &x[bristles.clone()], &mut rates[bristles]);
+        let gas = self.gas(x);
+        let inflow = self.flows(x, u.supply_pressure, gas, rates);
+        let gas = self.gas_rates(gas, State::Position.get(x), rate, inflow);
+        Pair([rates[TEMPERATURE_A], rates[TEMPERATURE_B]]) = gas.temperature;
+        Pair([rates[PRESSURE_A], rates[PRESSURE_B]]) = gas.pressure;
+        State::Position.set(rates, rate);
+        State::Velocity.set(rates, acceleration);
+        if EXTENDED && self.sensors.states() > 0 {
+            let quantities = self.measured(x, u, self.friction.rate(acceleration, &memory.friction));
+            let own = self.sensors.rates(quantities, self.lagged(x));
+            rates[Self::first_of_sensors(x.len())..][..sensors::COUNT].copy_from_slice(&own);
+        }
+    }
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Mass in kg and energy in J.
+    pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
+        let x = &Real::all(x);
+        let rate = self.rate(x, memory);
+        let gas = self.gas(x);
+        let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
+        let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
+        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(Real::value)) } else { mass };
+        let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
+        let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
+        [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(Real::value)
+    }
+
+    /// Mass flow in kg/s and power in W into the cylinder.
+    pub(super) fn mass_flow_and_power<const N: usize>(
+        &self,
+        time: f64,
+        x: &[f64; N],
+        u: &[f64; 3],
+        memory: &MemoryOf<L, A>,
+    ) -> [f64; QUANTITIES] {
+        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
+        let rate = self.rate(x, memory);
+        let gas = self.gas(x);
+        // What leaks past the piston stays inside, or leaves an open chamber B.
+        let (inflow, mass_flow) = if self.has_lines() {
+            let flows = self.through_lines(x, u.supply_pressure, gas);
+            (flows.into, flows.received)
+        } else {
+            let inflow = self.inflow(of_actuator(x), u.supply_pressure, gas);
+            (inflow, self.closed(inflow.mass))
+        };
+        let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
+        let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(State::Position.get(x))));
+        let work = self.outer_force(Real::of(time), x, u, memory) * rate;
+        [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }].map(Real::value)
+    }
+
+    /// Force in N on the carriage that brings energy from outside.
+    fn outer_force(&self, time: Real, x: &[Real], u: &Inputs<Real>, memory: &MemoryOf<L, A>) -> Real {
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
+        let [area_a, area_b] = self.chambers.areas;
+        let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
+        contact.applied - friction - if self.has_gas_energy() { gas } else { Real::zero() }
+    }
+
+    /// Whether there are hoses or a vessel, whose mass counts, but not their energy: they exchange heat at will.
+    fn has_lines(&self) -> bool {
+        EXTENDED && self.lines.are_used()
+    }
+
+    /// Whether the temperatures come from the energy balance.
+    fn has_gas_energy(&self) -> bool {
+        matches!(self.chambers.thermal, Thermal::EnergyBalance { .. })
+    }
+}
+
+impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
+    /// Writes the computed variables, of which the table has as many whatever the number of states.
+    // Compiled once for all these numbers.
+    #[inline(never)]
+    pub(super) fn write_outputs<S: Scalar>(
+        &self,
+        time: S,
+        x: &[S],
+        u: &Inputs<S>,
+        memory: &MemoryOf<L, A>,
+        computed: &mut [S],
+    ) {
+        let (position, rate) = (State::Position.get(x), self.rate(x, memory));
+        let contact = self.contact(time, x, u, rate);
+        let friction = self.friction.observe(&contact, x, &memory.friction);
+        let acceleration = friction.unless_held((contact.applied - friction.force) * self.per_mass);
+        let gas = self.gas(x);
+        let Pair([temperature_a, temperature_b]) = gas.temperature;
+        let rates = &mut [S::zero(); MOST][..x.len()];
+        let inflow = self.flows(x, u.supply_pressure, gas, rates);
+        let gas = self.gas_rates(gas, position, rate, inflow);
+        let Pair([mass_flow_a, mass_flow_b]) = gas.mass_flow;
+        let Pair([pressure_rate_a, pressure_rate_b]) = gas.pressure;
+        let Pair([temperature_rate_a, temperature_rate_b]) = gas.temperature;
+        let outputs = Outputs {
+            position,
+            velocity: rate,
+            acceleration,
+            rod_force: self.rod_force(acceleration, position, u.external_force),
+            pressure_force: self.pressure_force(x),
+            friction_force: friction.force,
+            pressure_a: x[PRESSURE_A],
+            pressure_b: x[PRESSURE_B],
+            temperature_a,
+            temperature_b,
+            mass_flow_a,
+            mass_flow_b,
+            sticking: friction.sticking,
+            pressure_rate_a,
+            temperature_rate_a,
+            pressure_rate_b,
+            temperature_rate_b,
+            stop_force: self.applied_force(x, u, rate).1,
+            load_level: contact.level,
+        };
+        let lengths = ByPart {
+            outputs: Outputs::<S>::LEN,
+            actuator: A::COMPUTED,
+            friction: states::COMPUTED,
+            lines: Lines::COMPUTED,
+            sensors: Sensors::COMPUTED,
+        };
+        let slots = ByPart::new(computed, &lengths);
+        outputs.write(slots.outputs);
+        self.actuator.write(of_actuator(x), u.valve_voltage, &memory.actuator, slots.actuator);
+        friction.write(slots.friction);
+        self.write_lines(x, rates, slots.lines);
+        self.write_sensors(x, self.measured(x, u, acceleration), &memory.sensors, slots.sensors);
+    }
+}
