@@ -318,8 +318,7 @@ mod at_the_start {
     fn law_that_asks_for_more_states_than_fit_is_refused_by_name() {
         let setup = benched::<catalogue::Friction>("Greedy", "Free");
         let refused = setup.start(0.0).err().map(|error| error.to_string()).unwrap_or_default();
-        let expected =
-            "friction.greedy.states = 11 is refused: the law asks for more states than the 10 that a contact has";
+        let expected = "friction.greedy.states = 11 is refused: a law may have 1 state of the kind Deflection, or 10 of the kind Force";
         assert_eq!(refused, expected);
     }
 }

@@ -111,12 +111,13 @@ impl<L: FrictionLaw, const LAW: i32> ParameterSet for ContactLaw<L, LAW> {
 #[doc(hidden)]
 pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
     law.check()?;
-    let (kind, states) = (law.state_kind(), law.states());
-    if states <= kind.most() {
+    let (states, [most_deflections, most_forces]) =
+        (law.states(), [StateKind::Deflection, StateKind::Force].map(StateKind::most));
+    if states <= law.state_kind().most() {
         return Ok(law);
     }
     let reason =
-        format!("the law asks for more states than the {} that a contact has of the kind {kind:?}", kind.most());
+        format!("a law may have {most_deflections} state of the kind Deflection, or {most_forces} of the kind Force");
     Err(ParameterError::new("states", states as f64, &reason))
 }
 
