@@ -496,8 +496,33 @@ test("a language that the browser cannot write numbers in does not leave the pag
   await close();
 });
 
+/** Languages that write numbers in other ways: with a decimal comma, other digits, other separators. */
+for (const locale of ["de-DE", "fr-CH", "ar-EG", "hi-IN"]) {
+  test(`numbers are read and written alike in the language ${locale}`, async () => {
+    const { page, close } = await open(browser, `#view=closed-loop&${CYLINDER}.supplyPressure=650000`, { locale });
+    assert.equal(await page.evaluate(() => navigator.language), locale);
+    await runFor(page, 0.2);
+    assert.equal(await page.getByLabel("Supply, value").inputValue(), "6.5 bar");
+    const field = page.getByLabel("Amplitude, value");
+    for (const text of ["12,5 mm", "12.5"]) {
+      await field.fill("30");
+      await field.press("Enter");
+      await field.fill(text);
+      await field.press("Enter");
+      assert.equal((await fragment(page)).get("amplitude"), "0.0125", text);
+    }
+    assert.match(await page.locator(".readouts").textContent(), /Position\d+\.\d\d mm/);
+    const { text } = await download(page, "CSV");
+    const [head, row] = text.split("\n").map((line) => line.split(","));
+    assert.ok(row.length === head.length && row.every((cell) => Number.isFinite(Number(cell))), row.join(" "));
+    assert.match((await download(page, "Python")).text, /"supplyPressure": 650000/);
+    assert.ok((await inked(page)).every((count) => count > 1000));
+    await close();
+  });
+}
+
 test("in the frame of another page only the plant shows, in its colours", async () => {
-  const { page, close } = await open(browser, "?embedded&theme=dark", { colorScheme: "light", viewport: { width: 400, height: 800 } });
+  const { page, close } = await open(browser, "?embed&theme=dark", { colorScheme: "light", viewport: { width: 400, height: 800 } });
   await runFor(page, 0.1);
   const isShown = (selector) => page.locator(selector).first().isVisible();
   for (const hidden of ["header", "aside", "footer", ".chart:nth-child(2)"]) assert.equal(await isShown(hidden), false, hidden);
