@@ -45,6 +45,9 @@ html_title = f"Pneumatic servo cylinder {release}"
 html_static_path = ["static"]
 html_favicon = "static/favicon.svg"
 templates_path = ["templates"]
+# Those of the theme, with two links before the pages.
+SIDE_BAR = ["brand", "search", "scroll-start", "first", "navigation", "scroll-end"]
+html_sidebars = {"**": [f"sidebar/{part}.html" for part in SIDE_BAR]}
 html_css_files = ["site.css"]
 html_js_files = ["scroll.js"]
 html_extra_path = ["extra"]
