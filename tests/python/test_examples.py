@@ -1,10 +1,12 @@
-"""The examples, run as a user runs them: each checks its own result and fails otherwise."""
+"""The examples, run as a user runs them: each checks its own result, and pages say what it prints."""
 
+import re
 import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -19,6 +21,43 @@ SHORTER = {"minimum_time": ["--runs", "2000"], "policy_search": ["--generations"
 """Searches that have found enough before they end by themselves."""
 
 
+QUANTITY = re.compile(
+    r"(?<![\w.])(\d[\d,]*(?:\.\d+)?) (?:(µm|mm/s|mm|ms|Hz)(?!\w)|(?:gradients|runs|rounds|voltages|transitions))"
+    r"|cost (?:of|is) (\d+(?:\.\d+)?)"
+)
+UNITS = {"µm": 1e-3, "mm/s": 1e-3, "mm": 1e-3, "ms": 1e-3}
+"""To what an example is given in SI units, or prints in mm."""
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e-?\d+)?")
+OTHER = {
+    # The task in other numbers than the program has: between two places.
+    "gain_tuning": ["50 mm"],
+    # And the ends of a search of five times the runs, and of one with three numbers.
+    "minimum_time": ["50 mm", "110.83 ms", "109.20 ms", "300 runs"],
+}  # fmt: skip
+"""Quantities beside the figures of examples that their short runs neither print nor are given."""
+
+
+def unfounded(example: Path, printed: str) -> list[str]:
+    """Quantities in the section of a page about an example that it neither prints, to the digit, nor is given."""
+    source = example.read_text(encoding="utf-8")
+    known = [abs(float(number)) for number in NUMBER.findall(printed) + NUMBER.findall(source)]
+    found = []
+    for page in (ROOT / "docs").rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for part in re.split(r"(?m)^## ", text):
+            if f"/examples/{example.name})" not in part or "![" not in part:
+                continue
+            for match in QUANTITY.finditer(part):
+                number = match[1] or match[3]
+                value, digits = float(number.replace(",", "")), len(number.partition(".")[2])
+                scales = {1.0, UNITS.get(match[2] or "", 1.0)}
+                places = [digits + round(-np.log10(scale)) for scale in scales]
+                meant = [round(scale * value, place) for scale, place in zip(scales, places, strict=True)]
+                if not any(round(one, place) == own for one in known for own, place in zip(meant, places, strict=True)):
+                    found.append(match[0])
+    return found
+
+
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
 def test_example_runs(example: Path, tmp_path: Path) -> None:
     needed = NEEDS.get(example.stem)
@@ -28,6 +67,7 @@ def test_example_runs(example: Path, tmp_path: Path) -> None:
     done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
+    assert set(unfounded(example, done.stdout)) == set(OTHER.get(example.stem, []))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
