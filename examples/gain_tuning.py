@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
+from pneumatic_servo import figures
 from scipy.optimize import minimize
 
 STEP, COUNT, START, TARGET, SEEN = 2e-3, 300, 0.2, 0.25, ["position", "velocity"]
@@ -79,6 +80,7 @@ def main():
         lambda it: cost(response(it, slopes=False))[0], first, method="Nelder-Mead", options={"maxfev": 100}
     )
     names = ["start", f"{descent.nfev} gradients", f"Nelder and Mead, {other.nfev} runs"]
+    plt.rcParams.update(figures.STYLE | {"axes.prop_cycle": figures.CYCLE})
     for name, gains in zip(names, [first, descent.x, other.x], strict=True):
         found = response(gains, slopes=False)
         print(f"{name}: cost {cost(found)[0]:.3f}, gains {', '.join(f'{it:.2f}' for it in np.exp(gains))}")

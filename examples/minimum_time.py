@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
 from numpy.typing import NDArray
+from pneumatic_servo import figures
 from scipy.optimize import minimize, root_scalar
 
 START, END, STEPS, REST, LOW, HIGH = 0.2, 0.25, 500, 100, 0.1, 9.9
@@ -67,6 +68,7 @@ def main() -> int:
     other = minimize(judged, np.append(120.0, levels), method="Nelder-Mead", options=options).x
     plans = {"start": (120.0, levels), "L-BFGS": (time, voltage), "Nelder-Mead": (other[0], held(other))}
     print(f"L-BFGS: {time:.2f} ms, {gradients} gradients; Nelder-Mead: {other[0]:.2f} ms, {arguments.runs} runs")
+    plt.rcParams.update(figures.STYLE | {"axes.prop_cycle": figures.CYCLE})
     figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
     for name, plan in plans.items():
         made = run(*plan)

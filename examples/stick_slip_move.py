@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
 from numpy.typing import NDArray
+from pneumatic_servo import figures
 from scipy.optimize import minimize
 
 START, END, STEPS, STEP = 0.2, 0.25, 500, 1e-3
@@ -70,6 +71,7 @@ def main() -> int:
     for name, run in runs.items():
         print(f"{name}: ends {1e3 * (run['position'][-1] - END):+.3f} mm off at {1e3 * run['velocity'][-1]:+.2f} mm/s")
     if arguments.figure:
+        plt.rcParams.update(figures.STYLE | {"axes.prop_cycle": figures.CYCLE})
         figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
         for (name, run), voltage in zip(runs.items(), (first, found.x, powell.x), strict=True):
             top.plot(run.time, 1e3 * run["position"], label=name)

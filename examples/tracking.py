@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pneumatic_servo as ps
+from pneumatic_servo import figures
 from scipy.optimize import minimize
 
 STEP, COUNT, SEEN, ROUNDS, RUNS = 2e-3, 400, ["position", "velocity"], 6, 100
@@ -83,6 +84,7 @@ def main():
     for _ in range(ROUNDS):
         found = improved(*found)
     runs[f"iLQR, {ROUNDS} rounds"] = found
+    plt.rcParams.update(figures.STYLE | {"axes.prop_cycle": figures.CYCLE})
     figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
     for name, (_, seen, _) in runs.items():
         off = 1e3 * (seen[:, 0] - COURSE[1:, 0])

@@ -26,6 +26,8 @@ COLOURS = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]
 """Colours that people with any colour vision tell apart (Okabe and Ito)."""
 STROKES: list[Any] = ["-", "--", "-.", (0, (1, 1)), (0, (5, 1)), (0, (3, 1, 1, 1))]
 """Styles of lines in the order of the colours, so that lines differ in print, too."""
+CYCLE = cycler(color=COLOURS) + cycler(linestyle=STROKES)
+"""Colours and styles for ``axes.prop_cycle`` where each line is one thing."""
 
 STYLE: Any = {
     "figure.dpi": 120,
