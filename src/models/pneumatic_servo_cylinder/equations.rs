@@ -26,6 +26,7 @@ use crate::pneumatics::orifice::{Flow, Inflow};
 use crate::system::QUANTITIES;
 use crate::variables::Tunable;
 
+// The air in the chambers: what flows in, and how pressures and temperatures follow.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Pressures and temperatures in both chambers.
     #[inline(always)]
@@ -128,6 +129,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
+// The carriage: what pushes it, what friction sees of it, how it moves.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Force on the moving mass other than friction in N, and the stops' part of it.
     #[inline(always)]
@@ -223,6 +225,7 @@ pub struct LineFlows<S> {
     pub rates: [S; LINE_STATES],
 }
 
+// What flows in the lines, and where their states stand among those of the cylinder.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Places of the states of the lines, and their indices among `n` states.
     pub(super) fn places_of_lines(&self, n: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -331,6 +334,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
+// What the sensors measure and read, and where their states stand among those of the cylinder.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
     pub(super) fn take_readings<const N: usize>(
@@ -386,6 +390,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
+// The rates of all states: air, friction, motion and sensors, driven by the actuator.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the rates of all states; those of states that rest are left as they are.
     // Compiled once for all numbers of states, which make no difference to the equations.
@@ -430,6 +435,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
+// Mass and energy of the cylinder, and what enters it.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
     pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
@@ -489,6 +495,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 }
 
+// The computed variables.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the computed variables, of which the table has as many whatever the number of states.
     // Compiled once for all these numbers.

@@ -159,6 +159,7 @@ const OF_VESSEL: u8 = 10;
 /// of the sensors.
 const REST: [u8; 11] = [0, 1, 4, 5, 8, 9, 10, 11, 12, 13, 14];
 
+// Which states of a cylinder with lines change which others, for its Jacobian.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Whether lines or sensors have states.
     pub(super) fn has_attachments(&self) -> bool {

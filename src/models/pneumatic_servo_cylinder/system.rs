@@ -453,6 +453,7 @@ pub(super) struct Piece {
     is_backward: bool,
 }
 
+// The smooth pieces of the equations, within which explicit steps may be taken.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// The smooth piece of the equations in which the states lie.
     #[inline(always)]
