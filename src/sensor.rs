@@ -131,7 +131,9 @@ impl Sensor {
 
     /// Rate of its state, if it has a lag.
     pub fn rate<S: Scalar>(&self, quantity: S, lagged: S) -> S {
-        (quantity - lagged) / self.lag
+        // No lag is shorter. Compilers divide before they ask whether there is one, which a host that traps divisions by zero would
+        // not survive.
+        (quantity - lagged) / self.lag.max(SHORTEST)
     }
 
     /// The reading.

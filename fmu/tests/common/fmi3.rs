@@ -9,7 +9,7 @@ use pneumatic_servo_fmu::fmi3::exports::Functions;
 use pneumatic_servo_fmu::guid;
 
 use super::under_test::UnderTest;
-use super::{Message, Messages, OK, cylinder, symbol, vr};
+use super::{Message, Messages, OK, cylinder, raised, symbol, vr};
 
 thread_local! {
     static REPLACED: Cell<*const Functions> = const { Cell::new(ptr::null()) };
@@ -175,9 +175,10 @@ impl Instance3 {
     pub fn step(&self, point: f64, size: f64) -> (c_int, Step) {
         let mut it = Step { event: 7, terminate: 7, early: 7, time: f64::NAN };
         let step = LIBRARY3.fmi3DoStep;
-        let status = unsafe {
+        let (status, exceptions) = raised(|| unsafe {
             step(self.component, point, size, 0, &mut it.event, &mut it.terminate, &mut it.early, &mut it.time)
-        };
+        });
+        assert!(status != OK || exceptions == 0, "a step from {point} s by {size} s raises {exceptions}");
         (status, it)
     }
 

@@ -64,6 +64,25 @@ pub fn library_path() -> PathBuf {
     found.unwrap_or_else(|| panic!("none of {candidates:?} exists")).clone()
 }
 
+/// The outcome of a call, and the floating-point exceptions that importers trap which it has raised; none where the C library does
+/// not tell.
+pub fn raised<T>(call: impl FnOnce() -> T) -> (T, c_int) {
+    #[cfg(all(target_os = "linux", target_env = "gnu", any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        #[link(name = "m")]
+        unsafe extern "C" {
+            safe fn feclearexcept(exceptions: c_int) -> c_int;
+            safe fn fetestexcept(exceptions: c_int) -> c_int;
+        }
+        /// `FE_INVALID`, `FE_DIVBYZERO` and `FE_OVERFLOW`.
+        const TRAPPED: c_int = if cfg!(target_arch = "x86_64") { 1 | 4 | 8 } else { 1 | 2 | 4 };
+        feclearexcept(TRAPPED);
+        (call(), fetestexcept(TRAPPED))
+    }
+    #[cfg(not(all(target_os = "linux", target_env = "gnu", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+    (call(), 0)
+}
+
 /// The models that the library under test serves: all, or the one that the variable `FMU_MODEL` names.
 pub fn served() -> Vec<&'static Model> {
     let only = env::var("FMU_MODEL").ok();
@@ -354,7 +373,9 @@ impl Instance {
     /// `fmi2DoStep`.
     pub fn step(&self, point: f64, size: f64) -> c_int {
         // SAFETY: as above.
-        unsafe { (LIBRARY.fmi2DoStep)(self.component, point, size, 0) }
+        let (status, exceptions) = raised(|| unsafe { (LIBRARY.fmi2DoStep)(self.component, point, size, 0) });
+        assert!(status != OK || exceptions == 0, "a step from {point} s by {size} s raises {exceptions}");
+        status
     }
 
     /// `fmi2GetRealStatus` of `fmi2LastSuccessfulTime`.
