@@ -31,7 +31,8 @@ macro_rules! run_sized {
         let states = $crate::system::System::states(&equations);
         $(
             if true $(&& $when)? && states <= $states {
-                break 'run $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::boxed(equations, settings, $start);
+                break 'run $crate::co_simulation::Simulator::<_, { $states }, { $inputs }>::new(equations, settings, $start)
+                    .map(|run| Box::new(run) as Box<dyn $crate::co_simulation::Simulation>);
             }
         )+
         Err($crate::variables::ParameterError::new("states", states as f64, "the model is compiled for fewer"))
@@ -47,7 +48,8 @@ pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize
 
 /// A model's equations in motion.
 pub struct Simulator<E: System<U>, const N: usize, const U: usize> {
-    run: Run<E, N, U>,
+    /// Apart from what holds it: a run has kilobytes, which would be copied over the stack of the host on their way here.
+    run: Box<Run<E, N, U>>,
     session: Session,
 }
 
@@ -56,23 +58,14 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     ///
     /// # Errors
     /// [`ParameterError`] when the equations write other variables than the table lists.
+    // A frame on the stack of its own, for each size: one for all of them would take hundreds of kilobytes.
+    #[inline(never)]
     pub fn new(equations: E, settings: Settings, start: &Start) -> Result<Self, ParameterError> {
         let u = inputs(start.inputs);
-        let (x, memory) = equations.start(&u);
-        check_outputs(&equations, &x, &u, &memory)?;
-        let run = Run::new(equations, settings, 0.0, x, memory, u);
+        let begin = begin(&equations, &u);
+        check_outputs(&equations, &begin.0, &u, &begin.1)?;
+        let run = Run::boxed(equations, settings, begin, u);
         Ok(Self { run, session: Session::begin::<E, U>(start) })
-    }
-
-    /// The same for [`run_sized!`](crate::run_sized), with a frame on the stack of its own: one with runs of all sizes would take
-    /// hundreds of kilobytes.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    #[doc(hidden)]
-    #[inline(never)]
-    pub fn boxed(equations: E, settings: Settings, start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
-        Ok(Box::new(Self::new(equations, settings, start)?))
     }
 
     /// Writes the derivatives of the computed variables in a direction of time, states, inputs and parameters.
@@ -125,9 +118,9 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
 
     fn update(&mut self) -> Result<(), StepError> {
         let ((x, memory), progress) = (self.run.state(), self.run.progress());
-        let (x, memory) = (*x, memory.clone());
+        let (x, mut memory) = (*x, memory.clone());
         self.run.update().map_err(|error| {
-            self.run.restore(x, memory, progress);
+            self.run.restore(x, &mut memory, progress);
             error.later(self.session.start)
         })
     }
@@ -178,9 +171,9 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     fn move_state(&mut self, state: usize, value: f64) -> bool {
         let Some(index) = self.state_index(state) else { return false };
         let ((x, memory), progress) = (self.run.state(), self.run.progress());
-        let (mut x, memory) = (*x, memory.clone());
+        let (mut x, mut memory) = (*x, memory.clone());
         x[index] = value;
-        self.run.restore(x, memory, progress);
+        self.run.restore(x, &mut memory, progress);
         true
     }
 
@@ -192,8 +185,8 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     fn exchange(&self, indicators: Vec<Indicator>) -> Option<Box<dyn Exchange>> {
         let (run, (u, _)) = (&self.run, self.run.inputs());
         let (x, memory) = run.state();
-        let at = (run.time(), *x, memory.clone(), u);
-        Some(Box::new(Exchanger::new((run.system().clone(), self.session.clone()), at, indicators)))
+        let at = (run.time(), *x, memory, u);
+        Some(Exchanger::new((run.system().clone(), self.session.clone()), at, indicators))
     }
 
     fn save(&self) -> Snapshot {
@@ -202,8 +195,8 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (states, (memory, progress, start)) =
-            snapshot.read::<_, (E::Memory, Progress, f64), N, U>(self.run.system(), self.run.state().0)?;
+        let (states, (mut memory, progress, start)) =
+            snapshot.read::<_, (Box<E::Memory>, Progress, f64), N, U>(self.run.system(), self.run.state().0)?;
         // The clock of the host and that of the run agree but for rounding: of their difference, of the last step, which may
         // end at an event one rounding behind the end, and of the sum.
         let rounding = f64::EPSILON * (2.0 * progress.time().abs() + snapshot.time.abs());
@@ -214,7 +207,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         if !progress.is_sound(self.run.indicators().as_ref().len()) || !System::fits(self.run.system(), &memory) {
             return Err(SnapshotError::Foreign);
         }
-        self.run.restore(states, memory, progress);
+        self.run.restore(states, &mut memory, progress);
         (self.session.start, self.session.time) = (start, snapshot.time);
         Ok(())
     }
@@ -244,6 +237,12 @@ impl<E: System<U>, const N: usize, const U: usize> Differentiable for Simulator<
         let reference = self.session.table.states().nth(state)?;
         self.run.system().state_at(reference, N)
     }
+}
+
+/// What a run of equations begins with.
+#[inline(never)]
+fn begin<E: System<U>, const N: usize, const U: usize>(equations: &E, u: &[f64; U]) -> Box<([f64; N], E::Memory)> {
+    Box::new(equations.start(u))
 }
 
 fn inputs<const U: usize>(values: &[f64]) -> [f64; U] {

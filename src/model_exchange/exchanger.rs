@@ -63,11 +63,11 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     #[inline(never)]
     pub(crate) fn new(
         (equations, session): (E, Session),
-        (time, x, memory, inputs): (f64, [f64; N], E::Memory, [f64; U]),
+        (time, x, memory, inputs): (f64, [f64; N], &E::Memory, [f64; U]),
         indicators: Vec<Indicator>,
-    ) -> Self {
+    ) -> Box<Self> {
         let limits = equations.limits();
-        let mut exchanger = Self {
+        let mut exchanger = Box::new(Self {
             equations,
             session,
             indicators,
@@ -77,11 +77,11 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
             limits,
             near: x,
             is_within: true,
-            memory,
+            memory: memory.clone(),
             sides: vec![false; E::kink_list().len()],
             inputs,
             counters: Counters::default(),
-        };
+        });
         exchanger.look_around();
         exchanger.change_sides();
         let mut computed = vec![0.0; exchanger.session.table.computed().count()];
@@ -369,14 +369,15 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (x, (memory, counters, start, sides)) =
-            snapshot.read::<_, (E::Memory, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
+            snapshot.read::<_, (Box<E::Memory>, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
         if !start.is_finite() {
             return Err(SnapshotError::NotFinite);
         }
         if sides.len() != self.sides.len() || !self.equations.fits(&memory) {
             return Err(SnapshotError::Foreign);
         }
-        (self.session.start, self.x, self.memory, self.counters, self.sides) = (start, x, memory, counters, sides);
+        (self.session.start, self.x, self.counters, self.sides) = (start, x, counters, sides);
+        self.memory = *memory;
         self.look_around();
         self.set_time(snapshot.time);
         Ok(())
@@ -457,13 +458,13 @@ mod tests {
         }
     }
 
-    fn busy(switches: usize, samples: usize) -> Exchanger<Busy, 0, 0> {
+    fn busy(switches: usize, samples: usize) -> Box<Exchanger<Busy, 0, 0>> {
         let indicators =
             ["first", "second", "third"].map(|name| Indicator { name: name.to_owned(), nominal: 1.0, text: "" });
         let start = Start { time: 10.0, parameters: &[], inputs: &[], tolerance: None };
         let mut session = Session::begin::<Busy, 0>(&start);
         session.time = 11.0;
-        Exchanger::new((Busy { switches, samples }, session), (1.0, [], [0, 0], []), indicators.to_vec())
+        Exchanger::new((Busy { switches, samples }, session), (1.0, [], &[0, 0], []), indicators.to_vec())
     }
 
     /// Steps and events that it has counted.

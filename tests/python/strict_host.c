@@ -4,7 +4,7 @@
 
    VERSION is 2 or 3; KIND is steps, events or exchange; MODE is flags, or traps, which ends the process where a call is invalid,
    divides by zero or overflows. Settings are
-     i:REFERENCE:VALUE  r:REFERENCE:VALUE  b:REFERENCE:VALUE             a parameter: integer or enumeration, real, boolean
+     i:REFERENCE:VALUE, e:..., r:..., b:...                              a parameter: integer (enumeration in FMI 2.0), enumeration, real, boolean
      u:REFERENCE:MEAN:AMPLITUDE:FREQUENCY                                a sine that an input follows
      y:REFERENCE                                                         an output that is read and differentiated
      steps:NUMBER:SIZE                                                   the communication steps
@@ -23,7 +23,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { STACK = 1 << 19, PAINT = 0xa5, MOST = 64 };
+enum { STACK = 1 << 18, PAINT = 0xa5, MOST = 64, VALUES = 1024 };
 
 typedef struct { char type; uint32_t reference; double value, amplitude, frequency; } Setting;
 typedef struct { const char *name; size_t stack; int flags; } Seen;
@@ -33,7 +33,7 @@ static Seen seen[MOST];
 static int setting_count, seen_count, steps = 1, version;
 static double size = 1e-3, now;
 static bool traps;
-static unsigned char *stack;
+static uint64_t *stack;
 static void *library;
 
 /* Of what the call that is measured works on. */
@@ -41,7 +41,7 @@ static void *instance, *state, *copy;
 static const char *token, *kind;
 static char *bytes;
 static size_t length, states, indicators;
-static double x[MOST], rate[MOST], indicator[MOST];
+static double x[VALUES], rate[VALUES], indicator[VALUES];
 static int answers[16];
 
 #define F(name, result, ...) ((result (*)(__VA_ARGS__))find(name))
@@ -81,8 +81,8 @@ static int set_one(const Setting *it, double value) {
         default: return F("fmi2SetReal", int, void *, const uint32_t *, size_t, const double *)(instance, &r, 1, &value);
     }
     switch (it->type) {
-        case 'i': return F("fmi3SetInt32", int, void *, const uint32_t *, size_t, const int *, size_t)(instance, &r, 1, &integer, 1)
-            && F("fmi3SetInt64", int, void *, const uint32_t *, size_t, const int64_t *, size_t)(instance, &r, 1, &item, 1);
+        case 'i': return F("fmi3SetInt32", int, void *, const uint32_t *, size_t, const int *, size_t)(instance, &r, 1, &integer, 1);
+        case 'e': return F("fmi3SetInt64", int, void *, const uint32_t *, size_t, const int64_t *, size_t)(instance, &r, 1, &item, 1);
         case 'b': return F("fmi3SetBoolean", int, void *, const uint32_t *, size_t, const bool *, size_t)(instance, &r, 1, &flag, 1);
         default: return F("fmi3SetFloat64", int, void *, const uint32_t *, size_t, const double *, size_t)(instance, &r, 1, &value, 1);
     }
@@ -90,7 +90,7 @@ static int set_one(const Setting *it, double value) {
 static int set_parameters(void) {
     int worst = 0;
     for (int i = 0; i < setting_count; i++)
-        if (strchr("irb", settings[i].type)) worst |= set_one(&settings[i], settings[i].value);
+        if (strchr("ierb", settings[i].type)) worst |= set_one(&settings[i], settings[i].value);
     return worst;
 }
 static int set_inputs(void) {
@@ -176,7 +176,7 @@ static int get_states(void) { return vector("fmi2GetContinuousStates", "fmi3GetC
 static int get_rates(void) { return vector("fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives", rate, states); }
 static int get_indicators(void) { return vector("fmi2GetEventIndicators", "fmi3GetEventIndicators", indicator, indicators); }
 static int get_nominals(void) {
-    double nominal[MOST];
+    double nominal[VALUES];
     return vector("fmi2GetNominalsOfContinuousStates", "fmi3GetNominalsOfContinuousStates", nominal, states);
 }
 static int set_states(void) {
@@ -225,14 +225,16 @@ static size_t depth(int (*function)(void)) {
     pthread_attr_t attributes;
     pthread_t thread;
     size_t clean = 0;
+    uint64_t paint;
     memset(stack, PAINT, STACK);
+    memset(&paint, PAINT, sizeof paint);
     work = function;
     pthread_attr_init(&attributes);
     pthread_attr_setstack(&attributes, stack, STACK);
     if (pthread_create(&thread, &attributes, run, NULL) || pthread_join(thread, NULL)) { perror("thread"); exit(2); }
     pthread_attr_destroy(&attributes);
-    while (clean < STACK && stack[clean] == PAINT) clean++;
-    return STACK - clean;
+    while (clean < STACK / sizeof paint && stack[clean] == paint) clean++;
+    return STACK - clean * sizeof paint;
 }
 
 /* Carries out a call. A step may stop early: the plant itself may refuse to go on. */

@@ -124,6 +124,19 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     const RELAXING: Option<usize> = with_friction(H::RELAXING, N, H::State::OTHERS);
     const TURNING: Option<usize> = with_friction(H::TURNING, N, H::State::OTHERS);
 
+    /// The same from states and memory of a run that begins. They take kilobytes, and so does the run: a frame on the stack of its
+    /// own.
+    #[inline(never)]
+    pub(crate) fn boxed(
+        system: H,
+        settings: Settings,
+        begin: Box<([f64; N], H::Memory)>,
+        inputs: [f64; U],
+    ) -> Box<Self> {
+        let (x, memory) = *begin;
+        Box::new(Self::new(system, settings, 0.0, x, memory, inputs))
+    }
+
     /// A run from given states and memory.
     pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
         let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());
@@ -221,8 +234,10 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes back to states, memory and progress of a run of the same system.
-    pub fn restore(&mut self, x: [f64; N], memory: H::Memory, progress: Progress) {
-        (self.x, self.memory) = (x, memory);
+    pub fn restore(&mut self, x: [f64; N], memory: &mut H::Memory, progress: Progress) {
+        self.x = x;
+        // Kilobytes, which would be copied over the stack otherwise.
+        std::mem::swap(&mut self.memory, memory);
         let Progress { time, step, choice, counters, balance, pending } = progress;
         (self.time, self.step, self.choice, self.counters, self.balance) = (time, step, choice, counters, balance);
         (self.is_linearised, self.arrived_with, self.leaving) = (false, None, None);
