@@ -92,7 +92,7 @@ impl Layout {
     }
 
     /// The entry of a value reference, which must have a type.
-    #[inline]
+    #[inline(always)]
     pub fn typed(&self, reference: u32, base: Base) -> Result<Entry<'_>, Failure> {
         let entry = self.table.by_reference(reference).ok_or_else(|| unknown(reference))?;
         check_type(entry.variable, base)?;

@@ -48,10 +48,12 @@ impl Instance {
         let mut sets_states = false;
         for (reference, value) in values.clone() {
             let slot = self.layout.typed(reference, base)?;
-            if self.keeps(&slot, value) {
-                continue;
+            if let Err(refusal) = self.check_settable(&slot) {
+                if self.keeps(&slot, value) {
+                    continue;
+                }
+                return Err(refusal);
             }
-            self.check_settable(&slot)?;
             slot.variable.check(value)?;
             if slot.state.is_some() && self.record.mode == Mode::Instantiated {
                 self.check_guess(slot.variable, value)?;
