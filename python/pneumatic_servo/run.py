@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 class Run:
     """A run: ``run.time`` in s and, by name, the recorded variables in SI units.
 
-    The row at t shows the inputs that were in force up to t, so that a recorded input lags the given one by a row. Given
-    to `simulate` or `fit` a run has its inputs as they were given, and so have its tables.
+    The row at t shows the inputs that were in force up to t, so that a recorded input lags the given one by a row.
+    Given to `simulate` or `fit` a run has its inputs as they were given, and so have its tables.
 
     Attributes
     ----------
