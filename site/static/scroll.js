@@ -2,7 +2,7 @@
 "use strict";
 
 (() => {
-  const WIDE = 'pre, .table-wrapper, .scroll, .output, math[display="block"]';
+  const WIDE = 'pre, .table-wrapper, .scroll, .equations, .output, math[display="block"]';
   const mark = () => {
     for (const one of document.querySelectorAll(WIDE)) {
       if (one.scrollWidth > one.clientWidth) one.setAttribute("tabindex", "0");

@@ -14,7 +14,7 @@ const KINDS = [
   "index.html",
   "CHANGELOG.html",
   "gallery.html",
-  "laws/LuGre.html",
+  "laws/VelocityBased.html",
   "laws/index.html",
   "search.html",
   "docs/start/python.html",
