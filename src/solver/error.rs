@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Why a communication step could not be completed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StepError {
     /// The step size fell below what the clock resolves.
@@ -50,10 +50,10 @@ pub enum StepError {
 }
 
 /// A state where a step starts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
     /// Its name.
-    pub state: String,
+    pub state: &'static str,
     /// Its value.
     pub value: f64,
     /// Its rate per second.
@@ -61,7 +61,7 @@ pub struct Course {
 }
 
 /// Why a step is not accepted; states and events by name.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Rejection {
     /// The estimated error of a state exceeds what the tolerance allows.

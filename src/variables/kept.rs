@@ -41,6 +41,17 @@ pub fn forget_tables() {
     drop(kept);
 }
 
+/// A name for as long as the process lasts, for errors, which are plain data. The names of states are few and short.
+pub fn lent_name(name: &str) -> &'static str {
+    static NAMES: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = names.iter().copied().find(|known| *known == name);
+    known.unwrap_or_else(|| {
+        names.push(Box::leak(name.into()));
+        names[names.len() - 1]
+    })
+}
+
 fn lock() -> MutexGuard<'static, Vec<Kept>> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner)
 }
