@@ -127,6 +127,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// The same from states and memory of a run that begins. They take kilobytes, and so does the run: a frame on the stack of its
     /// own.
     #[inline(never)]
+    #[allow(clippy::boxed_local, reason = "the states and the memory would be copied over the stack")]
     pub(crate) fn boxed(
         system: H,
         settings: Settings,
