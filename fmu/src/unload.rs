@@ -2,29 +2,30 @@
 
 #![allow(unsafe_code, reason = "this is an interface to C")]
 
-/// Has a function called when the library is unloaded, or the process ends. On Linux and macOS it is registered with the handle of
-/// this library (Itanium C++ ABI, section 3.3.6): `atexit` itself may be the one of the C library, which knows no other library and
-/// would call a function that has gone with its own.
-#[cfg(unix)]
-pub fn call(function: extern "C" fn()) {
-    use std::ffi::{c_int, c_void};
+#[cfg(all(unix, not(target_vendor = "apple")))]
+static CALLED: std::sync::OnceLock<extern "C" fn()> = std::sync::OnceLock::new();
 
-    unsafe extern "C" {
-        static __dso_handle: u8;
-        fn __cxa_atexit(function: extern "C" fn(*mut c_void), argument: *mut c_void, library: *const u8) -> c_int;
+/// Has a function called when the library is unloaded, or the process ends, by the loader (ELF, section `.fini_array`); musl
+/// unloads nothing. `atexit` will not do: what calls the functions of a library when it is unloaded is a part of the compiler's
+/// runtime, which not every linker puts into it; then they are called when they have gone.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn call(function: extern "C" fn()) {
+    extern "C" fn at_unload() {
+        if let Some(function) = CALLED.get() {
+            function();
+        }
     }
-    extern "C" fn call(function: *mut c_void) {
-        // SAFETY: it is the function that was registered.
-        let function: extern "C" fn() = unsafe { std::mem::transmute(function) };
-        function();
-    }
-    // SAFETY: both live until the library is unloaded. Where there is no room for one more function, what it would free is left
-    // behind.
-    unsafe { __cxa_atexit(call, function as *mut c_void, &raw const __dso_handle) };
+    // SAFETY: the section holds functions without arguments.
+    #[used]
+    #[unsafe(link_section = ".fini_array")]
+    static AT_UNLOAD: extern "C" fn() = at_unload;
+
+    CALLED.get_or_init(|| function);
 }
 
-/// The runtimes of Windows are parts of the library, and call its functions when it is unloaded.
-#[cfg(windows)]
+/// Has a function called when the library is unloaded, or the process ends: macOS and the runtimes of Windows, which are parts of
+/// the library, know which library a function belongs to.
+#[cfg(any(windows, target_vendor = "apple"))]
 pub fn call(function: extern "C" fn()) {
     use std::ffi::c_int;
 
