@@ -70,4 +70,5 @@ struct Readme;
 
 #[cfg(any(doc, doctest))]
 #[doc = include_str!("../docs/own.md")]
+#[doc = include_str!("../docs/own-packing.md")]
 pub mod guide {}
