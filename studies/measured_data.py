@@ -126,7 +126,8 @@ def ranking(data: dict[str, Array], laws: Sequence[str]) -> list[ps.Fit]:
     """Fits of laws to the first half, the best prediction of the second half first."""
     fits = []
     for law in tqdm(laws, disable=None):
-        one = ps.compare_fits(data, [law], experiment="motion", fit="offset.frictionForce", settings_of=OF_LAW,
+        one = ps.compare_fits(data, [law], experiment="motion", fit="offset.frictionForce",
+                              settings_of={law: OF_LAW[law]} if law in OF_LAW else None,
                               hold_out=0.5, rated=5.0, starts=0)  # fmt: skip
         fits.append(one.best)
     return sorted(fits, key=lambda found: found.hold_out_rms["frictionForce"])
