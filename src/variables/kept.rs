@@ -32,12 +32,19 @@ pub fn lent(of: TypeId, make: impl FnOnce() -> Table) -> &'static Table {
 /// unloaded, and would leave them behind.
 #[doc(hidden)]
 pub fn forget_tables() {
-    // Where a thread has ended in the middle of making one, as threads do when a process ends, nothing is to be freed.
-    let kept = match KEPT.try_lock() {
+    forget(&KEPT);
+}
+
+/// Frees what a list holds, unless a thread has it: one that has ended in the middle of adding something, as threads do when a
+/// process ends, keeps it for good.
+#[doc(hidden)]
+pub fn forget<T>(list: &Mutex<Vec<T>>) {
+    let kept = match list.try_lock() {
         Ok(mut all) => mem::take(&mut *all),
         Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
         Err(TryLockError::WouldBlock) => return,
     };
+    // What is freed may ask for the list.
     drop(kept);
 }
 

@@ -22,7 +22,7 @@ pub use declare::{declared, refused};
 pub use enumeration::{Choice, Enumeration};
 pub use error::ParameterError;
 #[doc(hidden)]
-pub use kept::forget_tables;
+pub use kept::{forget, forget_tables};
 pub use notice::{Notice, Notices};
 pub(crate) use setting::find;
 pub use setting::{SettingError, Value};

@@ -1,14 +1,13 @@
 //! The models of a shared library by GUID.
 
-use std::mem;
 use std::ptr;
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::guid::{guid_of_source, guid_start};
 use super::layout::Layout;
 use crate::unload;
 use pneumatic_servo::model::Model;
-use pneumatic_servo::variables::forget_tables;
+use pneumatic_servo::variables::{forget, forget_tables};
 
 /// The models that a shared library serves; [`export_fmu!`](crate::export_fmu) makes it.
 pub struct Library {
@@ -25,14 +24,8 @@ struct Kept {
 static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
 
 /// Frees what no instance holds. A shared library that went without would leave it behind at each unloading.
-extern "C" fn forget() {
-    // Where a thread has ended in the middle of making a layout, as threads do when a process ends, nothing is to be freed.
-    let kept = match KEPT.try_lock() {
-        Ok(mut all) => mem::take(&mut *all),
-        Err(TryLockError::Poisoned(all)) => mem::take(&mut *all.into_inner()),
-        Err(TryLockError::WouldBlock) => return,
-    };
-    drop(kept);
+extern "C" fn forget_all() {
+    forget(&KEPT);
     forget_tables();
 }
 
@@ -82,7 +75,7 @@ impl Library {
             return None;
         }
         if all.is_empty() {
-            unload::call(forget);
+            unload::call(forget_all);
         }
         all.push(Kept { library, layout: Arc::clone(&layout) });
         Some(layout)
