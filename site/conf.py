@@ -45,7 +45,7 @@ html_title = f"Pneumatic servo cylinder {release}"
 html_static_path = ["static"]
 html_favicon = "static/favicon.svg"
 templates_path = ["templates"]
-# Those of the theme, with two links before the pages.
+# The parts of the theme's side bar, with two links before the pages.
 SIDE_BAR = ["brand", "search", "scroll-start", "first", "navigation", "scroll-end"]
 html_sidebars = {"**": [f"sidebar/{part}.html" for part in SIDE_BAR]}
 html_css_files = ["site.css"]

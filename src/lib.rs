@@ -32,9 +32,8 @@
 //! | [`conformance`] | what is promised of every law and model, as checks for their tests |
 
 //!
-//! Rust 1.89 or later. Features: `sensitivities` (on by default), derivatives along runs ([`sensitivity`]), which double what
-//! is compiled; `small`, fewer compiled sizes of the vector of states: programs are half as large and somewhat slower, with the
-//! same bits. How a law, an actuator or a model of your own is written, tested and packed: [`guide`].
+//! Rust 1.89 or later. Features: `sensitivities` (on by default), derivatives along runs ([`sensitivity`]); `small`, fewer
+//! compiled sizes of the vector of states: smaller programs, somewhat slower with options of the cylinder, with the same bits. How a law, an actuator or a model of your own is written, tested and packed: [`guide`].
 
 #![forbid(unsafe_code)]
 

@@ -111,13 +111,12 @@ impl<L: FrictionLaw, const LAW: i32> ParameterSet for ContactLaw<L, LAW> {
 #[doc(hidden)]
 pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
     law.check()?;
-    let (states, [most_deflections, most_forces]) =
-        (law.states(), [StateKind::Deflection, StateKind::Force].map(StateKind::most));
+    let states = law.states();
     if states <= law.state_kind().most() {
         return Ok(law);
     }
-    let reason =
-        format!("a law may have {most_deflections} state of the kind Deflection, or {most_forces} of the kind Force");
+    let [deflections, forces] = [StateKind::Deflection, StateKind::Force].map(StateKind::most);
+    let reason = format!("a law may have {deflections} state of the kind Deflection, or {forces} of the kind Force");
     Err(ParameterError::new("states", states as f64, &reason))
 }
 

@@ -44,14 +44,14 @@ pub struct Functions {
     pub shared_table: fn() -> Arc<Table>,
     /// The most bytes that a serialized [`Snapshot`](crate::co_simulation::Snapshot) of a run takes.
     pub snapshot_size: usize,
-    /// The event indicators, in the order of their places: those of all friction laws and modes.
+    /// The event indicators of all friction laws and modes, in order.
     pub indicators: fn() -> Vec<Indicator>,
     /// Builds a run.
     pub start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
 }
 
 impl Functions {
-    /// Those of equations with `U` inputs, and runs of them of at most `most` states.
+    /// The functions of a model with `U` inputs, whose runs have at most `most` states.
     pub const fn of<E: System<U>, const U: usize>(
         most: usize,
         start: fn(&Start) -> Result<Box<dyn Simulation>, ParameterError>,
@@ -99,7 +99,7 @@ impl Model {
         self.functions.snapshot_size
     }
 
-    /// The event indicators, in the order of their places: those of all friction laws and modes.
+    /// The event indicators of all friction laws and modes, in order.
     pub fn indicators(&self) -> Vec<Indicator> {
         (self.functions.indicators)()
     }

@@ -8,7 +8,7 @@ use super::LongestSteps;
 pub struct Hints {
     /// The longest steps of explicit methods where accuracy, and not stability, bounds them: a non-stiff mode. It may be wrong for
     /// some parameters; steps then cost more, but are as accurate. Worth a factor of two to four: an explicit step of the cylinder
-    /// takes 4,300 instructions, an implicit one with its Jacobian 9,500.
+    /// takes 4,300 instructions, an implicit one with its Jacobian 8,100.
     pub explicit: Option<LongestSteps>,
     /// Whether something changes faster now than the error estimate of the explicit method can tell, such as a flow through a
     /// valve that opens within a step. The difference from the midpoint rule then counts, too.

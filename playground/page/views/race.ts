@@ -241,7 +241,7 @@ export class Race implements Page {
       { prefix: "", model: CYLINDER, values: settings.values[CYLINDER], first: new Map(), watched: WATCHED },
       { prefix: "controller.", model: CONTROLLER, values: settings.values[CONTROLLER], first: new Map([["referencePosition", TARGET]]), watched: ["valveVoltage"] },
     ];
-    // Slots of their own: the first one is that of the visitor's cylinder.
+    // Slots from 1 on: the visitor's cylinder has slot 0.
     const run = new Run(library, members, (_, running) => {
       const values = running.read(0);
       const inputs = ["position", "velocity"].map((name) => [name, values[WATCHED.indexOf(name)]] as const);
@@ -260,7 +260,7 @@ export class Race implements Page {
       this.cylinders[index].aim(TARGET, stroke);
       this.cylinders[index].show(SHOWN.map((name) => recording.at(name, rows[index])), stroke);
     });
-    // Both runs have the same times, so the longer one has those of both.
+    // Both runs have the same time grid; the rival's covers every row.
     const last = Math.max(...rows);
     const time = rival.at("time", last);
     this.readouts.show("You", `${(own.at("position", rows[0]) * MM).toFixed(2)} mm`);

@@ -176,7 +176,7 @@ pub(super) struct ExplicitSteps {
 }
 
 impl ExplicitSteps {
-    /// Those of a friction law and stops of a stiffness in N/m under a mass in kg.
+    /// Limits on explicit steps under a friction law, with stops of a stiffness in N/m, for a mass in kg.
     pub(super) fn new<L: FrictionLaw>(friction: &FrictionContact<L>, stop: f64, mass: f64) -> Self {
         let [stiffness, damping] = friction.resistance();
         let swing = |stiffness: f64| (stiffness.max(0.0) / mass).sqrt();
@@ -205,7 +205,7 @@ impl ExplicitSteps {
 const SMALL: bool = cfg!(feature = "small");
 
 /// Starts a run with as many states as friction law, lines and sensors need, or a few more: each size is the whole solver
-/// compiled once more. Spare states cost LuGre 4 % of a step, spare states of options 10 % with GMS and hoses.
+/// compiled once more. Spare states cost LuGre 4 % of a step, nothing with hoses.
 pub(super) fn start<L: FrictionLaw, A: Actuating>(start: &Start) -> Result<Box<dyn Simulation>, ParameterError> {
     let (parts, settings) = read::<PneumaticServoCylinder<L, A>, 3, _>(start, &[], Parts::<L, A>::read)?;
     let settings = settings.keeping_balance(parts.parameters.keeps_balance);

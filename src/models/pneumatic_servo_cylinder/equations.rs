@@ -7,9 +7,9 @@
 //! energy = U_A + U_B + m*v^2/2            <- enthalpy and heat into both chambers, work of all other forces
 //! ```
 //!
-//! The pressures' work goes from the gas to the carriage and stays inside. With an algebraic temperature the heat is
-//! whatever keeps it, so that the energy of the gas is left out, and the pressures' work enters the carriage. The gas of a
-//! chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
+//! The pressures' work goes from the gas to the carriage and stays inside. An algebraic
+//! temperature fixes the heat, so that the energy of the gas is left out, and the pressures' work enters the carriage. The gas
+//! in a chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
 use super::lines::{HOSE, LINE_STATES, Lines, VESSEL, VOLUMES};
