@@ -23,9 +23,7 @@
 #[macro_export]
 macro_rules! export_fmu {
     ($models:expr) => {
-        /// The models that this library serves. What packs the library into FMUs says which source it comes from.
-        pub static LIBRARY: $crate::Library =
-            $crate::Library::new($models, || $models, option_env!("FMU_SOURCE_FINGERPRINT"));
+        $crate::library! { $models }
 
         /// The functions of FMI 2.0 for these models.
         pub static FMI2: $crate::fmi2::exports::Functions = {
@@ -166,5 +164,37 @@ macro_rules! export_fmu {
                 fmi3InstantiateScheduledExecution,
             )
         };
+    };
+}
+
+/// The models of a library. What packs the library into FMUs says which source it comes from.
+#[cfg(not(all(feature = "module", target_family = "wasm")))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! library {
+    ($models:expr) => {
+        /// The models that this library serves.
+        pub static LIBRARY: $crate::Library =
+            $crate::Library::new($models, || $models, option_env!("FMU_SOURCE_FINGERPRINT"));
+    };
+}
+
+/// The one model of a module from which sources in C are made, named when it is compiled: nothing of the others is linked.
+#[cfg(all(feature = "module", target_family = "wasm"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! library {
+    ($models:expr) => {
+        /// The model that this module serves.
+        pub static LIBRARY: $crate::Library = {
+            static ONE: [$crate::Model; 1] = [$crate::only($models, env!("FMU_ONLY_MODEL"))];
+            $crate::Library::new(&ONE, || &ONE, option_env!("FMU_SOURCE_FINGERPRINT"))
+        };
+
+        /// The fingerprint of the self-test; 0 if its run fails.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn plant_self_test() -> u64 {
+            $crate::self_test::fingerprint(&LIBRARY.models()[0]).unwrap_or_default()
+        }
     };
 }

@@ -10,6 +10,7 @@
 //! | `memory`, `unload` | whether there is room for an instance; what is freed when the library is unloaded |
 //! | `face` | what the faces have in common |
 //! | `export` | the one line by which a library says which models it serves |
+//! | [`self_test`](mod@self_test), `module` | sources in C: a short run that shows exact arithmetic, and what they need besides the faces |
 //! | [`fmi2`], [`fmi3`] | the faces of FMI 2.0 and 3.0: C types and functions |
 //!
 //! # Rules a host can rely on
@@ -34,6 +35,15 @@ mod fnv;
 mod host;
 mod instance;
 mod memory;
+// What is exported for C only.
+#[cfg(all(feature = "module", target_family = "wasm"))]
+mod module;
+pub mod self_test;
 mod unload;
 
+#[cfg(all(feature = "module", target_family = "wasm"))]
+#[doc(hidden)]
+pub use instance::only;
 pub use instance::{LOG_CATEGORIES, Library, LogCategory, guid, guid_of_source};
+#[doc(hidden)]
+pub use pneumatic_servo::model::Model;

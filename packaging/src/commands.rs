@@ -19,7 +19,8 @@ use crate::workspace::Workspace;
 const PACKAGE: &str = "\
   --platforms NAMES         for linux64,win64,darwin64 or all; otherwise for machines like this one
   --binary PLATFORM=PATH    a library that was built elsewhere, taken instead of building one
-  --sources[=small|full]    add sources in C, for any other target: small, or larger and faster ones";
+  --sources[=small|full]    add sources in C, for any other target: small, or larger and faster ones
+  --model NAME              pack this model alone";
 
 /// The help of a command of `cargo xtask`, or of all of them.
 fn help(command: &str) -> String {
@@ -53,6 +54,8 @@ pub struct Options {
     pub binaries: Vec<Binary>,
     /// How large sources in C may be, if there are to be any: `small` or `full`.
     pub sources: Option<String>,
+    /// The one model to be packed.
+    pub model: Option<String>,
 }
 
 /// What a command line asks for.
@@ -81,6 +84,7 @@ impl Options {
                     let size = parser.optional_value().map(|size| size.string()).transpose()?;
                     options.sources = Some(size.unwrap_or_else(|| "small".to_owned()));
                 }
+                Long("model") => options.model = Some(parser.value()?.string()?),
                 other => return Err(other.unexpected().into()),
             }
         }
@@ -92,10 +96,10 @@ impl Options {
     /// # Errors
     /// When sources are asked for that this program cannot make, or their size is none.
     pub fn package(self) -> Result<Package> {
-        let Self { platforms, binaries, sources } = self;
+        let Self { platforms, binaries, sources, model } = self;
         let is_possible = sources.is_none() || cfg!(feature = "sources");
         ensure!(is_possible, "--sources needs the feature `sources` of pneumatic-servo-packaging");
-        Ok(Package { platforms, binaries, sources: sources.as_deref().map(str::parse).transpose()? })
+        Ok(Package { platforms, binaries, sources: sources.as_deref().map(str::parse).transpose()?, model })
     }
 }
 
@@ -135,6 +139,7 @@ fn planned(command: &str, asked: Asked) -> Result<Option<Work>> {
         return Ok(Some(Box::new(move |workspace| package.run(workspace))));
     }
     ensure!(options.sources.is_none(), "--sources is an option of `package`");
+    ensure!(options.model.is_none(), "--model is an option of `package`");
     if command == "build" {
         ensure!(options.binaries.is_empty(), "--binary is an option of `package` and `join`");
         let Platforms(platforms) = options.platforms.context("--platforms is missing")?;
@@ -213,11 +218,12 @@ mod tests {
 
     #[test]
     fn options_are_read() -> Result<()> {
-        let asked = read("--platforms linux64,win64 --binary darwin64=a.dylib --sources=full")?;
+        let asked = read("--platforms linux64,win64 --binary darwin64=a.dylib --sources=full --model Festoon")?;
         let options = Options {
             platforms: Some("linux64,win64".parse()?),
             binaries: vec!["darwin64=a.dylib".parse()?],
             sources: Some("full".to_owned()),
+            model: Some("Festoon".to_owned()),
         };
         assert_eq!(asked, Asked::Do(options));
         let Asked::Do(options) = read("--sources")? else { unreachable!("no help is asked for") };
@@ -239,6 +245,8 @@ mod tests {
             ("package", "linux64", "linux64"),
             ("build", "", "--platforms is missing"),
             ("build", "--platforms all --sources", "--sources is an option of `package`"),
+            ("join", "--platforms all --model Festoon", "--model is an option of `package`"),
+            ("package", "--model", "--model"),
             ("join", "", "--platforms or --binary is missing"),
         ] {
             assert!(problem(command, line).contains(expected), "{command} {line}: {}", problem(command, line));

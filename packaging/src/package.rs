@@ -34,13 +34,15 @@ pub struct Package {
     pub binaries: Vec<Binary>,
     /// Sources in C for targets that compile, and how large they may be.
     pub sources: Option<Size>,
+    /// The name of the one model that is packed; otherwise all are.
+    pub model: Option<String>,
 }
 
 impl Package {
     /// For all platforms, with libraries that were built elsewhere, and with sources for others.
     pub fn for_everybody(binaries: &[Binary]) -> Self {
         let platforms = Some(Platforms(Platform::ALL.into()));
-        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small) }
+        Self { platforms, binaries: binaries.to_vec(), sources: Some(Size::Small), model: None }
     }
 
     /// Builds what was not handed in, joins, validates and runs.
@@ -48,6 +50,15 @@ impl Package {
     /// # Errors
     /// When a tool is missing, or any of these steps fails or finds something.
     pub fn run(&self, workspace: &Workspace) -> Result<()> {
+        let mut workspace = workspace.clone();
+        if let Some(name) = &self.model {
+            workspace.product = workspace.product.only(name)?;
+        }
+        self.run_all(&workspace)
+    }
+
+    /// Packs all models of the product.
+    fn run_all(&self, workspace: &Workspace) -> Result<()> {
         if self.sources.is_some() {
             tools::require([("the sources in C", wasm::missing()?)])?;
         }
@@ -104,7 +115,7 @@ fn check(workspace: &Workspace, mut platforms: impl Iterator<Item = Platform>) -
     let all = Version::ALL.into_iter().flat_map(|version| fmus_of(workspace, version));
     let mut validation = script("check.py");
     validation.args(all);
-    if workspace.product.is_of_the_project() {
+    if workspace.product.has_system() {
         validation.arg(workspace.fmus().join(format!("{}.ssp", ssp::NAME)));
     }
     process::run(&mut validation)?;
@@ -158,7 +169,7 @@ fn join_with(workspace: &Workspace, libraries: &[Library], modules: &BTreeMap<&s
             println!("{} ({} KiB)", fmu.display(), std::fs::metadata(&fmu)?.len().div_ceil(1024));
         }
     }
-    if workspace.product.is_of_the_project() {
+    if workspace.product.has_system() {
         let moment = Moment::of_source(&workspace.root)?;
         println!("{}", ssp::write(&workspace.fmus(), &workspace.descriptions(), moment)?.display());
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use pneumatic_servo::model::Model;
 use pneumatic_servo::models;
 
@@ -34,6 +34,23 @@ impl Product {
         let [version, licence] = [env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE")].map(str::to_owned);
         let package = PACKAGE.to_owned();
         Self { models: models::ALL, package, version, licence, source: None, parts: Parts::of_the_project(home) }
+    }
+
+    /// The same with one model alone.
+    ///
+    /// # Errors
+    /// When there is no model of this name.
+    pub fn only(&self, name: &str) -> Result<Self> {
+        let Some(place) = self.models.iter().position(|model| model.name == name) else {
+            let names: Vec<_> = self.models.iter().map(|model| model.name).collect();
+            bail!("there is no model {name}, but {}", names.join(", "));
+        };
+        Ok(Self { models: &self.models[place..=place], ..self.clone() })
+    }
+
+    /// Whether they are joined to a system, an SSP, besides: all models of the project.
+    pub fn has_system(&self) -> bool {
+        self.is_of_the_project() && self.models.len() == models::ALL.len()
     }
 
     /// Whether they are those of the project.
@@ -80,5 +97,21 @@ impl Parts {
     pub fn text(&self, name: &str) -> Result<Option<String>> {
         let bytes = self.read(name)?;
         bytes.map(String::from_utf8).transpose().with_context(|| format!("{name} is not UTF-8"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_model_is_packed_alone_and_without_the_system() -> Result<()> {
+        let all = Product::of_the_project("/home".as_ref());
+        let one = all.only("FrictionBench")?;
+        assert_eq!(one.models.iter().map(|model| model.name).collect::<Vec<_>>(), ["FrictionBench"]);
+        assert!(all.has_system() && !one.has_system() && one.is_of_the_project());
+        let problem = all.only("Bench").map(|_| ()).map_err(|error| error.to_string());
+        assert!(problem.is_err_and(|text| text.contains("no model Bench, but PneumaticServoCylinder,")));
+        Ok(())
     }
 }

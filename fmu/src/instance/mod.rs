@@ -44,6 +44,8 @@ pub use self::log::{LOG_CATEGORIES, LogCategory, Sink};
 pub use self::record::Kind;
 use self::record::{Experiment, LastStep, Record};
 pub use self::registry::Library;
+#[cfg(all(feature = "module", target_family = "wasm"))]
+pub use self::registry::only;
 use self::run::Run;
 use self::saved_states::SavedStates;
 use crate::calls::Mode;

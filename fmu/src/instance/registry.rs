@@ -88,6 +88,19 @@ impl Library {
     }
 }
 
+/// The model of a name among some; a name that none has does not compile.
+#[cfg(any(test, all(feature = "module", target_family = "wasm")))]
+pub const fn only(models: &[Model], name: &str) -> Model {
+    let mut place = 0;
+    while place < models.len() {
+        if is_same(models[place].name.as_bytes(), name.as_bytes()) {
+            return models[place];
+        }
+        place += 1;
+    }
+    panic!("the sources are to be of a model that the library does not have")
+}
+
 const fn is_identifier(name: &[u8]) -> bool {
     let mut index = 0;
     while index < name.len() {
@@ -137,6 +150,14 @@ mod tests {
             );
         }
         assert!(std::panic::catch_unwind(|| Library::new(&[], || &[], None).models().len()).is_err());
+    }
+
+    #[test]
+    fn a_model_is_found_by_its_name() {
+        const MODELS: [Model; 3] = [named("A_1"), named("A"), named("B")];
+        const FOUND: [Model; 3] = [only(&MODELS, "A"), only(&MODELS, "A_1"), only(&MODELS, "B")];
+        assert_eq!(FOUND.map(|model| model.name), ["A", "A_1", "B"]);
+        assert!(std::panic::catch_unwind(|| only(&MODELS, "A_")).is_err());
     }
 
     #[test]

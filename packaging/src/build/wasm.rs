@@ -36,7 +36,8 @@ pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
     Recipe::for_target(workspace, toolchain, triple).package(PACKAGE).aborting().linker(triple, linker).run()
 }
 
-/// Builds the module of one model from which sources are made.
+/// Builds the module of one model of the library from which sources are made: of the package that has the models, whoever's it
+/// is.
 ///
 /// # Errors
 /// When a step of the build fails.
@@ -44,10 +45,10 @@ pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Ve
     let (toolchain, triple) = Target::find(TRIPLE, TRIPLE)?.found()?;
     let linker = linker()?.context("no linker for WebAssembly was found")?;
     let recipe = Recipe::for_target(workspace, toolchain, triple)
-        .package("pneumatic-servo-sources")
         .aborting()
         .linker(triple, linker)
-        .variable("ONLY_MODEL", model)
+        .feature("pneumatic-servo-fmu/module")
+        .variable("FMU_ONLY_MODEL", model)
         .setting("lto='fat'")
         // What calls need at most, several times over; a stack that overflows traps.
         .link("-zstack-size=262144");
@@ -55,7 +56,11 @@ pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Ve
         return recipe.run();
     }
     // The plant is a little larger in this way, and several times faster: its matrices are not called element by element.
-    recipe.setting("opt-level='z'").setting("package.pneumatic-servo.opt-level='s'").feature("small").run()
+    recipe
+        .setting("opt-level='z'")
+        .setting("package.pneumatic-servo.opt-level='s'")
+        .feature("pneumatic-servo-fmu/small")
+        .run()
 }
 
 fn linker() -> Result<Option<PathBuf>> {

@@ -43,11 +43,11 @@ pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], mo
     compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
     let mut files = code;
     for name in by_hand {
-        let file = workspace.root.join("sources/c").join(name);
+        let file = workspace.home.join("sources/c").join(name);
         let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
         files.insert(name.to_owned(), text);
     }
-    files.insert("model.h".to_owned(), model_header::text(model)?);
+    files.insert("model.h".to_owned(), model_header::text(model, workspace.product.source.as_deref())?);
     if versions.contains(&Version::Fmi3) {
         files.insert("buildDescription.xml".to_owned(), build_description::xml(model, &compiled)?);
     }

@@ -2,14 +2,15 @@
 
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
-use pneumatic_servo_fmu::guid;
-use pneumatic_servo_sources::self_test::fingerprint;
+use pneumatic_servo_fmu::guid_of_source;
+use pneumatic_servo_fmu::self_test::fingerprint;
 
-/// The header: names, GUID, the fingerprint of the self-test, and the value references of all variables.
+/// The header: names, GUID, the fingerprint of the self-test, and the value references of all variables. A library that is not
+/// the project's has the fingerprint of a source of its own.
 ///
 /// # Errors
 /// When the run of the self-test fails.
-pub fn text(model: &'static Model) -> Result<String> {
+pub fn text(model: &'static Model, source: Option<&str>) -> Result<String> {
     let name = model.name;
     let fingerprint = fingerprint(model).with_context(|| format!("the self-test of {name} fails here"))?;
     let mut text = format!(
@@ -29,7 +30,7 @@ pub fn text(model: &'static Model) -> Result<String> {
          /* Value references. */\n\
          enum {{\n",
         model.description,
-        guid(model)
+        guid_of_source(model, source)
     );
     let references =
         model.table().iter().map(|variable| format!("    REF_{} = {}", identifier(&variable.name), variable.reference));
@@ -58,7 +59,7 @@ mod tests {
         for model in models::ALL {
             let names: Vec<_> = model.table().iter().map(|variable| identifier(&variable.name)).collect();
             assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{}", model.name);
-            let text = text(model)?;
+            let text = text(model, None)?;
             let (_, listed) = text.split_once("enum {\n").context("no references")?;
             let listed = listed.strip_suffix("\n};\n\n#endif\n").context("no end")?;
             let lines = names.iter().zip(model.table()).map(|(name, it)| format!("    REF_{name} = {}", it.reference));

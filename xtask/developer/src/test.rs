@@ -7,10 +7,12 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use pneumatic_servo_packaging::build::wasm;
 use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::library::Library;
 use pneumatic_servo_packaging::package::Package;
 use pneumatic_servo_packaging::process::{self, heading};
+use pneumatic_servo_packaging::tools;
 use pneumatic_servo_packaging::venv::{Requirements, Venv};
 use pneumatic_servo_packaging::workspace::{ENVIRONMENTS, Workspace};
 
@@ -118,12 +120,11 @@ const PROGRAMS: [&str; 7] =
     ["examples", "pages", "studies", "system_studies", "package_cli", "package_cli_options", "package_executors"];
 
 /// Packages whose unit tests are quick: without optimization they are compiled in a sixth of the time.
-const UNITS: [&str; 9] = [
+const UNITS: [&str; 8] = [
     "pneumatic-servo",
     "pneumatic-servo-fmu",
     "pneumatic-servo-packaging",
     "pneumatic-servo-playground",
-    "pneumatic-servo-sources",
     "pneumatic-servo-ssp",
     "wasm-as-c",
     "xtask",
@@ -165,7 +166,7 @@ impl Checks<'_> {
         heading("Build the shared library");
         let library = Library::for_tests(self.workspace)?;
         Package::default().finish(self.workspace, &[library])?;
-        self.own_model()?;
+        self.own_model(venv)?;
         wheel::install(venv, &wheel::build(self.workspace)?)?;
         heading("Python: types of the package");
         self.python(venv, &["mypy", "--config-file", "python/pyproject.toml"])?;
@@ -192,15 +193,35 @@ impl Checks<'_> {
     /// Packs the model of one's own among the examples, as its author does; its FMUs are in target/own/fmu. What compiles the
     /// program is the target directory of the project, where most of it is compiled already. The library is compiled without
     /// optimization, in a fifth of the time: its bits are the same, as the run shows, and what a step costs is asked elsewhere.
-    fn own_model(&self) -> Result<()> {
+    /// With the tools for sources in C the FMUs have them, too, and give the bits of the library where FMPy compiles them.
+    fn own_model(&self, venv: &Venv) -> Result<()> {
         heading("A model of one's own: pack its FMU");
+        let missing = tools::require([("the sources in C", wasm::missing()?)]);
+        let (features, sources) = match missing {
+            Ok(()) => ("package,pneumatic-servo-packaging/sources", Some("--sources")),
+            Err(problem) => {
+                process::leave_out("Sources in C of a model of one's own", &format!("{problem:#}"))?;
+                ("package", None)
+            }
+        };
+        let folder = self.workspace.target.join("own");
         let mut cargo = process::cargo();
-        cargo.args(["run", "--profile", "quick", "--features", "package", "--example", "package"]);
+        cargo.args(["run", "--profile", "quick", "--features", features, "--example", "package"]);
         cargo.args(["--manifest-path", "examples/own/model/Cargo.toml", "--target-dir"]).arg(&self.workspace.target);
-        cargo.env("CARGO_TARGET_DIR", self.workspace.target.join("own"));
+        cargo.arg("--").args(sources);
+        cargo.env("CARGO_TARGET_DIR", &folder);
         cargo.env(ENVIRONMENTS, &self.workspace.environments);
         cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0").env("CARGO_PROFILE_RELEASE_LTO", "off");
-        process::run(cargo.current_dir(&self.workspace.home))
+        process::run(cargo.current_dir(&self.workspace.home))?;
+        if sources.is_none() {
+            return Ok(());
+        }
+        heading("A model of one's own: compile the sources in its FMU");
+        let mut python = venv.command();
+        python.arg(self.workspace.python().join("compiled.py"));
+        python.args(["fmu", "fmu/fmi3"].map(|of| folder.join(of).join("QuarterCar.fmu")));
+        python.arg("--experiments").arg(folder.join("experiments.json"));
+        process::run(python.env("PATH", venv.path()?))
     }
 
     /// Begins a crate of each kind in an empty folder, as a user does, and checks that all compile; the tests of the model run,

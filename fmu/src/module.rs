@@ -1,4 +1,5 @@
-//! What the C around the module needs besides the functions of FMI.
+//! What sources in C need of a module besides the functions of FMI: room for the host's arrays, its logger, the message of a
+//! panic, and the one model that the module serves.
 
 #![allow(unsafe_code, reason = "this is an interface to C")]
 
@@ -6,10 +7,7 @@ use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr;
 
-use pneumatic_servo_fmu::fmi2::types::{CallbackFunctions, Logger};
-
-use crate::only_model::MODELS;
-use crate::self_test::fingerprint;
+use crate::fmi2::types::{CallbackFunctions, Logger};
 
 thread_local! {
     /// Where the host's arrays are during a call; 64-bit words, so that all types are aligned.
@@ -103,10 +101,4 @@ unsafe extern "C" fn log_of_fmi3(
 ) {
     // SAFETY: the host only reads.
     unsafe { host_log(status, category, text) }
-}
-
-/// The fingerprint of the [self-test](mod@crate::self_test); 0 if its run fails.
-#[unsafe(no_mangle)]
-pub extern "C" fn plant_self_test() -> u64 {
-    fingerprint(&MODELS[0]).unwrap_or_default()
 }
