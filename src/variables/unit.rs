@@ -47,8 +47,8 @@ pub mod units {
         ONE = "1" [0; 8];
         /// Length; shown in millimetres.
         METRE = "m" [0, 1, 0, 0, 0, 0, 0, 0], "mm" 1e3, 0.0;
-        /// Volume; shown in cubic centimetres.
-        CUBIC_METRE = "m3" [0, 3, 0, 0, 0, 0, 0, 0], "cm3" 1e6, 0.0;
+        /// Volume; shown in cubic centimetres or litres.
+        CUBIC_METRE = "m3" [0, 3, 0, 0, 0, 0, 0, 0], "cm3" 1e6, 0.0, "l" 1e3, 0.0;
         /// Time; shown in milliseconds.
         SECOND = "s" [0, 0, 1, 0, 0, 0, 0, 0], "ms" 1e3, 0.0;
         /// Rate.

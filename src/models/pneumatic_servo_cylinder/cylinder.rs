@@ -227,7 +227,7 @@ pub(super) fn start<L: FrictionLaw, A: Actuating>(start: &Start) -> Result<Box<d
     let equations = PneumaticServoCylinder::<L, A, true>::of(parts);
     run_sized!(start, equations, settings, 3, [
         State::OTHERS + 2 + sensors::COUNT => !SMALL,
-        State::OTHERS + 2 + lines::LINE_STATES => !SMALL,
+        State::OTHERS + 1 + lines::LINE_STATES => !SMALL,
         MOST
     ])
 }

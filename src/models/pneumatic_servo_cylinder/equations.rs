@@ -12,7 +12,7 @@
 //! in a chamber that is open to the surroundings is not counted; its pressure is one of the outer forces.
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
-use super::lines::{HOSE, LINE_STATES, Lines, VESSEL, VOLUMES};
+use super::lines::{HOSE, LINE_STATES, Lines, METER, VESSEL, VOLUMES};
 use super::sensors;
 use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
@@ -307,12 +307,16 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             rates[side * HOSE..][..HOSE].copy_from_slice(&of_hose);
             (into.mass.0[side], into.carried.0[side]) = (out.mass, out.mass * out.temperature);
         }
+        let drawn = || self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
         if let Some(vessel) = &lines.vessel {
-            let drawn = self.closed(self.actuator.drawn(of_actuator(x), &ports, at_valve));
+            let drawn = drawn();
             let (from, to) = (vessel.air.at(self.at_least_ambient(supply)), vessel.air.at(states[VESSEL]));
             let filled = vessel.orifice.flow(S::constant(vessel.conductance), from, to).mass;
             rates[VESSEL] = (filled - drawn) * (vessel.gas / vessel.volume);
             received += filled - drawn;
+            rates[METER] = filled;
+        } else if lines.has_meter {
+            rates[METER] = drawn();
         }
         if self.p.piston_leakage != 0.0 {
             let leak = self.piston_leak(gas);
@@ -326,8 +330,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     #[inline(always)]
     pub(super) fn write_lines<S: Scalar>(&self, x: &[S], rates: &[S], slots: &mut [S]) {
         if EXTENDED && self.lines.are_used() {
-            slots[..LINE_STATES].copy_from_slice(&self.of_lines(x));
-            slots[LINE_STATES..].copy_from_slice(&self.of_lines(rates));
+            let ((own, rest), states) = (slots.split_at_mut(LINE_STATES), self.of_lines(x));
+            own.copy_from_slice(&states);
+            rest[..LINE_STATES].copy_from_slice(&self.of_lines(rates));
+            rest[LINE_STATES] = Lines::consumed_volume(&states);
         } else {
             slots.fill(S::zero());
         }

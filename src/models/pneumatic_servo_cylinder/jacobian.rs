@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
-use super::lines::{HOSE, LINE_STATES, VESSEL, VOLUMES};
+use super::lines::{HOSE, LINE_STATES, METER, VESSEL, VOLUMES};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B};
 use crate::friction::FrictionLaw;
 use crate::numbers::{Dual, Number, Pair};
@@ -201,6 +201,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             let Some(index) = *index else { continue };
             direction[index] = match place {
                 VESSEL => OF_VESSEL,
+                // No rate depends on it.
+                METER => 0,
                 _ => match place % HOSE {
                     0 => FIRST_VOLUMES[place / HOSE],
                     volume if volume < VOLUMES => LATER_VOLUMES[volume - 1],
@@ -233,7 +235,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         }
         for (place, index) in lines.iter().enumerate() {
             let Some(index) = *index else { continue };
-            if place == VESSEL {
+            if place == VESSEL || place == METER {
                 rates[index] = valve | gas | of_lines(&[0, HOSE]);
                 continue;
             }
@@ -307,9 +309,10 @@ mod couplings {
 
     /// Every law, with every combination of options that adds a coupling.
     fn cases() -> Vec<Vec<(&'static str, f64)>> {
-        let options: [&[(&str, f64)]; 10] = [
+        let options: [&[(&str, f64)]; 11] = [
             &[("hoseA.length", 1.0), ("hoseB.length", 0.7)],
-            &[("hoseA.length", 1.0), ("supply.volume", 1e-3)],
+            &[("hoseA.length", 1.0), ("supply.volume", 1e-3), ("consumption.enabled", 1.0)],
+            &[("consumption.enabled", 1.0)],
             &[("hoseB.length", 1.0), ("throttleB.C", 1e-9), ("supply.volume", 1e-3), ("piston.leakage", 1e-14)],
             &[("supply.volume", 1e-3), ("sensor.pressureA.lag", 1e-3), ("sensor.force.lag", 1e-3)],
             &[("hoseA.length", 1.0), ("hoseB.length", 1.0), ("cushion.length", 0.3), ("sensor.force.lag", 1e-3)],

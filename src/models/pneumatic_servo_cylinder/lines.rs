@@ -1,11 +1,11 @@
-//! What lies between supply, valve and chambers: a vessel, hoses, and restrictions where a hose meets its chamber.
+//! What lies between supply, valve and chambers: a meter, a vessel, hoses, and restrictions where a hose meets its chamber.
 //!
-//! Hoses and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
+//! Hoses, meter and vessel have states of their own, behind those of the friction law; a cylinder without them has none of these.
 
 use super::options::{Options, ThrottledFlow};
 use crate::numbers::{Real, Scalar};
 use crate::pneumatics::actuator::SUPPLY;
-use crate::pneumatics::gas::{GAS_CONSTANT, GasState, Reservoir, THINNEST};
+use crate::pneumatics::gas::{GAS_CONSTANT, GasState, REFERENCE_DENSITY, Reservoir, THINNEST};
 use crate::pneumatics::hose::{COLUMNS, Hose};
 use crate::pneumatics::orifice::{self, Flow, LAMINAR_RATIO, Orifice};
 use crate::system::{Limits, LongestSteps};
@@ -15,16 +15,20 @@ use crate::variables::{Tunable, Variable, units};
 pub const VOLUMES: usize = COLUMNS + 1;
 /// States of a hose: pressures, and mass flows of the columns between them.
 pub const HOSE: usize = VOLUMES + COLUMNS;
-/// States of both hoses and of the vessel.
-pub const LINE_STATES: usize = 2 * HOSE + 1;
-/// Place of the pressure in the vessel among these.
-pub const VESSEL: usize = 2 * HOSE;
+/// States of both hoses, of the meter and of the vessel.
+pub const LINE_STATES: usize = 2 * HOSE + 2;
+/// Place of the mass that the meter has counted among these.
+pub const METER: usize = 2 * HOSE;
+/// Place of the pressure in the vessel, the last one.
+pub const VESSEL: usize = 2 * HOSE + 1;
 
 /// The lines of a cylinder.
 #[derive(Clone, Debug)]
 pub struct Lines {
     pub hoses: [Option<Line>; 2],
     pub vessel: Option<Vessel>,
+    /// Whether the mass that is drawn from the supply is counted.
+    pub has_meter: bool,
     /// Temperature in K of the air in hoses.
     pub temperature: f64,
     /// The places of the states that are integrated, in the order in which a run has them, and how many these are.
@@ -97,13 +101,14 @@ impl Lines {
             air: Reservoir::new(supply_temperature),
             gas: supply_temperature * GAS_CONSTANT,
         });
-        Self::of([line(0), line(1)], vessel, temperature)
+        Self::of([line(0), line(1)], vessel, options.counts_supply, temperature)
     }
 
-    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, temperature: f64) -> Self {
+    fn of(hoses: [Option<Line>; 2], vessel: Option<Vessel>, has_meter: bool, temperature: f64) -> Self {
         let lines = hoses.iter().flatten().map(Line::longest_steps);
         let longest_steps = lines.fold(LongestSteps::UNLIMITED, LongestSteps::min);
-        let mut lines = Self { hoses, vessel, temperature, integrated: [0; LINE_STATES], count: 0, longest_steps };
+        let mut lines =
+            Self { hoses, vessel, has_meter, temperature, integrated: [0; LINE_STATES], count: 0, longest_steps };
         for place in 0..LINE_STATES {
             if lines.has(place) {
                 lines.integrated[lines.count] = place as u8;
@@ -135,8 +140,10 @@ impl Lines {
 
     /// Whether a state, by its place, is integrated.
     pub fn has(&self, place: usize) -> bool {
-        if place == VESSEL {
-            return self.vessel.is_some();
+        match place {
+            METER => return self.has_meter,
+            VESSEL => return self.vessel.is_some(),
+            _ => {}
         }
         let ends_in_itself = |line: &Line| line.restriction.is_some() || place % HOSE != VOLUMES - 1;
         self.hoses[place / HOSE].as_ref().is_some_and(ends_in_itself)
@@ -154,10 +161,12 @@ impl Lines {
         self.hoses.each_ref().map(|line| line.as_ref().map_or(0.0, added))
     }
 
-    /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest.
+    /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest, the meter
+    /// at 0.
     pub fn start(&self, pressures: [f64; 2], supply: f64) -> [f64; LINE_STATES] {
         let start = |place: usize| match place {
             VESSEL => supply,
+            METER => 0.0,
             _ if place % HOSE < VOLUMES => pressures[place / HOSE],
             _ => 0.0,
         };
@@ -179,7 +188,7 @@ impl Lines {
         self.integrated().all(|place| !is_pressure(place) || states[place] > 0.0)
     }
 
-    /// Magnitudes of the states: 1 bar, and 1 g/s.
+    /// Magnitudes of the states: 1 bar, 1 g/s, and 1 g.
     pub fn scales() -> [f64; LINE_STATES] {
         std::array::from_fn(|place| if is_pressure(place) { 1e5 } else { 1e-3 })
     }
@@ -283,18 +292,25 @@ impl Line {
     }
 }
 
-/// Whether the state at a place is a pressure, and no mass flow.
+/// Whether the state at a place is a pressure, and no mass or mass flow.
 pub fn is_pressure(place: usize) -> bool {
-    place == VESSEL || place % HOSE < VOLUMES
+    place == VESSEL || place < METER && place % HOSE < VOLUMES
 }
 
-/// Value references of the states of the hoses, and of the vessel; their rates are `RATES` further.
-const REFERENCES: [u32; 3] = [300, 320, 340];
+/// Value references of the states of the hoses, of the vessel and of the meter; their rates are `RATES` further.
+const HOSES: [u32; 2] = [300, 320];
+const OF_VESSEL: u32 = 340;
+const CONSUMED: u32 = 341;
 const RATES: u32 = 10;
+const CONSUMED_VOLUME: u32 = 342;
 
 /// Value reference of a state by its place.
 const fn reference(place: usize) -> u32 {
-    REFERENCES[place / HOSE] + (place % HOSE) as u32
+    match place {
+        VESSEL => OF_VESSEL,
+        METER => CONSUMED,
+        _ => HOSES[place / HOSE] + (place % HOSE) as u32,
+    }
 }
 
 /// Value references of the states that set the flow into a chamber, and of the pressure of the vessel.
@@ -310,9 +326,14 @@ impl Lines {
     }
 
     /// Number of their variables.
-    pub const COMPUTED: usize = 2 * LINE_STATES;
+    pub const COMPUTED: usize = 2 * LINE_STATES + 1;
 
-    /// The states and their rates as variables. `direct` lists, for each chamber, on what the flow through the valve
+    /// The volume in m3 at the reference conditions of a mass in kg that the meter has counted.
+    pub fn consumed_volume<S: Scalar>(states: &[S; LINE_STATES]) -> S {
+        states[METER] / REFERENCE_DENSITY
+    }
+
+    /// The states, their rates and the volume that the meter shows as variables. `direct` lists, for each chamber, on what the flow through the valve
     /// depends besides the gas at its port; `gas`, what the chamber itself offers: pressure, temperature and position.
     pub fn computed(direct: [&[u32]; 2], gas: [[u32; 3]; 2]) -> Vec<Variable> {
         let mut table: Vec<Variable> = (0..LINE_STATES).map(state).collect();
@@ -326,10 +347,13 @@ impl Lines {
         };
         table.extend((0..LINE_STATES).map(|place| {
             let depends = match place {
-                VESSEL => of_vessel(),
+                VESSEL | METER => of_vessel(),
                 _ => depends_of_hose(place, &of_valve(place / HOSE), &gas[place / HOSE]),
             };
             let rate = state(place);
+            if place == METER {
+                return supply_flow().depends_on(&depends);
+            }
             let unit = if is_pressure(place) { units::PASCAL_PER_SECOND } else { units::KILOGRAM_PER_SECOND_SQUARED };
             Variable::output(reference(place) + RATES, &format!("der({})", rate.name), unit)
                 .local()
@@ -337,11 +361,34 @@ impl Lines {
                 .depends_on(&depends)
                 .text(&format!("Rate: {}", rate.description))
         }));
+        table.push(
+            Variable::output(CONSUMED_VOLUME, "supply.consumedVolume", units::CUBIC_METRE)
+                .nominal(1e-3)
+                .shown_in("l")
+                .depends_on(&[CONSUMED])
+                .text("The same mass as volume at the reference conditions of ISO 8778 (ANR: 1.185 kg/m3)"),
+        );
         table
     }
 }
 
+/// The rate of the state of the meter.
+fn supply_flow() -> Variable {
+    Variable::output(CONSUMED + RATES, "supply.massFlow", units::KILOGRAM_PER_SECOND)
+        .nominal(1e-3)
+        .shown_in("l/min(ANR)")
+        .derivative_of(CONSUMED)
+        .text("Mass flow drawn from the supply, whatever it goes to: chambers, hoses, vessel, leakage; negative where air flows back. 0 unless consumption.enabled")
+}
+
 fn state(place: usize) -> Variable {
+    if place == METER {
+        return Variable::output(CONSUMED, "supply.consumed", units::KILOGRAM)
+            .nominal(1e-3)
+            .shown_in("g")
+            .depends_on(&[CONSUMED])
+            .text("Mass drawn from the supply since the start; 0 unless consumption.enabled");
+    }
     let (own, hose) = (reference(place), ["hoseA", "hoseB"].get(place / HOSE).copied().unwrap_or_default());
     let (name, text, nominal) = match place {
         VESSEL => ("supply.vesselPressure".to_owned(), "Absolute pressure in the vessel of the supply".to_owned(), 1e5),
@@ -427,8 +474,8 @@ mod tests {
             air: Reservoir::new(supply),
             gas: supply * GAS_CONSTANT,
         };
-        let both = Lines::of([hose(), hose()], Some(vessel), 293.15);
-        let one = Lines::of([None, hose()], None, 293.15);
+        let both = Lines::of([hose(), hose()], Some(vessel), true, 293.15);
+        let one = Lines::of([None, hose()], None, false, 293.15);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
             let start = lines.start([2e5, 3e5], 7e5);
             assert!(lines.are_filled(&start));

@@ -57,6 +57,8 @@ parameters! {
             .text("Sonic conductance between the supply and the vessel");
         vessel_ratio: f64 = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio between the supply and the vessel");
+        counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
+            .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
 }
 
@@ -86,9 +88,11 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
 impl Options {
     /// Whether any equation differs from those of a cylinder without options.
     pub fn are_used(&self) -> bool {
-        let Self { opens_b, spring_stiffness, kappa_difference, waviness, .. } = *self;
+        let Self { opens_b, counts_supply, spring_stiffness, kappa_difference, waviness, .. } = *self;
         let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
-        opens_b || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
+        opens_b
+            || counts_supply
+            || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
     }
 
     /// Lengths and inner diameters in m of the hoses.
