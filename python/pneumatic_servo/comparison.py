@@ -6,22 +6,26 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pneumatic_servo import checks
 from pneumatic_servo.files import write_csv
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.run import Run, Runs, table
+from pneumatic_servo.run import COUNTS, Run, Runs, table
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
 COLUMNS = ["law", "travel (m)", "largest speed (m/s)", "largest friction (N)", "time at rest (s)", "apart (m rms)"]
+AIR = "air (kg)"
+"""The last column, where the runs count their air."""
 RECORDED = ["position", "velocity", "frictionForce", "sticking"]
 """What the table is made from."""
+COUNTED = "supply.consumed"
+"""What its last column is made from."""
 
 
 @dataclass(frozen=True)
@@ -63,20 +67,27 @@ class Comparison:
     def __len__(self) -> int:
         return len(self.laws)
 
-    def rows(self) -> list[tuple[str, float, float, float, float, float]]:
+    @property
+    def columns(self) -> list[str]:
+        """The columns of the table: those of `COLUMNS`, and with ``consumption.enabled`` the air that was drawn."""
+        counts = COUNTED in self.runs.variables and all(run.settings.get(COUNTS) for run in self.runs)
+        return [*COLUMNS, AIR] if counts else COLUMNS
+
+    def rows(self) -> list[tuple[Any, ...]]:
         """Return the table: travel and largest values, time at rest, and the position's rms distance from the first.
 
-        The columns are those of `COLUMNS`. A law that does not come to its end is measured as far as it comes.
+        The columns are those of `columns`. A law that does not come to its end is measured as far as it comes.
         """
         return [(law, *self._facts(run)) for law, run in zip(self.laws, self.runs, strict=True)]
 
-    def _facts(self, run: Run) -> tuple[float, float, float, float, float]:
+    def _facts(self, run: Run) -> tuple[float, ...]:
         position, first = run["position"], self.runs[0]["position"]
         common = min(len(position), len(first))
         apart = float(np.sqrt(np.mean((position[:common] - first[:common]) ** 2)))
         rest = float(np.sum(np.diff(run.time) * (run["velocity"][:-1] == 0.0)))
         largest = (float(np.max(np.abs(run[name]))) for name in ("velocity", "frictionForce"))
-        return float(np.ptp(position)), *largest, rest, apart  # type: ignore[return-value]
+        air = (float(run[COUNTED][-1] - run[COUNTED][0]),) if AIR in self.columns else ()
+        return float(np.ptp(position)), *largest, rest, apart, *air
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the table with the laws as its index."""
@@ -86,11 +97,11 @@ class Comparison:
             import pandas
         except ImportError as error:
             raise MissingPackage("pandas", "pandas") from error
-        return pandas.DataFrame(self.rows(), columns=COLUMNS).set_index("law")
+        return pandas.DataFrame(self.rows(), columns=self.columns).set_index("law")
 
     def to_csv(self, file: str | Path) -> None:
         """Write the table; the file appears as a whole or not at all."""
-        write_csv(Path(file), COLUMNS, self.rows())
+        write_csv(Path(file), self.columns, self.rows())
 
     def plot(self, *names: str) -> Figure:
         """Draw variables under all laws over each other, by default position, velocity and friction force."""
@@ -100,14 +111,14 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         notes = "".join(f"<p>{escape(note)}</p>" for note in self._unlike())
-        return table(COLUMNS, ([law, *(f"{fact:.6g}" for fact in facts)] for law, *facts in self.rows())) + notes
+        return table(self.columns, ([law, *(f"{fact:.6g}" for fact in facts)] for law, *facts in self.rows())) + notes
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.laws)
 
     def __repr__(self) -> str:
         width = max(len(law) for law in self.laws)
-        head = f"{'law':{width}}" + "".join(f"{column:>22}" for column in COLUMNS[1:])
+        head = f"{'law':{width}}" + "".join(f"{column:>22}" for column in self.columns[1:])
         body = (f"{law:{width}}" + "".join(f"{fact:22.6g}" for fact in facts) for law, *facts in self.rows())
         return "\n".join([head, *body, *self._unlike()])
 

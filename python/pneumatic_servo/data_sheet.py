@@ -15,6 +15,7 @@ from pathlib import Path
 
 from pneumatic_servo.effects import LAW
 from pneumatic_servo.model_description import ModelDescription
+from pneumatic_servo.units import REFERENCE_DENSITY
 from pneumatic_servo.values import is_number
 from pneumatic_servo.variables import Variable, Variables
 
@@ -22,8 +23,6 @@ AMBIENT = 101_325.0
 """Ambient pressure in Pa, by which pressures above ambient become absolute."""
 NOMINAL = (6e5 + AMBIENT, 5e5 + AMBIENT)
 """Absolute pressures in Pa before and behind a valve at which its nominal flow is stated."""
-REFERENCE_DENSITY = 1.185
-"""Density in kg/m3 of air in the standard reference atmosphere (ANR)."""
 GAS_CONSTANT = 287.05
 TEMPERATURE = 293.15
 WATER_DENSITY = 1000.0

@@ -52,10 +52,13 @@ NEEDS = [
           "throttleA.C, throttleB.C or cushion.length above 0"),
     _need(r"cushion\.C", _is_not_zero("cushion.length"), "cushion.length above 0"),
     _need(r"supply\.[Cb]", _is_not_zero("supply.volume"), "supply.volume above 0"),
+    _need(r"leakage\.b", _is_not_zero("chamberA.leakage", "chamberB.leakage"),
+          "chamberA.leakage or chamberB.leakage above 0"),
     _need(r"load\.rest", _is_not_zero("load.stiffness"), "load.stiffness above 0"),
     _need(r"friction\.position\.period", _is_not_zero("friction.position.amplitude"),
           "friction.position.amplitude above 0"),
-    _need(r"chamberB\.pressure0", lambda values: not values.get("chamberB.open", False), "chamberB.open = false"),
+    _need(r"chamberB\.(pressure0|leakage)", lambda values: not values.get("chamberB.open", False),
+          "chamberB.open = false"),
     _need(r"solver\.step", lambda values: values.get("solver.scheme", "Adaptive") != "Adaptive",
           "a solver.scheme of fixed steps"),
     _need(r"solver\.relativeTolerance", _is("solver.scheme", "Adaptive"), "solver.scheme = Adaptive"),
@@ -235,7 +238,7 @@ def _options(variables: Variables, settings: Mapping[str, Value]) -> tuple[tuple
 
 SWITCHES = {
     "hoseA.length", "hoseB.length", "throttleA.C", "throttleB.C", "cushion.length", "supply.volume", "load.stiffness",
-    "friction.position.amplitude",
+    "friction.position.amplitude", "chamberA.leakage", "chamberB.leakage",
 }  # fmt: skip
 """Real parameters that switch options off by being 0."""
 

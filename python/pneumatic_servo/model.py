@@ -12,7 +12,7 @@ import numpy as np
 from pneumatic_servo import _native, defaults, effects, noticed, progress, values
 from pneumatic_servo.checks import names, submits, whole_number
 from pneumatic_servo.closed_loop import Controller, Loop
-from pneumatic_servo.comparison import RECORDED, Comparison, check_laws
+from pneumatic_servo.comparison import COUNTED, RECORDED, Comparison, check_laws
 from pneumatic_servo.errors import Refused, warn
 from pneumatic_servo.grid import Grid, courses_of
 from pneumatic_servo.inputs import (
@@ -30,7 +30,7 @@ from pneumatic_servo.linear import Linearisation, linearise
 from pneumatic_servo.many import Done, Work, check_same, unfinished
 from pneumatic_servo.model_description import ModelDescription
 from pneumatic_servo.names import did_you_mean
-from pneumatic_servo.run import Run, Runs
+from pneumatic_servo.run import COUNTS, Run, Runs
 from pneumatic_servo.sensitivities import Replay, Sensitivities
 from pneumatic_servo.simulation import Simulation
 from pneumatic_servo.ssv import read_ssv
@@ -549,7 +549,7 @@ class Model(ModelDescription):
             if name in given:
                 raise ValueError(f"the law is given twice, among the laws and as {name} among the parameters")
         unlike = effects.unlike(self.variables, laws, given)
-        seen = list(inputs) if controller is None else list(self.inputs)
+        seen = [*(inputs if controller is None else self.inputs), *([COUNTED] if given.get(COUNTS) else [])]
         try:
             runs = self.simulate_many(
                 [{"friction.law": law} for law in laws],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from reprlib import repr as shortened
@@ -17,6 +18,7 @@ from pneumatic_servo.errors import MissingPackage
 from pneumatic_servo.names import did_you_mean
 from pneumatic_servo.resting import AtRest
 from pneumatic_servo.sensitivities import Gradient, Replay, Sensitivities
+from pneumatic_servo.units import REFERENCE_DENSITY
 from pneumatic_servo.variables import Variables
 
 if TYPE_CHECKING:
@@ -24,6 +26,32 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Consumption:
+    """Air that a run has drawn from its supply.
+
+    Attributes
+    ----------
+    mass : float
+        Mass in kg.
+    duration : float
+        From the first to the last row in s.
+    """
+
+    mass: float
+    duration: float
+
+    @property
+    def volume(self) -> float:
+        """Volume in m3 at the reference conditions of ISO 8778 (ANR, 1.185 kg/m3)."""
+        return self.mass / REFERENCE_DENSITY
+
+    @property
+    def mean_flow(self) -> float:
+        """Mean mass flow in kg/s; 1 l/min (ANR) is 1.975e-5 kg/s."""
+        return self.mass / self.duration
 
 
 class Run:
@@ -217,6 +245,35 @@ class Run:
                 raise ValueError(f"{name} is no real number, and has no derivative")
         return self._replay.gradient(cotangents, checks.names("parameters", parameters), len(self), at_rest)
 
+    def consumption(self) -> Consumption:
+        """Return the air that is drawn from the supply between the first and the last row.
+
+        Returns
+        -------
+        Consumption
+            Mass, volume (ANR) and mean flow.
+
+        Raises
+        ------
+        ValueError
+            When the run has not counted the air, for which it needs ``consumption.enabled``, or has a single row.
+        KeyError
+            When ``supply.consumed`` was not recorded.
+
+        Examples
+        --------
+        >>> import pneumatic_servo as ps
+        >>> run = ps.Model().simulate({"consumption.enabled": True}, inputs={"valveVoltage": 7}, stop=0.5, step=1e-2)
+        >>> f"{run.consumption().volume * 1e3:.3f} l (ANR)"
+        '0.312 l (ANR)'
+        """
+        consumed = self["supply.consumed"]
+        if not self.settings.get(COUNTS):
+            raise ValueError(f"the run has not counted its air: give it {COUNTS} = True")
+        if len(self) < 2:
+            raise ValueError("the run has a single row, and so no duration")
+        return Consumption(float(consumed[-1] - consumed[0]), float(self.time[-1] - self.time[0]))
+
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Draw variables over time, one panel per unit; shaded where the mass sticks, if that is recorded.
 
@@ -256,7 +313,12 @@ class Run:
         return draw_friction(self)
 
 
-MEANT = ("time", "settings", "variables", "sensitivities", "plot", "plot_friction", "to_csv", "to_pandas", "vjp")
+COUNTS = "consumption.enabled"
+"""The parameter with which a run counts the air that it draws."""
+MEANT = (
+    "time", "settings", "variables", "sensitivities", "consumption", "plot", "plot_friction", "to_csv", "to_pandas",
+    "vjp",
+)  # fmt: skip
 """What a misspelt attribute of a run may mean."""
 
 

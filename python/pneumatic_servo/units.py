@@ -9,6 +9,9 @@ from typing import Any
 
 AMBIENT = 101_325.0
 """Pressure of the standard atmosphere in Pa, above which bar g, kPa g and psi g count; all others are absolute."""
+REFERENCE_DENSITY = 1.185
+"""Density in kg/m3 of air in the standard reference atmosphere (ANR, ISO 8778: 1 bar, 20 degC, 65 % humidity)."""
+POUND = 0.45359237
 
 TO_SI: dict[str, tuple[str, float, float]] = {
     "%": ("1", 1e-2, 0.0),
@@ -21,26 +24,34 @@ TO_SI: dict[str, tuple[str, float, float]] = {
     "mm": ("m", 1e-3, 0.0),
     "um": ("m", 1e-6, 0.0),
     "in": ("m", 0.0254, 0.0),
+    "ft": ("m", 0.3048, 0.0),
     "m2": ("m2", 1.0, 0.0),
     "cm2": ("m2", 1e-4, 0.0),
     "mm2": ("m2", 1e-6, 0.0),
+    "in2": ("m2", 0.0254**2, 0.0),
     "m3": ("m3", 1.0, 0.0),
     "l": ("m3", 1e-3, 0.0),
     "cm3": ("m3", 1e-6, 0.0),
     "ml": ("m3", 1e-6, 0.0),
+    "in3": ("m3", 0.0254**3, 0.0),
     "m/s": ("m/s", 1.0, 0.0),
     "mm/s": ("m/s", 1e-3, 0.0),
+    "in/s": ("m/s", 0.0254, 0.0),
+    "ft/s": ("m/s", 0.3048, 0.0),
     "N": ("N", 1.0, 0.0),
     "kN": ("N", 1e3, 0.0),
     "mN": ("N", 1e-3, 0.0),
+    "lbf": ("N", POUND * 9.80665, 0.0),
     "N/m": ("N/m", 1.0, 0.0),
     "N/mm": ("N/m", 1e3, 0.0),
     "N/um": ("N/m", 1e6, 0.0),
+    "lbf/in": ("N/m", POUND * 9.80665 / 0.0254, 0.0),
     "N.s/m": ("N.s/m", 1.0, 0.0),
     "N.s/mm": ("N.s/m", 1e3, 0.0),
     "kg": ("kg", 1.0, 0.0),
     "g": ("kg", 1e-3, 0.0),
     "t": ("kg", 1e3, 0.0),
+    "lb": ("kg", POUND, 0.0),
     "Pa": ("Pa", 1.0, 0.0),
     "hPa": ("Pa", 1e2, 0.0),
     "mbar": ("Pa", 1e2, 0.0),
@@ -84,6 +95,9 @@ TO_SI: dict[str, tuple[str, float, float]] = {
     "l/(min.bar)": ("m3/(s.Pa)", 1e-8 / 60.0, 0.0),
     "kg/s": ("kg/s", 1.0, 0.0),
     "g/s": ("kg/s", 1e-3, 0.0),
+    "l/min(ANR)": ("kg/s", REFERENCE_DENSITY * 1e-3 / 60.0, 0.0),
+    # Cubic feet of air of 0.075 lb/ft3 (68 degF, 14.7 psi, 36 % humidity).
+    "SCFM": ("kg/s", 0.075 * POUND / 60.0, 0.0),
 }
 """The SI unit of each, and factor and offset to it: ``factor * value + offset``. Another name is refused."""
 

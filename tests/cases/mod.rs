@@ -74,6 +74,18 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
         vec![("actuation", 3.0), ("switching.centre", 2.0), ("hoseA.length", 1.0), ("hoseB.length", 1.0)],
         vec![("actuation", 3.0), ("chamberA.pressure0", 6e5), ("supply.volume", 1e-4), ("hoseA.length", 1.0)],
         vec![("sensor.position.lag", 0.01), ("sensor.pressureA.lag", 0.01), ("sensor.pressureB.lag", 0.01)],
+        vec![
+            ("consumption.enabled", 1.0),
+            ("hoseA.length", 1.0),
+            ("hoseB.length", 1.0),
+            ("chamberA.leakage", 1e-10),
+            ("chamberB.leakage", 2e-11),
+        ],
+        // Pressures above that of the supply, into which air flows back.
+        vec![("consumption.enabled", 1.0), ("chamberA.pressure0", 8e5), ("chamberB.pressure0", 8e5)],
+        vec![("consumption.enabled", 1.0), ("actuation", 2.0), ("chamberA.leakage", 1e-9)],
+        vec![("consumption.enabled", 1.0), ("actuation", 3.0), ("supply.volume", 1e-4), ("chamberB.leakage", 1e-9)],
+        vec![("consumption.enabled", 1.0), ("actuation", 3.0)],
     ]
 }
 

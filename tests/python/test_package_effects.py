@@ -89,9 +89,11 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "cushion.C": ({"cushion.C": 1e-11}, {"cushion.length": 0.3, **HOSES}),
     "supply.C": ({"supply.C": 1e-9}, {"supply.volume": 1e-3}),
     "supply.b": ({"supply.b": 0.5}, {"supply.volume": 1e-4, "supply.C": 1e-9}),
+    "leakage.b": ({"leakage.b": 0.5}, {"chamberA.leakage": 1e-9}),
     "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
     "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),
     "chamberB.pressure0": ({"chamberB.pressure0": 3e5}, {"chamberB.open": False}),
+    "chamberB.leakage": ({"chamberB.leakage": 1e-9}, {"chamberB.open": False}),
     "solver.step": ({"solver.step": 1e-4}, {"solver.scheme": "ImplicitEuler"}),
     "solver.relativeTolerance": ({"solver.relativeTolerance": 1e-3}, {"solver.scheme": "Adaptive"}),
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::leaks::Leaks;
 use super::lines;
 use super::lines::Lines;
 use super::options::Options;
@@ -38,6 +39,7 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
     pub(super) rod_area: f64,
     pub(super) supply: Reservoir,
     pub(super) exhaust: Reservoir,
+    pub(super) leaks: Option<Leaks>,
     pub(super) stops: EndStops,
     pub(super) friction: FrictionContact<L>,
     /// Inverse of the moving mass in 1/kg.
@@ -98,6 +100,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             rod_area: area(p.rod) - area(options.rod_a),
             supply: Reservoir::new(p.supply_temperature),
             exhaust: Reservoir::new(Tunable::still(p.ambient_temperature)),
+            leaks: Leaks::new(p.piston_leakage, &options),
             stops: EndStops {
                 stroke: p.stroke,
                 contact: OneSided { stiffness: p.stop_stiffness, damping: p.stop_damping },

@@ -22,7 +22,7 @@ use crate::numbers::{Number, Pair, Real, Scalar};
 use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
-use crate::pneumatics::orifice::{Flow, Inflow};
+use crate::pneumatics::orifice::Inflow;
 use crate::system::QUANTITIES;
 use crate::variables::Tunable;
 
@@ -91,7 +91,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         gas: GasState<Pair<S>>,
     ) -> Inflow<Pair<S>> {
         let fed = self.actuator.feed(actuator, &self.ports(supply), gas);
-        if self.p.piston_leakage == 0.0 { fed } else { fed + Inflow::from(self.piston_leak(gas)) }
+        self.leaks.as_ref().map_or(fed, |leaks| fed + leaks.inflow(gas, self.surroundings()))
     }
 
     /// What the actuator lies between; a supply below ambient acts as ambient.
@@ -120,12 +120,9 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         pressure.max(S::constant(self.p.ambient_pressure))
     }
 
-    /// Laminar leakage past the piston seal into the chambers.
-    pub(super) fn piston_leak<S: Scalar>(&self, gas: GasState<Pair<S>>) -> Flow<Pair<S>> {
-        let (Pair([p_a, p_b]), Pair([t_a, t_b])) = (gas.pressure, gas.temperature);
-        let to_b = (p_a * p_a - p_b * p_b) * self.p.piston_leakage;
-        let temperature = if to_b.value() >= 0.0 { t_a } else { t_b };
-        Flow { mass: Pair([-to_b, to_b]), temperature: Pair([temperature; 2]) }
+    /// The air around the cylinder.
+    pub(super) fn surroundings<N: Number>(&self) -> GasState<N> {
+        self.exhaust.at(N::constant(self.p.ambient_pressure))
     }
 }
 
@@ -318,10 +315,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         } else if lines.has_meter {
             rates[METER] = drawn();
         }
-        if self.p.piston_leakage != 0.0 {
-            let leak = self.piston_leak(gas);
-            received += self.closed(leak.mass);
-            into = into + Inflow::from(leak);
+        if let Some(leaks) = &self.leaks {
+            let leaked = leaks.inflow(gas, self.surroundings());
+            received += self.closed(leaked.mass);
+            into = into + leaked;
         }
         LineFlows { into, received, rates }
     }

@@ -9,6 +9,7 @@
 use std::ops::Range;
 
 use super::cylinder::{MemoryOf, PneumaticServoCylinder};
+use super::leaks::Leaks;
 use super::lines::{HOSE, LINE_STATES, METER, VESSEL, VOLUMES};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B};
 use crate::friction::FrictionLaw;
@@ -31,7 +32,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         if self.has_attachments() {
             return jacobian_by_couplings(self, &self.couplings(), time, x, u, memory, jacobian);
         }
-        if self.p.piston_leakage != 0.0 || self.friction.count() > 2 {
+        let leaks_past_piston = self.leaks.as_ref().is_some_and(Leaks::pass_piston);
+        if leaks_past_piston || self.friction.count() > 2 {
             return jacobian_by_duals(self, time, x, u, memory, jacobian);
         }
         let mut derivatives = [0.0; N];
@@ -319,7 +321,7 @@ mod couplings {
             &[("hoseA.length", 1.0), ("chamberB.open", 1.0), ("piston.leakage", 1e-14)],
             &[("actuation", 2.0), ("hoseA.length", 1.0), ("supply.volume", 1e-3)],
             &[("actuation", 3.0), ("thermal.model", 3.0), ("hoseA.length", 1.0)],
-            &[("friction.position.amplitude", 0.2)],
+            &[("friction.position.amplitude", 0.2), ("chamberA.leakage", 1e-10), ("chamberB.leakage", 1e-11)],
             &[("actuation", 3.0), ("valve.hysteresis", 0.0)],
         ];
         let laws = LAWS.items.iter().map(|(id, ..)| vec![("friction.law", f64::from(*id)), ("friction.kappaA", 1e-6)]);
@@ -424,6 +426,7 @@ mod tests {
             vec![("thermal.model", 2.0)],
             vec![("thermal.model", 3.0)],
             vec![("piston.leakage", 1e-14)],
+            vec![("chamberA.leakage", 1e-10), ("chamberB.leakage", 1e-11)],
             vec![("velocity0", 0.1)],
         ];
         laws.chain(rigs)

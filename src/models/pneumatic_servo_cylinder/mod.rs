@@ -15,6 +15,7 @@
 mod cylinder;
 mod equations;
 mod jacobian;
+mod leaks;
 mod lines;
 mod options;
 mod parameters;

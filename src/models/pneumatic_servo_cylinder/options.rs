@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use crate::numbers::{Pair, Scalar};
 use crate::pneumatics::hose::Hose;
-use crate::variables::{ParameterError, Variable, units};
+use crate::variables::{ParameterError, Tunable, Variable, units};
 use crate::{enumeration, parameters};
 
 enumeration! {
@@ -57,6 +57,10 @@ parameters! {
             .text("Sonic conductance between the supply and the vessel");
         vessel_ratio: f64 = Variable::parameter(1223, "supply.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio between the supply and the vessel");
+        leak_a: Tunable = leak(1225, "A");
+        leak_b: Tunable = leak(1226, "B");
+        leak_ratio: Tunable = Variable::parameter(1227, "leakage.b", units::ONE, 0.3).range(0.0, 0.99)
+            .text("Critical pressure ratio of the leaks from the chambers to the surroundings");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
@@ -75,6 +79,15 @@ fn hose_diameter(reference: u32, chamber: &str) -> Variable {
         .range(5e-4, 0.1)
         .shown_in("mm")
         .text(&format!("Inner diameter of the hose to chamber {chamber}"))
+}
+
+fn leak(reference: u32, chamber: &str) -> Variable {
+    let leak =
+        Variable::parameter(reference, &format!("chamber{chamber}.leakage"), units::CUBIC_METRE_PER_SECOND_PASCAL, 0.0);
+    leak.range(0.0, 1e-5)
+        .nominal(1e-11)
+        .shown_in("dm3/(s.bar)")
+        .text(&format!("Sonic conductance of a leak from chamber {chamber} to the surroundings; 0: tight"))
 }
 
 fn throttle(reference: u32, chamber: &str) -> Variable {

@@ -445,8 +445,8 @@ pub(super) struct Piece {
     into_vessel: f64,
     /// Those of the flows from hoses through restrictions into the chambers.
     into_chambers: [f64; 2],
-    /// The side of [equal pressures](PneumaticServoCylinder::has_kink_at_equal_pressures).
-    a_is_above: bool,
+    /// Those of the leaks, and the side of equal pressures where these are a kink.
+    of_leaks: Pair<Real>,
     /// The stops that act.
     touched: [bool; 2],
     /// The direction of a motion that bends bristles.
@@ -466,15 +466,21 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             of_actuator,
             into_vessel: self.vessel_pressure(x).map_or(0.0, into_vessel),
             into_chambers: self.pieces_of_restrictions(&numbers),
-            a_is_above: self.has_kink_at_equal_pressures() && x[PRESSURE_A] > x[PRESSURE_B],
+            of_leaks: self.pieces_of_leaks(Pair([PRESSURE_A, PRESSURE_B].map(|place| numbers[place]))),
             touched: self.stops.touched(State::Position.get(x)),
             is_backward: x.len() > State::OTHERS && State::Velocity.get(x) < 0.0,
         }
     }
 
-    /// Whether the leakage past the piston, with its temperature, or the friction level has a kink where both chambers have
-    /// the same pressure.
-    fn has_kink_at_equal_pressures(&self) -> bool {
-        self.p.piston_leakage != 0.0 || self.options.kappa_difference != 0.0
+    /// The numbers of the smooth pieces of the leaks, and of the friction level where it has a kink at equal pressures in both
+    /// chambers.
+    fn pieces_of_leaks(&self, pressures: Pair<Real>) -> Pair<Real> {
+        let Pair([p_a, p_b]) = pressures;
+        let a_is_above = || Pair([orifice::is_above(p_a, p_b), Real::zero()]);
+        match &self.leaks {
+            Some(leaks) => leaks.pieces(pressures, self.p.ambient_pressure) + a_is_above() * 4.0,
+            None if self.options.kappa_difference != 0.0 => a_is_above(),
+            None => Pair::zero(),
+        }
     }
 }
