@@ -6,6 +6,8 @@ mod rig;
 use std::f64::consts::TAU;
 
 use bounds::{close, larger};
+use pneumatic_servo::model::Setup;
+use pneumatic_servo::models::pneumatic_servo_cylinder::MODEL;
 use rig::{Rig, Running};
 
 /// The dry part of the friction force.
@@ -91,5 +93,77 @@ fn sliding_bristle_of_any_stiffness_takes_one_explicit_step_a_millisecond() {
             sliding > 500.0 && steps < 1.1 * sliding && jacobians == 0.0,
             "{stiffness}: {sliding}, {steps}, {jacobians}"
         );
+    }
+}
+
+/// At constant velocity the published law has a closed form: `z = s/sigma0*(1 - e)` and
+/// `F = sigma0*z + sigma1*v*e + sigma2*v` with `e = exp(-sigma0*v*t/s)`.
+#[test]
+fn published_damping_does_not_decay() {
+    for speed in [1e-4, 1e-2, 0.5] {
+        let rig = Rig::bench("LuGre", "PrescribedMotion").set("friction.lugre.vd", 0.0);
+        let mut run = rig.set("solver.relativeTolerance", 1e-9).set("driveVelocity", speed).start().unwrap();
+        let ratio: f64 = speed / 0.01;
+        let limit = 8.3 + 2.7 * (-ratio * ratio).exp();
+        for part in [0.0, 0.3, 1.0, 3.0] {
+            let time = part * limit / (1e6 * speed);
+            run.advance(time).unwrap();
+            let left = (-part).exp();
+            let expected = limit * (1.0 - left) + 1000.0 * speed * left + 30.0 * speed;
+            close(run.get("frictionForce") / expected, 1.0, 1e-7, format_args!("at {speed} m/s after {part}"));
+        }
+    }
+}
+
+/// The unit mass of the first paper, pulled at 0.1 m/s by a spring of 2 N/m, against the classical method of Runge and Kutta
+/// with 10 us, whose bristle relaxes at most 1e5 times a second.
+#[test]
+fn published_law_sticks_and_slips_as_an_independent_solution() {
+    let mut rig = Rig::bench("LuGre", "SpringPull").set("mass", 1.0).set("driveVelocity", 0.1);
+    for (name, value) in [("spring.stiffness", 2.0), ("spring.damping", 0.0), ("solver.relativeTolerance", 1e-9)] {
+        rig = rig.set(name, value);
+    }
+    let [static_force, coulomb, vs, sigma0, sigma1, sigma2] = [1.5, 1.0, 1e-3, 1e5, 1e5f64.sqrt(), 0.4];
+    let values = [("Fs", static_force), ("Fc", coulomb), ("vs", vs), ("sigma0", sigma0), ("sigma1", sigma1)];
+    for (name, value) in values.into_iter().chain([("sigma2", sigma2), ("vd", 0.0)]) {
+        rig = rig.set(&format!("friction.lugre.{name}"), value);
+    }
+    let rates = |time: f64, [x, v, z]: [f64; 3]| {
+        let ratio = v / vs;
+        let limit = coulomb + (static_force - coulomb) * (-ratio * ratio).exp();
+        let rate = v - sigma0 * v.abs() * z / limit;
+        [v, 2.0 * (0.1 * time - x) - (sigma0 * z + sigma1 * rate + sigma2 * v), rate]
+    };
+    let along = |x: [f64; 3], rate: [f64; 3], h: f64| std::array::from_fn(|i| x[i] + h * rate[i]);
+    let (mut run, mut x, h) = (rig.start().unwrap(), [0.0; 3], 1e-5);
+    let mut slips = 0;
+    for step in 1..=200 {
+        let was_slow = x[1] < 0.05;
+        for index in (step - 1) * 10_000..step * 10_000 {
+            let time = f64::from(index) * h;
+            let first = rates(time, x);
+            let second = rates(time + 0.5 * h, along(x, first, 0.5 * h));
+            let third = rates(time + 0.5 * h, along(x, second, 0.5 * h));
+            let fourth = rates(time + h, along(x, third, h));
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i]));
+        }
+        run.advance(f64::from(step) * 0.1).unwrap();
+        slips += i32::from(was_slow && x[1] >= 0.05);
+        close(run.get("position"), x[0], 2e-6, format_args!("m after {step} tenths of a second"));
+    }
+    assert!(slips >= 2, "it slips {slips} times");
+}
+
+/// Values for the law as printed, given without a word about the decay, get one.
+#[test]
+fn bristle_of_another_damping_is_told_which_law_it_is() {
+    let told = |changes: &[(&str, f64)]| {
+        let mut setup = Setup::new(&MODEL).set("friction.law", "LuGre").unwrap();
+        changes.iter().for_each(|(name, value)| setup.change(&format!("friction.lugre.{name}"), *value).unwrap());
+        setup.start(0.0).unwrap().notices().any(|notice| notice.variable == "friction.lugre.vd")
+    };
+    assert!(!told(&[]) && told(&[("sigma0", 1e5)]) && told(&[("sigma1", 300.0)]));
+    for stated in [0.0, 0.02] {
+        assert!(!told(&[("sigma0", 1e5), ("sigma1", 300.0), ("vd", stated)]), "vd = {stated}");
     }
 }

@@ -122,7 +122,7 @@ class Model(ModelDescription):
             native = self._native.start(list(settings.items()), begin)
         self._tell_saturated(settings)
         effects.tell(self.variables, given)
-        noticed.tell(self.variables, native.notices())
+        noticed.tell(self.variables, native.notices(), given)
         return Simulation(native, self, settings, defaults.followers(self.variables, given, settings))
 
     def simulate(
@@ -253,7 +253,7 @@ class Model(ModelDescription):
         largest = {name: max(ends, key=abs) for name, ends in zip(inputs, extremes, strict=True)}
         noticed.tell_size(self.variables, [{**settings, **largest}])
         self._tell_ends(driven, grid)
-        noticed.tell(self.variables, notices)
+        noticed.tell(self.variables, notices, given)
         if failure is not None:
             error = SimulationError(failure)
             error.finished = run
@@ -292,7 +292,7 @@ class Model(ModelDescription):
                 noticed.tell_saturation(self.inputs[name], float(one.min()), float(one.max()))
         largest = {name: float(one[np.argmax(np.abs(one))]) for name, one in history.items() if len(one)}
         noticed.tell_size(self.variables, [{**fitted, **largest}])
-        noticed.tell(self.variables, self._begun(fitted, grid.start)._native.notices())
+        noticed.tell(self.variables, self._begun(fitted, grid.start)._native.notices(), settings)
         self._tell_ends([*given.items(), *of_controller.items()], grid, loop.own_inputs)
         if isinstance(ended, SimulationError):
             ended.finished = run
@@ -407,7 +407,8 @@ class Model(ModelDescription):
             done = make(work) if resume is None else work.beside(resume, make)
         found = self._runs_of(work, done, grid, recorded, keep_failures=keep_failures)
         for run, name, value, remark in done.noticed:
-            noticed.tell(self.variables, [(name, value, remark)], f"run {run} of {len(runs)}: ")
+            own = {**shared, **runs[run]}
+            noticed.tell(self.variables, [(name, value, remark)], own, f"run {run} of {len(runs)}: ")
         tell_unusual(self.inputs, driven, grid)
         effects.tell_runs(self.variables, given)
         noticed.tell_size(self.variables, [{**shared, **own} for own in runs])

@@ -25,10 +25,14 @@ LATE = 1e-6
 """Times are the same within so many steps."""
 
 
-def tell(variables: Variables, noticed: Iterable[tuple[str, float, str]], where: str = "") -> None:
-    """Warn of what the plant noticed: variable, value and remark."""
+def tell(
+    variables: Variables, noticed: Iterable[tuple[str, float, str]], given: Mapping[str, object], where: str = ""
+) -> None:
+    """Warn of what the plant noticed: variable, value and remark; not of a default that is given, and so meant."""
     for name, value, remark in noticed:
         variable = variables.get(name)
+        if variable is not None and name in given and value == variable.default:
+            continue
         unit = "" if variable is None or variable.unit == "1" else f" {variable.unit}"
         warn(f"{where}{name} = {value:g}{unit}: {remark}{_meant(variable, value)}")
 

@@ -183,7 +183,7 @@ class Simulation:
         if fresh:
             self._told.update(fresh)
             effects.tell(self._model.variables, {**self._settings, **new}, fresh)
-        noticed.tell(self._model.variables, self._native.notices())
+        noticed.tell(self._model.variables, self._native.notices(), {**self._settings, **new})
 
     def save(self) -> SavedState:
         """Return everything that affects the further run."""

@@ -198,3 +198,14 @@ def test_comparison_says_in_which_levels_laws_are_unlike(laws: list[str], notes:
     assert len(found.notes) == len(notes)
     assert all(told.startswith(note) for told, note in zip(found.notes, notes, strict=True))
     assert all(note in repr(found) and note in found._repr_html_() for note in notes)
+
+
+def test_bristle_with_other_damping_is_told_that_it_decays() -> None:
+    """Unless its decay is stated, be it as the default or as none, which is the law as published."""
+    bristle = {"friction.law": "LuGre", "friction.lugre.sigma0": 1e5, "friction.lugre.sigma1": 316.0}
+    with pytest.warns(ps.PlantWarning, match=r"friction\.lugre\.vd = 0\.01 m/s: the default: .* decays"):
+        ps.Model().start(bristle)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ps.PlantWarning)
+        for stated in (0.01, 0.0):
+            ps.Model().start({**bristle, "friction.lugre.vd": stated})

@@ -143,7 +143,7 @@ class Task:
         for own in ends if self.ranges else ends[:1]:
             # Both ends together may be refused where no episode is, which is for the plants to say.
             with suppress(Refused):
-                noticed.tell(model.variables, model._native.start(list(own.items()), 0.0).notices())
+                noticed.tell(model.variables, model._native.start(list(own.items()), 0.0).notices(), own)
             model._tell_saturated(own)
 
     @property

@@ -7,7 +7,7 @@ use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
 use crate::numbers::Scalar;
 use crate::parameters;
-use crate::variables::{ParameterError, Tunable};
+use crate::variables::{Field, Notice, ParameterError, Tunable};
 
 parameters! {
     /// LuGre friction: one state, the mean bristle deflection `z` in m.
@@ -17,12 +17,14 @@ parameters! {
     /// F     = sigma0*z + sigma1*exp(-(v/v_d)^2)*dz/dt + sigma2*v   [N], s the Stribeck curve
     /// ```
     ///
+    /// `v_d = 0` stands for constant damping, no decay: the law as first published. The decay is that of Olsson et al.
+    ///
     /// At constant `v != 0`, `F -> s(v)*sgn(v) + sigma2*v`. Drifts under oscillating loads below `F_s`.
     ///
     /// # Validity
     /// `|z| <= lambda*F_s/sigma0` is invariant. Passive if `sigma1*v_d <= 9.3*lambda*F_c`, with the defaults by a factor of 8:
     /// the energy `sigma0*z^2/2` never grows by more than the work of `F` where `sigma1*exp(-(v/v_d)^2)*|v| <= 4*s(v)`, whose
-    /// left side is at most `sigma1*v_d/sqrt(2*e)`. With constant damping (a large `v_d`) only if
+    /// left side is at most `sigma1*v_d/sqrt(2*e)`. With constant damping (`v_d = 0`, or a large one) only if
     /// `sigma2 > sigma1*(F_s - F_c)/F_c`; beyond, the damping adds to the friction force while the bristle bends, which then
     /// exceeds `F_s` by far and breaks away later the faster the load grows. Where `s` falls to 0, within the last
     /// micronewton, `z` goes to 0.
@@ -32,12 +34,33 @@ parameters! {
     ///
     /// # Source
     /// Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3):419-425. Here `s` is in N.
+    /// Decay: Olsson, Astrom, Canudas de Wit, Gafvert, Lischinsky (1998), European J. Control 4(3):176-195.
     LuGre {
         curve: StribeckCurve = StribeckCurve::variables();
         viscous: Tunable = viscous(30.0);
-        stiffness: Tunable = stiffness(5, "sigma0", 1e6).text("Bristle stiffness");
-        damping: Tunable = damping(6, "sigma1", 1000.0).text("Bristle damping at zero velocity");
-        damping_velocity: Tunable = velocity(7, "vd", 0.01).text("Velocity above which the bristle damping has decayed");
+        stiffness: Tunable = stiffness(5, "sigma0", STIFFNESS).text("Bristle stiffness");
+        damping: Tunable = damping(6, "sigma1", DAMPING).text("Bristle damping at zero velocity");
+        damping_velocity: Decay = velocity(7, "vd", DAMPING_VELOCITY).range(0.0, 1e6)
+            .text("Velocity above which the bristle damping has decayed; 0: never, as in the published law");
+    }
+}
+
+/// Defaults of what goes together: so stiff a bristle with constant damping would peak at four times the static friction.
+const STIFFNESS: f64 = 1e6;
+const DAMPING: f64 = 1000.0;
+const DAMPING_VELOCITY: f64 = 0.01;
+
+/// A velocity in m/s with which something decays; 0 stands for an infinite one, with which nothing does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decay(Tunable);
+
+impl Field for Decay {
+    const LEN: usize = 1;
+    const IS_TUNABLE: bool = true;
+
+    fn read(values: &[Tunable]) -> Option<Self> {
+        let velocity = values[0];
+        Some(Self(if velocity.value == 0.0 { Tunable::still(f64::INFINITY) } else { velocity }))
     }
 }
 
@@ -54,6 +77,13 @@ impl BristleLaw for LuGre {
         self.curve.is_gentle()
     }
 
+    fn notice(&self) -> Option<Notice> {
+        let is_changed = self.stiffness.value != STIFFNESS || self.damping.value != DAMPING;
+        let remark = "the default: the bristle damping sigma1 decays above this velocity (Olsson et al. 1998); vd = 0 is the law with constant damping (Canudas de Wit et al. 1995), which most published values of sigma0 and sigma1 are for";
+        let notice = Notice { variable: "friction.lugre.vd", value: DAMPING_VELOCITY, remark };
+        (is_changed && self.damping_velocity.0.value == DAMPING_VELOCITY).then_some(notice)
+    }
+
     fn scale(&self) -> f64 {
         self.curve.static_force.value.max(1.0) / self.stiffness.value
     }
@@ -62,7 +92,7 @@ impl BristleLaw for LuGre {
         let v = contact.velocity;
         let limit = self.curve.at(v.abs(), contact.level);
         let rate = (v * limit - v.abs() * z * self.stiffness) / divisor(limit) + fading_rate(z, limit);
-        let decay = faded((v / self.damping_velocity).powf(2.0));
+        let decay = faded((v / self.damping_velocity.0).powf(2.0));
         (z * self.stiffness + decay * rate * self.damping + v * self.viscous, rate)
     }
 }

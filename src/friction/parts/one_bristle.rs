@@ -7,7 +7,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::numbers::{Dual, Scalar};
-use crate::variables::{ParameterError, ParameterSet};
+use crate::variables::{Notice, ParameterError, ParameterSet};
 
 /// A law whose friction is that of one bristle, which is without deflection at first.
 pub trait BristleLaw: ParameterSet {
@@ -39,6 +39,11 @@ pub trait BristleLaw: ParameterSet {
     /// Whether force and deflection change gently within a mode, but for a relaxation of the deflection.
     fn is_gentle(&self) -> bool {
         true
+    }
+
+    /// What is unusual about the parameters.
+    fn notice(&self) -> Option<Notice> {
+        None
     }
 
     /// Magnitude of the deflection in m, for error control.
@@ -89,6 +94,10 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
 
     fn is_gentle(&self) -> bool {
         self.0.is_gentle()
+    }
+
+    fn notice(&self) -> Option<Notice> {
+        self.0.notice()
     }
 
     fn relaxation(&self, contact: &Contact<f64>, [z, rate]: [f64; 2], memory: &L::Memory) -> f64 {
