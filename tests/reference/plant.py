@@ -216,6 +216,10 @@ class Plant:
             + self._stop_force(x, v)
         )
 
+    def inertia(self, x: float) -> float:
+        """What the forces accelerate, in kg, at a position."""
+        return self.mass
+
     def friction_level(self, x: float, a: Gas, b: Gas) -> float:
         """The factor by which chamber pressures and place scale the friction forces."""
         level = (

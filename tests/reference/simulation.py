@@ -215,7 +215,7 @@ class Run:
             return [math.nan] * len(state)
         regime = self._regime
         now = self._instant(time, state, regime.held)
-        acceleration = (now.contact.applied - regime.force(now.contact)) / self._plant.mass
+        acceleration = (now.contact.applied - regime.force(now.contact)) / self._plant.inertia(state[0])
         return [
             *self._plant.rates(
                 state,
