@@ -21,6 +21,7 @@ from pneumatic_servo.identification.fitted import Estimate
 from pneumatic_servo.identification.foretold import USUAL
 from pneumatic_servo.identification.guess import started
 from pneumatic_servo.identification.intervals import Certainty, certainty, hidden
+from pneumatic_servo.identification.memory import from_balance
 from pneumatic_servo.identification.parameters import Free, parse, split, usual
 from pneumatic_servo.identification.plausibility import assumed, check_known_pressures, checked, judged
 from pneumatic_servo.identification.problem import FAILED, Problem
@@ -259,7 +260,8 @@ def _fit(
     problem = replace(Problem.of(kind, records, free, hold_out, extra), workers=workers)
     _check_size(problem)
     compare(kind, problem.windows)
-    problem = started(problem)
+    problem = from_balance(started(problem), records, hold_out, extra, watch)
+    kind = problem.experiment
     fitted = problem.trained()
     groups = _conditions(fitted, records, cross_validate)
     _check_start(fitted)

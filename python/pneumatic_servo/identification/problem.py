@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 Vectors = Sequence[tuple[Mapping[str, float], Sequence[Mapping[str, float]]]]
 """Values of the free parameters, and what each window begins with, for each vector."""
 
+STEP = 1e-3
+"""Step of the differences that make the Jacobian, in scaled parameters, unless noise is smaller than what it moves."""
+
 TOLERANCE = 1e-6
 """Relative tolerance of the solver at which differences of runs are differences of parameters."""
 
@@ -67,6 +70,10 @@ class Problem:
     workers: int | None = None
     tolerance: float = TOLERANCE
     """Relative tolerance of the solver."""
+    exactness: float = 1.0
+    """Factor of this tolerance."""
+    step: float = STEP
+    """Step of the differences that make the Jacobian, in scaled parameters."""
     most: int | None = None
     """Solver steps after which a run is given up."""
     scale: float = 1.0
@@ -313,7 +320,7 @@ class Problem:
         grid = record.grid
         return self.experiment.simulated._run_many(
             settings,
-            common={"solver.relativeTolerance": self.tolerance},
+            common={"solver.relativeTolerance": self.exactness * self.tolerance},
             inputs={name: (grid, np.array(rows)) for name, rows in driven.items()},
             stop=(len(grid) - 1) * record.step,
             step=record.step,

@@ -20,8 +20,6 @@ from pneumatic_servo.tasks import cancel
 
 Array = NDArray[np.float64]
 
-STEP = 1e-3
-"""Step of the differences that make the Jacobian, in scaled parameters."""
 REFINED = 3
 """How many of the best starts are refined."""
 SPREAD = 1.6
@@ -121,8 +119,8 @@ def sensitivities(problem: Problem, x: Array, *, is_central: bool = True) -> tup
     """
     moves = _moves(problem)
     low, high = problem.bounds
-    ups = [np.minimum(x + STEP * move, high) for move in moves]
-    downs = [np.maximum(x - STEP * move, low) for move in moves]
+    ups = [np.minimum(x + problem.step * move, high) for move in moves]
+    downs = [np.maximum(x - problem.step * move, low) for move in moves]
     base, *above = problem.stacked([x, *ups])
     has_above = [not np.array_equal(up, x) and not np.all(np.isnan(run)) for up, run in zip(ups, above, strict=True)]
     both = [index for index in range(len(moves)) if is_central or not has_above[index]]

@@ -137,6 +137,15 @@ class Options:
     play: float | None = None
     window: float | None = None
     inputs: str = "held"
+    smooths: bool = True
+    """Whether measured forces and pressures are smoothed over the width."""
+    is_cut: bool | None = None
+    """Whether the user gave the length of the windows; by default where there is one."""
+
+    @property
+    def window_is_chosen(self) -> bool:
+        """Whether somebody chose the length of the windows."""
+        return self.window is not None if self.is_cut is None else self.is_cut
 
 
 class Experiment(ABC):
@@ -346,3 +355,19 @@ class Experiment(ABC):
     def resting(self, record: Record) -> NDArray[np.bool_]:
         """Tell where a position does not change by more than its noise."""
         return np.zeros(len(record.time), dtype=bool)
+
+
+class Pushed(Experiment):
+    """An experiment whose mass is moved by forces that are measured."""
+
+    @abstractmethod
+    def applied(self, window: Window, values: Values) -> Array:
+        """Return the force on the mass but for its friction, at the communication points."""
+
+    @abstractmethod
+    def level(self, window: Window, values: Values) -> Array:
+        """Return the load level at the communication points."""
+
+    @abstractmethod
+    def inertia(self, values: Values) -> float:
+        """Return the mass."""

@@ -43,6 +43,13 @@ class OfCylinder(Experiment):
         weight = self.value("mass.moving", values) * GRAVITY * math.sin(self.value("incline", values))
         return self.value("wireForce", values) + weight
 
+    def applied(self, window: Window, values: Values) -> Array:
+        """Return the force on the carriage but for its friction, at the communication points."""
+        applied = self.pressure_force(window, values) - self.dead_load(values)
+        if "externalForce" in window.driven:
+            applied = applied + self.given(window, "externalForce", values)
+        return applied
+
     def measured_inputs(self, window: Window, signals: Iterable[str], values: Values) -> dict[str, Array]:
         """Return what was given to the rig; over a step on a straight line its mean."""
         given = {s: self.given(window, s, values) for s in signals if s in window.driven}
@@ -73,10 +80,7 @@ class OfCylinder(Experiment):
         width = 2.0 * self.options.width
         speed = self.pace * position.velocity(record, width)
         acceleration = slope(speed, record.step, width)
-        applied = self.pressure_force(window, values) - self.dead_load(values)
-        if "externalForce" in window.driven:
-            applied = applied + self.given(window, "externalForce", values)
-        friction = applied - self.value("mass.moving", values) * acceleration
+        friction = self.applied(window, values) - self.value("mass.moving", values) * acceleration
         return speed, friction, self.level(window, values)
 
     def level(self, window: Window, values: Values) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.experiments import position
-from pneumatic_servo.identification.experiments.base import Beginning, Experiment, Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Pushed, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import GRAVITY, middle
 from pneumatic_servo.identification.experiments.mechanical import WINDOW
 from pneumatic_servo.identification.records import Record
@@ -27,7 +27,7 @@ FEWEST = 30
 COMPARED = ("position", "velocity")
 
 
-class Force(Experiment):
+class Force(Pushed):
     """A free mass on FrictionBench, pushed by the measured force; its position or its velocity, or both, are compared.
 
     ```text
@@ -91,8 +91,9 @@ class Force(Experiment):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the force, whose noise would break the mass away before its time; compare all samples."""
         driven = {signal: record.on_grid(signal) for signal in record.signals}
-        driven["force"] = smooth(driven["force"], record.step, self.options.width)
-        self.notes.append(f"{record.name}: the force is smoothed over {1e3 * self.options.width:.3g} ms")
+        if self.options.smooths:
+            driven["force"] = smooth(driven["force"], record.step, self.options.width)
+            self.notes.append(f"{record.name}: the force is smoothed over {1e3 * self.options.width:.3g} ms")
         return driven, np.ones(len(record.time), dtype=bool)
 
     def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
@@ -113,6 +114,10 @@ class Force(Experiment):
         if "normalForce" not in window.driven:
             return np.ones(len(window.record.grid))
         return np.maximum(self.given(window, "normalForce", values) / self.options.rated, 0.0)
+
+    def inertia(self, values: Values) -> float:
+        """Return the mass."""
+        return self.value("mass", values)
 
     def applied(self, window: Window, values: Values) -> Array:
         """Return the force on the mass at the communication points, its weight and its spring included."""

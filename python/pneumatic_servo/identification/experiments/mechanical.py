@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumatic_servo.identification.experiments.base import Beginning, Options, Values, Window
+from pneumatic_servo.identification.experiments.base import Beginning, Options, Pushed, Values, Window
 from pneumatic_servo.identification.experiments.cylinder import OfCylinder, middle
 from pneumatic_servo.identification.records import Record
 from pneumatic_servo.identification.signals import SLIDING, Units
@@ -26,7 +26,7 @@ windows forget it, and are so many that their differences tell how far it moves 
 """
 
 
-class Mechanical(OfCylinder):
+class Mechanical(OfCylinder, Pushed):
     """A free mass on FrictionBench, pushed by the measured pressures; its position is compared."""
 
     name = "mechanical"
@@ -34,7 +34,7 @@ class Mechanical(OfCylinder):
 
     def __init__(self, law: str, settings: Mapping[str, Value], options: Options, units: Units = SLIDING) -> None:
         window = WINDOW if options.window is None else options.window
-        super().__init__(law, settings, replace(options, window=window), units)
+        super().__init__(law, settings, replace(options, window=window, is_cut=options.window is not None), units)
 
     def make_model(self) -> Model:
         """Return the bench."""
@@ -59,21 +59,23 @@ class Mechanical(OfCylinder):
     def prepare(self, record: Record) -> tuple[Mapping[str, Array], NDArray[np.bool_]]:
         """Smooth the pressures, whose noise would break the carriage away before its time; compare all samples."""
         driven, width = self.grids(record), self.options.width
-        for chamber in ("chamberA.pressure", "chamberB.pressure"):
-            driven[chamber] = smooth(driven[chamber], record.step, width)
-        self.notes.append(f"{record.name}: the pressures are smoothed over {1e3 * width:.3g} ms")
+        if self.options.smooths:
+            for chamber in ("chamberA.pressure", "chamberB.pressure"):
+                driven[chamber] = smooth(driven[chamber], record.step, width)
+            self.notes.append(f"{record.name}: the pressures are smoothed over {1e3 * width:.3g} ms")
         return driven, np.ones(len(record.time), dtype=bool)
 
     def begin(self, record: Record, driven: Mapping[str, Array]) -> Beginning:
         """Begin with the smoothed position and its slope."""
         return self.begin_motion(record)
 
+    def inertia(self, values: Values) -> float:
+        """Return the mass of the carriage."""
+        return self.value("mass.moving", values)
+
     def inputs(self, window: Window, values: Values) -> dict[str, Array]:
         """Return the force on the carriage and the load level."""
-        applied = self.pressure_force(window, values) - self.dead_load(values)
-        if "externalForce" in window.driven:
-            applied = applied + self.given(window, "externalForce", values)
-        return {"appliedForce": middle(applied), "friction.level": self.level(window, values)}
+        return {"appliedForce": middle(self.applied(window, values)), "friction.level": self.level(window, values)}
 
     def start(self, window: Window, values: Values) -> dict[str, Value]:
         """Return what is known or fitted."""

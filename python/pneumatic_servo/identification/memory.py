@@ -1,0 +1,116 @@
+"""Laws that remember where they have been: a start from the balance of forces, and records that are not cut.
+
+Segments of 0.15 s forget the noise of a force. But a segment begins without the deflection of its bristles, which
+passes into the parameters. Where a force is exact, nothing has to be forgotten: each record is simulated as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo.identification.experiments import Pushed
+from pneumatic_servo.identification.experiments.balance import Balance
+from pneumatic_servo.identification.parameters import Free, group_of
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.records import Record
+from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.solve import AT_NOISE, ROUGH, refine
+from pneumatic_servo.identification.watch import Watch
+from pneumatic_servo.model import Model
+
+Array = NDArray[np.float64]
+
+PRESLIDING = ("N/m", "1/m", "m")
+"""Units of parameters of laws that deflect."""
+WHOLE = 1e9
+"""Length in s of segments that no record has."""
+STEP, TOLERANCE = 1e-5, 1e-2
+"""Step of the differences of runs, and the factor of the solver's tolerances, where nothing hides a small change."""
+
+
+def remembers(law: str, model: Model) -> bool:
+    """Tell whether friction of a law depends on deflections before."""
+    group = group_of(law, model) + "."
+    return any(
+        variable.unit in PRESLIDING and variable.default != 0.0
+        for name, variable in model.parameters.items()
+        if name.startswith(group)
+    )
+
+
+def from_balance(
+    problem: Problem, records: Sequence[Record], hold_out: float, extra: Sequence[Record], watch: Watch
+) -> Problem:
+    """Return a problem of a law with deflections with a better start, and with whole records if they bear it.
+
+    A problem whose segments somebody chose, or whose motion is not measured by a position, is returned as it is.
+    """
+    experiment = problem.experiment
+    if not (
+        isinstance(experiment, Pushed)
+        and experiment.options.window_is_chosen is False
+        and "position" in experiment.signals
+        and remembers(experiment.law, experiment.table)
+    ):
+        return problem
+    watch.stage("balance of forces")
+    uncut = _uncut(experiment)
+    whole = replace(
+        Problem.of(uncut, records, problem.free, hold_out, extra), workers=problem.workers, step=STEP,
+        exactness=TOLERANCE,
+    )  # fmt: skip
+    free = _balanced(whole)
+    if free is None:
+        return problem
+    short, whole = _better(problem, free), whole.with_free(free)
+    watch.stage("whole records")
+    trained = whole.trained().bounded()
+    found = refine(trained, trained.start, "linear", watch, ROUGH)
+    if 2.0 * found.cost >= AT_NOISE * trained.size:
+        return short
+    uncut.notes.append("records are simulated as a whole, and forces are not smoothed: nothing but noise is left so")
+    return whole.begun(trained, found.x).with_free(_at(free, found.x))
+
+
+def _uncut(experiment: Pushed) -> Pushed:
+    uncut = copy(experiment)
+    uncut.notes = []
+    uncut.options = replace(experiment.options, window=WHOLE, smooths=False)
+    return uncut
+
+
+def _balanced(whole: Problem) -> list[Free] | None:
+    """Return what is free where the forces along the measured motion are best in balance."""
+    assert isinstance(whole.experiment, Pushed)
+    balance = Balance(whole.experiment)
+    windows = [balance.window_of(window.record, window.held) for window in whole.windows]
+    used = tuple(window for window in windows if window.fitted)
+    if not used:
+        return None
+    problem = Problem(balance, used, whole.free, {balance.compared[0]: Sensor(1.0)}, whole.workers)
+    start = problem.residuals([problem.start])
+    if not len(start[0]) or not np.sqrt(np.mean(start**2)) < 1e9:
+        return None
+    found = refine(problem.bounded(), problem.start, effort=ROUGH)
+    return _at(whole.free, found.x)
+
+
+def _better(problem: Problem, free: Sequence[Free]) -> Problem:
+    """Return the problem with the start that leaves less."""
+    other = problem.with_free(free)
+    costs = [float(np.sum(one.trained().residuals([one.trained().start])[0] ** 2)) for one in (problem, other)]
+    return other if costs[1] < costs[0] else problem
+
+
+def _at(free: Sequence[Free], x: Array) -> list[Free]:
+    """Return parameters with other starts, as the solver sees them; bounds that nobody gave move along."""
+    moved = []
+    for one, inner in zip(free, x, strict=False):
+        value = one.outer(float(inner))
+        moved.append(replace(replace(one, is_given=False).at(value), is_given=one.is_given))
+    return moved

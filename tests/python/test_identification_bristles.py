@@ -1,0 +1,80 @@
+"""Laws whose friction depends on deflections before, fitted at the defaults; the data are integrated by themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+STEP, SUBSTEPS = 1e-3, 40
+BENCH = {"Fs": 10.5, "Fc": 7.0, "vs": 0.02, "sigma2": 30.0, "sigma0": 1e5, "sigma1": 300.0, "vd": 0.1}
+PUBLISHED = {"Fs": 20.0, "Fc": 5.0, "vs": 0.07, "sigma2": 35.0, "sigma0": 133.3e3, "sigma1": 600.0, "vd": math.inf}
+"""A set of the literature, whose damping does not decay."""
+
+
+def pushed(
+    law: dict[str, float], mass: float, duration: float, force: Callable[[float, float, float], float]
+) -> dict[str, Array]:
+    """Integrate a mass with one LuGre bristle by the classical Runge-Kutta method; forces are held from sample on."""
+    number, step = round(duration / STEP), STEP / SUBSTEPS
+    position, applied = np.zeros(number), np.zeros(number)
+
+    def rates(state: tuple[float, ...], push: float) -> tuple[float, ...]:
+        _, v, z = state
+        level = law["Fc"] + (law["Fs"] - law["Fc"]) * math.exp(-((v / law["vs"]) ** 2))
+        bending = v - law["sigma0"] * abs(v) / level * z
+        damping = law["sigma1"] * math.exp(-((v / law["vd"]) ** 2))
+        return v, (push - law["sigma0"] * z - damping * bending - law["sigma2"] * v) / mass, bending
+
+    def moved(state: tuple[float, ...], rate: tuple[float, ...], time: float) -> tuple[float, ...]:
+        return tuple(s + time * r for s, r in zip(state, rate, strict=True))
+
+    state: tuple[float, ...] = (0.0, 0.0, 0.0)
+    for k in range(number):
+        push = force(k * STEP, state[0], state[1])
+        position[k], applied[k] = state[0], push
+        for _ in range(SUBSTEPS):
+            first = rates(state, push)
+            second = rates(moved(state, first, 0.5 * step), push)
+            third = rates(moved(state, second, 0.5 * step), push)
+            fourth = rates(moved(state, third, step), push)
+            mean = tuple(
+                (a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(first, second, third, fourth, strict=True)
+            )
+            state = moved(state, mean, step)
+    noise = 1e-7 * np.random.default_rng(0).standard_normal(number)
+    return {"time": STEP * np.arange(number), "position": position + noise, "force": applied}
+
+
+def held_back(time: float, position: float, velocity: float) -> float:
+    """Return the force of a controller that follows two sines."""
+    target = 0.02 * math.sin(1.4 * math.pi * time) + 0.004 * math.sin(4.6 * math.pi * time)
+    return 2000.0 * (target - position) - 50.0 * velocity
+
+
+def given(time: float, position: float, velocity: float) -> float:
+    """Return a force that knows nothing of the motion."""
+    return 26.0 * math.sin(math.pi * time) + 8.0 * math.sin(3.4 * math.pi * time)
+
+
+@pytest.mark.parametrize(
+    ("law", "mass", "duration", "force"), [(BENCH, 1.0, 4.0, held_back), (PUBLISHED, 5.0, 10.0, given)]
+)
+def test_exact_force_gives_the_bristle_at_the_defaults(
+    law: dict[str, float], mass: float, duration: float, force: Callable[[float, float, float], float]
+) -> None:
+    """Records are not cut into segments, which would begin without the deflection."""
+    data = pushed(law, mass, duration, force)
+    found = ps.fit(data, experiment="force", law="LuGre", settings={"mass": mass}, progress=False)
+    told = {name: value for name, value in law.items() if math.isfinite(value)}
+    for name, value in told.items():
+        assert found.values[f"friction.lugre.{name}"] == pytest.approx(value, rel=2e-3), name
+    assert found.converged and found.rms["position"] < 1.1e-7
+    # Damping that does not decay has no velocity at which it would.
+    assert found.verdict.light == ("green" if len(told) == len(law) else "yellow")
+    assert set(found.undetermined) == {f"friction.lugre.{name}" for name in law.keys() - told.keys()}
