@@ -24,6 +24,9 @@ AMBIENT = 101_325.0
 NOMINAL = (6e5 + AMBIENT, 5e5 + AMBIENT)
 """Absolute pressures in Pa before and behind a valve at which its nominal flow is stated."""
 GAS_CONSTANT = 287.05
+HEAT_RATIO = 1.4
+NOZZLE = math.pow(2.0 / (HEAT_RATIO + 1.0), HEAT_RATIO / (HEAT_RATIO - 1.0))
+"""Critical pressure ratio of an ideal nozzle, 0.528."""
 TEMPERATURE = 293.15
 WATER_DENSITY = 1000.0
 KV_OF_CV = 3.785411784e-3 * 60.0 / math.sqrt(6894.757 / 1e5)
@@ -60,8 +63,12 @@ class DataSheet:
         Flow of water in m3/h at 1 bar, or in US gallons per minute at 1 psi.
     conductance : float, optional
         Sonic conductance in dm3/(s bar).
-    critical_ratio : float
-        Critical pressure ratio of the valve.
+    area : float, optional
+        Effective area of the open valve in mm2, discharge coefficient included.
+    critical_ratio : float, optional
+        Critical pressure ratio of the valve; by default 0.3, and 0.528, that of a nozzle, with an `area`.
+    hysteresis : float, optional
+        Hysteresis of the valve in % of its whole range of commands.
     hose : tuple of float or str, optional
         Inner diameter and length in mm of the hoses to both chambers: ``(4, 1500)`` or ``"4x1500"``.
     clearance : float
@@ -70,6 +77,10 @@ class DataSheet:
         Pressure in bar above ambient at which the maker says that the unloaded piston starts to move.
     supply : float, optional
         Supply pressure in bar above ambient.
+    spring : tuple of float, optional
+        Force in N of a spring that retracts the piston, retracted and extended: ``(20, 60)``.
+    leak : tuple of float, optional
+        Leakage of each chamber in l/min (ANR) at a pressure in bar above ambient, at least 1: ``(0.2, 6)``.
 
     Examples
     --------
@@ -89,11 +100,15 @@ class DataSheet:
     kv: float | None = None
     cv: float | None = None
     conductance: float | None = None
-    critical_ratio: float = 0.3
+    area: float | None = None
+    critical_ratio: float | None = None
+    hysteresis: float | None = None
     hose: tuple[float, float] | str | None = None
     clearance: float = 5.0
     min_pressure: float | None = None
     supply: float | None = None
+    spring: tuple[float, float] | None = None
+    leak: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         self._check_numbers()
@@ -126,8 +141,27 @@ class DataSheet:
         for name in ("rod", "rod_a"):
             if not getattr(self, name) < self.bore:
                 raise ValueError(f"{name} = {getattr(self, name)}: it must be smaller than the bore, {self.bore}")
-        if not 0.0 <= self.critical_ratio < 1.0:
+        if self.critical_ratio is not None and not 0.0 <= self.critical_ratio < 1.0:
             raise ValueError(f"critical_ratio = {self.critical_ratio}: it must be at least 0 and below 1")
+        if self.hysteresis is not None and not 0.0 <= self.hysteresis < 50.0:
+            raise ValueError(f"hysteresis = {self.hysteresis} %: it must be at least 0 and below 50")
+        self._check_pairs()
+
+    def _check_pairs(self) -> None:
+        """Refuse a spring that pulls, and a leak that is not choked."""
+        if self.spring is not None:
+            retracted, extended = _pair("spring", self.spring, "forces in N, retracted and extended")
+            if not 0.0 <= retracted < extended:
+                raise ValueError(
+                    f"spring = {self.spring!r}: its force must be at least 0 and grow as the piston extends"
+                )
+        if self.leak is not None:
+            flow, pressure = _pair("leak", self.leak, "a flow in l/min and a pressure in bar above ambient")
+            if not (flow >= 0.0 and pressure >= 1.0):
+                raise ValueError(
+                    f"leak = {self.leak!r}: its flow must not be negative, its pressure at least 1 bar above ambient, "
+                    "where it is choked"
+                )
 
     def _check_numbers(self) -> None:
         """Refuse what is no number, by the name of its field."""
@@ -165,7 +199,7 @@ class DataSheet:
     def kept(self) -> dict[str, float]:
         """What the numbers do not state, and stays at the values of the small rig that are the defaults."""
         names = [
-            *KEPT,
+            *(name for name in KEPT if self.hysteresis is None or name != "valve.hysteresis"),
             *(() if self.min_pressure else (own.name for own in _of_meaning("static friction", "Coulomb friction"))),
             *(() if self.supply else ("supplyPressure",)),
             *(() if self.hose else ("hoseA.length", "hoseB.length")),
@@ -198,9 +232,12 @@ class DataSheet:
         yield Entry("mass.moving", self.mass, "mass")
         yield Entry("mass.carriage", self.mass, "mass", assumption="the mass of piston and rod is small beside it")
         yield self._flow()
-        yield Entry(
-            "valve.b", self.critical_ratio, "b", "ISO 6358", "" if self.conductance else "the usual value of valves"
-        )
+        stated = self.critical_ratio is not None or self.conductance is not None
+        usual = "that of a nozzle" if self.area is not None else "the usual value of valves"
+        yield Entry("valve.b", self._ratio, "b", "ISO 6358", "" if stated else usual)
+        if self.hysteresis is not None:
+            formula = "hysteresis/100: half of its width, of commands from -1 to 1"
+            yield Entry("valve.hysteresis", self.hysteresis * 1e-2, formula)
         yield from self._dead_volumes()
         if self.hose is not None:
             diameter, length = _hose(self.hose)
@@ -211,6 +248,18 @@ class DataSheet:
                 )
         if self.min_pressure is not None:
             yield from self._friction(self.min_pressure)
+        if self.spring is not None:
+            least, most = self.spring
+            stiffness = (most - least) / (self.stroke * 1e-3)
+            yield Entry("load.stiffness", stiffness, "(F extended - F retracted)/stroke")
+            yield Entry("load.rest", -least / stiffness, "-F retracted/stiffness")
+        if self.leak is not None:
+            flow, pressure = self.leak
+            conductance = flow / 60_000.0 / (pressure * 1e5 + AMBIENT)
+            for side in "AB":
+                yield Entry(
+                    f"chamber{side}.leakage", conductance, "C = q/p", "ISO 6358", "choked; both chambers are alike"
+                )
         if self.supply is not None:
             formula = "supply + p_atm"
             yield Entry("supplyPressure", self.supply * 1e5 + AMBIENT, formula, assumption="p_atm = 1.01325 bar")
@@ -218,7 +267,14 @@ class DataSheet:
     def _flow(self) -> Entry:
         given = next(name for name in FLOWS if getattr(self, name) is not None)
         formula, standard, assumption, conductance = FLOWS[given]
-        return Entry("valve.C", conductance(getattr(self, given), self.critical_ratio), formula, standard, assumption)
+        return Entry("valve.C", conductance(getattr(self, given), self._ratio), formula, standard, assumption)
+
+    @property
+    def _ratio(self) -> float:
+        """The critical pressure ratio of the valve."""
+        if self.critical_ratio is not None:
+            return self.critical_ratio
+        return NOZZLE if self.area is not None else 0.3
 
     def _dead_volumes(self) -> Iterator[Entry]:
         for side, rod in (("A", self.rod_a), ("B", self.rod)):
@@ -275,10 +331,19 @@ def _hose(given: tuple[float, float] | str) -> tuple[float, float]:
         ) from None
 
 
+def _pair(name: str, given: object, what: str) -> tuple[float, float]:
+    """Return two finite numbers; `what` they are is told where they are none."""
+    if isinstance(given, tuple | list) and len(given) == 2 and all(is_number(one) for one in given):
+        first, second = (float(one) for one in given)
+        if math.isfinite(first) and math.isfinite(second):
+            return first, second
+    raise ValueError(f"{name} = {given!r} is refused: it must be {what}")
+
+
 UNITS = {
     "bore": "mm", "stroke": "mm", "mass": "kg", "rod": "mm", "rod_a": "mm", "qn": "l/min", "kv": "m3/h",
-    "cv": "gal/min", "conductance": "dm3/(s.bar)", "critical_ratio": "", "clearance": "mm",
-    "min_pressure": "bar above ambient", "supply": "bar above ambient",
+    "cv": "gal/min", "conductance": "dm3/(s.bar)", "area": "mm2", "critical_ratio": "", "hysteresis": "%",
+    "clearance": "mm", "min_pressure": "bar above ambient", "supply": "bar above ambient",
 }  # fmt: skip
 """Units of the numbers."""
 
@@ -293,6 +358,7 @@ KEPT = (
 
 MAGNITUDES: dict[str, tuple[float, float, str, tuple[str, float]]] = {
     "bore": (1.0, 1000.0, "mm", ("m", 1e3)),
+    "area": (1e-3, 1e4, "mm2", ("m2", 1e6)),
     "conductance": (1e-3, 1e3, "dm3/(s.bar)", ("m3/(s.Pa)", 1e8)),
     "stroke": (1.0, 20_000.0, "mm", ("m", 1e3)),
     "supply": (0.1, 100.0, "bar", ("Pa", 1e-5)),
@@ -324,6 +390,13 @@ def _of_cv(cv: float, critical_ratio: float) -> float:
     return _of_kv(cv * KV_OF_CV, critical_ratio)
 
 
+def _of_area(area: float, critical_ratio: float) -> float:
+    """Return C: the choked flow of a nozzle is p*A*sqrt(gamma/(R*T0))*(2/(gamma + 1))^((gamma + 1)/(2*(gamma - 1)))."""
+    choked = math.sqrt(HEAT_RATIO / (GAS_CONSTANT * TEMPERATURE))
+    choked *= math.pow(2.0 / (HEAT_RATIO + 1.0), (HEAT_RATIO + 1.0) / (2.0 * (HEAT_RATIO - 1.0)))
+    return area * 1e-6 * choked / REFERENCE_DENSITY
+
+
 def _of_conductance(conductance: float, critical_ratio: float) -> float:
     return conductance * 1e-8
 
@@ -340,6 +413,7 @@ FLOWS: dict[str, tuple[str, str, str, Callable[[float, float], float]]] = {
     "kv": ("qn = Kv*sqrt(1000 kg/m3*rho2*dp/1 bar)/rho0, C from qn", "ISO 6358, ISO 8778 (ANR)", _WATER, _of_kv),
     "cv": ("Kv = 0.865*Cv, C from Kv", "ISO 6358, ISO 8778 (ANR)", _WATER, _of_cv),
     "conductance": ("C, 1 dm3/(s.bar) = 1e-8 m3/(s.Pa)", "ISO 6358", "", _of_conductance),
+    "area": ("C = A*1.992e-3 m/(s.Pa)", "choked flow of a nozzle", "the area has its discharge coefficient", _of_area),
 }
 """Ways in which data sheets state the flow of a valve: formula, standard, assumption, and the conductance."""
 

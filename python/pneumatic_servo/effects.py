@@ -57,6 +57,8 @@ NEEDS = [
     _need(r"load\.rest", _is_not_zero("load.stiffness"), "load.stiffness above 0"),
     _need(r"friction\.position\.period", _is_not_zero("friction.position.amplitude"),
           "friction.position.amplitude above 0"),
+    _need(r"chamberA\.(pressure0|leakage)", lambda values: not values.get("chamberA.open", False),
+          "chamberA.open = false"),
     _need(r"chamberB\.(pressure0|leakage)", lambda values: not values.get("chamberB.open", False),
           "chamberB.open = false"),
     _need(r"solver\.step", lambda values: values.get("solver.scheme", "Adaptive") != "Adaptive",

@@ -86,6 +86,7 @@ fn rigs_of_one_law(model: &Model) -> Vec<Changes> {
         vec![("consumption.enabled", 1.0), ("actuation", 2.0), ("chamberA.leakage", 1e-9)],
         vec![("consumption.enabled", 1.0), ("actuation", 3.0), ("supply.volume", 1e-4), ("chamberB.leakage", 1e-9)],
         vec![("consumption.enabled", 1.0), ("actuation", 3.0)],
+        vec![("chamberA.open", 1.0), ("load.stiffness", 100.0), ("friction.direction.factor", 1.3)],
     ]
 }
 

@@ -54,6 +54,8 @@ def test_nominal_flow_is_what_the_model_lets_through() -> None:
 
 def test_flows_are_stated_in_different_ways() -> None:
     assert_close(conductance(conductance=1.5), 1.5e-8, rel=1e-14, what="C")
+    # A square millimetre lets 2.3606 g/s of air at 10 bar and 20 degC through.
+    assert_close(conductance(area=1.0), 1.992e-9, rel=1e-4, what="area")
     # 1 US gallon per minute at 1 psi is 0.865 m3/h at 1 bar.
     assert_close(conductance(cv=1.0), conductance(kv=0.865), rel=1e-4, what="Cv")
     # Water and air through the same hole: 1/3600 m3/s*sqrt(1000 kg/m3*7.146 kg/m3), in kg/s.
@@ -64,7 +66,7 @@ def test_flows_are_stated_in_different_ways() -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "exactly one of qn, kv, cv, conductance"),
+        ({}, "exactly one of qn, kv, cv, conductance, area"),
         ({"qn": 1.0, "kv": 1.0}, "exactly one of"),
         ({"qn": -1.0}, "qn = -1.0: it must be positive"),
         ({"qn": 1.0, "rod": 32.0}, "rod = 32.0: it must be smaller than the bore"),
@@ -72,6 +74,11 @@ def test_flows_are_stated_in_different_ways() -> None:
         ({"qn": 1.0, "rod_a": float("nan")}, "rod_a = nan: it must not be negative"),
         ({"qn": 1.0, "critical_ratio": 1.0}, "critical_ratio = 1.0: it must be at least 0 and below 1"),
         ({"qn": 1.0, "critical_ratio": -0.1}, "critical_ratio = -0.1: it must be at least 0 and below 1"),
+        ({"qn": 1.0, "hysteresis": -1.0}, "hysteresis = -1.0 %: it must be at least 0 and below 50"),
+        ({"qn": 1.0, "spring": (60.0, 20.0)}, "spring = \\(60.0, 20.0\\): its force must be at least 0 and grow"),
+        ({"qn": 1.0, "spring": 20.0}, "spring = 20.0 is refused: it must be forces in N"),
+        ({"qn": 1.0, "leak": (0.2, 0.5)}, "its pressure at least 1 bar above ambient"),
+        ({"area": 1e-6}, "did you give it in m2\\? that would be 1 mm2$"),
         ({"qn": 1.0, "min_pressure": 0.0}, "min_pressure = 0.0: it must be positive"),
         ({"qn": 1.0, "bore": 0.032}, "from 1 to 1000 mm; did you give it in m\\? that would be 32 mm$"),
         ({"qn": 1.0, "supply": 7e5}, "from 0.1 to 100 bar; did you give it in Pa\\? that would be 7 bar$"),
@@ -184,3 +191,26 @@ def test_hose_is_written_as_on_the_command_line() -> None:
 def test_sheet_takes_keywords_only() -> None:
     with pytest.raises(TypeError):
         DataSheet(32, 200, 5, qn=700)  # type: ignore[misc]
+
+
+def test_spring_has_its_forces_at_both_ends() -> None:
+    """Without pressure in the chambers an external force as large as that of the spring holds the carriage."""
+    sheet = DataSheet(**CYLINDER, qn=700.0, spring=(20.0, 60.0))
+    for position, force in [(0.0, 20.0), (0.2, 60.0)]:
+        settings = {**sheet.settings, "chamberB.open": True, "position0": position, "friction.law": "None"}
+        plant = ps.Model().start({**settings, "externalForce": force})
+        assert abs(plant["acceleration"]) < 1e-9, f"{force} N at {position} m"
+
+
+def test_leak_is_what_flows_at_its_pressure() -> None:
+    sheet = DataSheet(**CYLINDER, qn=700.0, leak=(0.2, 6.0))
+    settings = {**sheet.settings, "chamberA.pressure0": 6e5 + 101_325.0, "valve.leakage": 0.0}
+    flow = ps.Model().start({**settings, "valveVoltage": 5.0})["chamberA.massFlow"]
+    assert_close(flow / 1.185 * 60_000.0, -0.2, rel=1e-9, what="l/min (ANR)")
+
+
+def test_area_has_the_ratio_of_a_nozzle_and_hysteresis_its_half_width() -> None:
+    found = DataSheet(**CYLINDER, area=5.0, hysteresis=0.8).settings
+    assert_close(found["valve.b"], 0.5283, rel=1e-4, what="b")
+    assert_close(found["valve.hysteresis"], 0.008, rel=1e-14, what="half of the width")
+    assert DataSheet(**CYLINDER, area=5.0, critical_ratio=0.4).settings["valve.b"] == 0.4

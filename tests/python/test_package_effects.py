@@ -92,6 +92,7 @@ COUNTING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "leakage.b": ({"leakage.b": 0.5}, {"chamberA.leakage": 1e-9}),
     "load.rest": ({"load.rest": 0.1}, {"load.stiffness": 100.0}),
     "friction.position.period": ({"friction.position.period": 0.003}, {"friction.position.amplitude": 0.5}),
+    "chamberA.pressure0": ({"chamberA.pressure0": 3e5}, {"chamberA.open": False}),
     "chamberB.pressure0": ({"chamberB.pressure0": 3e5}, {"chamberB.open": False}),
     "chamberB.leakage": ({"chamberB.leakage": 1e-9}, {"chamberB.open": False}),
     "solver.step": ({"solver.step": 1e-4}, {"solver.scheme": "ImplicitEuler"}),

@@ -28,15 +28,27 @@ def add(parser: argparse.ArgumentParser) -> None:
     flow.add_argument("--kv", type=float, metavar="M3/H", help="flow of water at 1 bar")
     flow.add_argument("--cv", type=float, metavar="GAL/MIN", help="flow of water in US gallons at 1 psi")
     flow.add_argument("-C", type=float, dest="conductance", metavar="DM3/(S.BAR)", help="sonic conductance")
+    flow.add_argument("--area", type=float, metavar="MM2", help="effective area of the open valve")
     parser.add_argument(
-        "-b", type=float, dest="critical_ratio", default=0.3, metavar="B", help="critical pressure ratio (default: 0.3)"
+        "-b",
+        type=float,
+        dest="critical_ratio",
+        metavar="B",
+        help="critical pressure ratio (default: 0.3; 0.528 with an area)",
     )
+    parser.add_argument("--hysteresis", type=float, metavar="PERCENT", help="of the valve, of its whole range")
     parser.add_argument("--hose", metavar="DxL", help="inner diameter and length, for example 4x1500")
     parser.add_argument(
         "--clearance", type=float, default=5.0, metavar="MM", help="of bore, as dead volume (default: 5)"
     )
     parser.add_argument("--min-pressure", type=float, metavar="BAR", help="at which the unloaded piston starts to move")
     parser.add_argument("--supply", type=float, metavar="BAR")
+    parser.add_argument(
+        "--spring", type=float, nargs=2, metavar="N", help="force of a return spring, retracted and extended"
+    )
+    parser.add_argument(
+        "--leak", type=float, nargs=2, metavar=("L/MIN", "BAR"), help="leakage (ANR) of each chamber at a pressure"
+    )
     parser.add_argument("--out", type=Path, metavar="SSV", help="file to write")
 
 

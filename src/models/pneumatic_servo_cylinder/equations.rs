@@ -44,12 +44,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         inflow: Inflow<Pair<S>>,
     ) -> ChamberRates<Pair<S>> {
         let mut rates = self.chambers.rates(gas, self.lengths(position), Pair([rate, -rate]), inflow);
-        if EXTENDED && self.options.opens_b {
-            // It breathes as much as the piston displaces.
-            let (Pair([_, pressure]), Pair([_, temperature])) = (gas.pressure, gas.temperature);
-            let growth = -rate * self.chambers.areas[1];
-            rates.mass_flow.0[1] = pressure * growth / (temperature * GAS_CONSTANT);
-            (rates.pressure.0[1], rates.temperature.0[1]) = (S::zero(), S::zero());
+        if EXTENDED {
+            let open = |(side, _): &(usize, S)| self.options.opens()[*side];
+            for (side, length_rate) in [rate, -rate].into_iter().enumerate().filter(open) {
+                // It breathes as much as the piston displaces.
+                let (Pair(pressure), Pair(temperature)) = (gas.pressure, gas.temperature);
+                let growth = length_rate * self.chambers.areas[side];
+                rates.mass_flow.0[side] = pressure[side] * growth / (temperature[side] * GAS_CONSTANT);
+                (rates.pressure.0[side], rates.temperature.0[side]) = (S::zero(), S::zero());
+            }
         }
         rates
     }
@@ -57,7 +60,15 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// The sum over the chambers that are not open to the surroundings.
     #[inline(always)]
     pub(super) fn closed<S: Scalar>(&self, Pair([a, b]): Pair<S>) -> S {
-        if EXTENDED && self.options.opens_b { a } else { a + b }
+        if !EXTENDED {
+            return a + b;
+        }
+        match self.options.opens() {
+            [false, false] => a + b,
+            [false, true] => a,
+            [true, false] => b,
+            [true, true] => S::zero(),
+        }
     }
 
     /// Lengths in m of the chambers.
@@ -158,14 +169,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     /// The contact as the friction law sees it, for a velocity of the carriage.
     #[inline(always)]
     pub(super) fn contact<S: Scalar>(&self, time: S, x: &[S], u: &Inputs<S>, rate: S) -> Contact<S> {
-        Contact {
-            time,
-            position: State::Position.get(x),
-            velocity: State::Velocity.get(x),
-            applied: self.applied_force(x, u, rate).0,
-            level: self.load_level(x),
-            drive: self.friction.drive(),
+        let (applied, _) = self.applied_force(x, u, rate);
+        let (velocity, mut level) = (State::Velocity.get(x), self.load_level(x));
+        if EXTENDED && self.options.direction_factor != 1.0 {
+            level = level * self.options.directed_level(velocity.value(), applied.value());
         }
+        Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
     }
 
     /// The same in plain numbers.

@@ -91,7 +91,7 @@ impl Lines {
         let line = |side: usize| {
             let [length, diameter] = options.hoses()[side];
             let hose = || Hose::new(length, diameter, temperature);
-            let is_plugged = side == 1 && options.opens_b;
+            let is_plugged = options.opens()[side];
             (length > 0.0 && !is_plugged).then(|| Line { hose: hose(), restriction: Restriction::new(options, side) })
         };
         let vessel = (options.vessel_volume > 0.0).then(|| Vessel {

@@ -61,6 +61,10 @@ parameters! {
         leak_b: Tunable = leak(1226, "B");
         leak_ratio: Tunable = Variable::parameter(1227, "leakage.b", units::ONE, 0.3).range(0.0, 0.99)
             .text("Critical pressure ratio of the leaks from the chambers to the surroundings");
+        opens_a: bool = Variable::option(1228, "chamberA.open", false)
+            .text("Chamber A is open to the surroundings, as chamber B with chamberB.open: a pulling cylinder, which a spring may extend");
+        direction_factor: f64 = Variable::parameter(1229, "friction.direction.factor", units::ONE, 1.0).range(0.01, 100.0)
+            .text("Load level of a carriage that moves outwards, or is pushed outwards at rest, relative to that inwards");
         counts_supply: bool = Variable::option(1224, "consumption.enabled", false)
             .text("Count the air that is drawn from the supply, for supply.massFlow, supply.consumed and supply.consumedVolume");
     }
@@ -101,16 +105,20 @@ fn throttle(reference: u32, chamber: &str) -> Variable {
 impl Options {
     /// Whether any equation differs from those of a cylinder without options.
     pub fn are_used(&self) -> bool {
-        let Self { opens_b, counts_supply, spring_stiffness, kappa_difference, waviness, .. } = *self;
+        let Self { counts_supply, direction_factor, spring_stiffness, kappa_difference, waviness, .. } = *self;
         let lines = [self.hose_length_a, self.hose_length_b, self.vessel_volume];
-        opens_b
-            || counts_supply
-            || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
+        let has_flag = self.opens().contains(&true) || counts_supply || direction_factor != 1.0;
+        has_flag || [spring_stiffness, kappa_difference, waviness].iter().chain(&lines).any(|value| *value != 0.0)
     }
 
     /// Lengths and inner diameters in m of the hoses.
     pub fn hoses(&self) -> [[f64; 2]; 2] {
         [[self.hose_length_a, self.hose_diameter_a], [self.hose_length_b, self.hose_diameter_b]]
+    }
+
+    /// Whether each chamber is open to the surroundings.
+    pub fn opens(&self) -> [bool; 2] {
+        [self.opens_a, self.opens_b]
     }
 
     /// Sonic conductances in m3/(s Pa) of the flow controls.
@@ -142,7 +150,7 @@ impl Options {
             if self.throttles()[side] > 0.0 {
                 return Err(ParameterError::new(&format!("throttle{chamber}.C"), self.throttles()[side], &reason));
             }
-            if self.cushion_length > 0.0 && !(side == 1 && self.opens_b) {
+            if self.cushion_length > 0.0 && !self.opens()[side] {
                 return Err(ParameterError::new("cushion.length", self.cushion_length, &reason));
             }
         }
@@ -157,6 +165,12 @@ impl Options {
     /// What the pressure difference adds to the load level.
     pub fn added_level<S: Scalar>(&self, Pair([p_a, p_b]): Pair<S>) -> S {
         (p_a - p_b).abs() * self.kappa_difference
+    }
+
+    /// Friction level towards the side of a velocity in m/s, or at rest of the applied force in N, relative to that inwards.
+    pub fn directed_level(&self, velocity: f64, applied: f64) -> f64 {
+        let towards = if velocity == 0.0 { applied } else { velocity };
+        if towards > 0.0 { self.direction_factor } else { 1.0 }
     }
 
     /// Friction level at a position relative to the mean along the stroke: `1 + a*sin(2*pi*x/period)`.

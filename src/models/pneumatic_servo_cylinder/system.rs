@@ -56,8 +56,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         State::Position.set(&mut x, self.p.position0);
         State::Velocity.set(&mut x, self.p.velocity0);
         (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
-        if EXTENDED && self.options.opens_b {
-            x[PRESSURE_B] = self.p.ambient_pressure;
+        if EXTENDED {
+            for (place, opens) in [PRESSURE_A, PRESSURE_B].into_iter().zip(self.options.opens()) {
+                x[place] = if opens { self.p.ambient_pressure } else { x[place] };
+            }
         }
         (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
         if EXTENDED && self.lines.are_used() {

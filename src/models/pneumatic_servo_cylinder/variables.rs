@@ -141,8 +141,8 @@ outputs! {
             .depends_on(&[depends::P_B, depends::T_B])
             .text("Gas temperature in chamber B");
         mass_flow_a = Variable::output(111, "chamberA.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
-            .depends_on(&depends::flow(0))
-            .text("Net mass flow into chamber A, leakage included");
+            .depends_on(&[depends::flow(0), vec![depends::V]].concat())
+            .text("Net mass flow into chamber A, leakage included; what an open chamber breathes");
         mass_flow_b = Variable::output(112, "chamberB.massFlow", units::KILOGRAM_PER_SECOND).nominal(1e-3).shown_in("l/min(ANR)")
             .depends_on(&[depends::flow(1), vec![depends::V]].concat())
             .text("Net mass flow into chamber B, leakage included; what an open chamber breathes");
@@ -165,7 +165,7 @@ outputs! {
             .depends_on(&[depends::X, depends::V])
             .text("Force of the end stops on the carriage towards +x");
         load_level = Variable::output(212, "friction.level", units::ONE).local().nominal(1.0)
-            .depends_on(&[depends::X, depends::P_A, depends::P_B])
+            .depends_on(&[FORCE, depends::X, depends::P_A, depends::P_B])
             .text("Load level lambda that multiplies the forces of the friction law");
     }
 }

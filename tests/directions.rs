@@ -1,0 +1,84 @@
+//! What differs by direction: friction outwards and inwards, and which chamber is open.
+
+mod bounds;
+mod rig;
+
+use std::f64::consts::TAU;
+
+use bounds::{close, within};
+use rig::Rig;
+
+const FACTOR: f64 = 1.5;
+
+/// Static friction of 11 N inwards is 16.5 N outwards; without air under pressure nothing else holds the carriage.
+#[test]
+fn break_away_differs_by_direction() {
+    for law in ["CoulombStiction", "Stribeck", "Karnopp"] {
+        for (limit, sign) in [(11.0 * FACTOR, 1.0), (11.0, -1.0)] {
+            for (share, moves) in [(0.999, false), (1.001, true)] {
+                let rig = Rig::cylinder(law).set("friction.direction.factor", FACTOR);
+                let mut running = rig.set("externalForce", sign * share * limit).start().unwrap();
+                running.advance(0.05).unwrap();
+                assert_eq!(running.get("sticking") == 0.0, moves, "{law} under {share} of {limit} N, {sign}");
+            }
+        }
+    }
+}
+
+/// Sliding, friction without its viscous part is that of the law times the factor outwards, and that of the law inwards; laws
+/// with bristles have settled, and the Stribeck effect is over.
+#[test]
+fn sliding_friction_differs_by_direction() {
+    for law in ["Coulomb", "Stribeck", "LuGre", "ElastoPlastic", "GMS"] {
+        for (level, velocity) in [(FACTOR, 0.5), (1.0, -0.5)] {
+            let rig = Rig::cylinder(law).set("friction.direction.factor", FACTOR).set("velocity0", velocity);
+            let mut running = rig.start().unwrap();
+            running.advance(5e-3).unwrap();
+            let now = running.get("velocity");
+            assert!(now * velocity > 0.1, "{law} moves on");
+            let expected = level * 8.3f64.copysign(now) + 30.0 * now;
+            close(running.get("frictionForce"), expected, 1e-6, format_args!("{law} at {now} m/s"));
+            assert_eq!(running.get("friction.level"), level, "{law} at {now} m/s");
+        }
+    }
+}
+
+/// With two equal rods a cylinder with an open chamber A is the mirror image of one with an open chamber B.
+#[test]
+fn pulling_cylinder_is_the_mirror_image_of_a_pushing_one() {
+    let cylinder = |open: &str, position: f64, rest: f64| {
+        let rig = Rig::cylinder("LuGre").set(open, 1.0).set("cylinder.rodA", 0.006).set("position0", position);
+        let rig = rig.set("load.stiffness", 80.0).set("load.rest", rest).set("piston.leakage", 1e-16);
+        rig.set("solver.relativeTolerance", 1e-9).set("balance.enabled", 1.0).start().unwrap()
+    };
+    let (mut pushing, mut pulling) = (cylinder("chamberB.open", 0.1, 0.05), cylinder("chamberA.open", 0.4, 0.45));
+    let mut travelled = 0.0f64;
+    for step in 0..1500 {
+        let time = f64::from(step) * 1e-3;
+        let voltage = 2.5 * (TAU * time).sin();
+        pushing.set("valveVoltage", 5.0 + voltage);
+        pulling.set("valveVoltage", 5.0 - voltage);
+        for running in [&mut pushing, &mut pulling] {
+            running.advance(time + 1e-3).unwrap();
+        }
+        let position = pushing.get("position");
+        travelled = travelled.max(position - 0.1);
+        close(pulling.get("position"), 0.5 - position, 1e-8, format_args!("m at {time} s"));
+        close(pulling.get("chamberB.pressure"), pushing.get("chamberA.pressure"), 1e-2, format_args!("Pa at {time} s"));
+        close(pulling.get("chamberA.massFlow"), pushing.get("chamberB.massFlow"), 1e-9, "kg/s");
+        assert_eq!(pulling.get("chamberA.pressure"), 101_325.0, "open");
+        within(pulling.get("balance.massResidual").abs(), 1e-10, "kg");
+    }
+    assert!(travelled > 0.05, "{travelled} m");
+}
+
+/// A carriage with friction alone.
+#[test]
+fn cylinder_that_is_open_on_both_sides_pushes_nothing() {
+    let rig = Rig::cylinder("Coulomb").set("chamberA.open", 1.0).set("chamberB.open", 1.0).set("valveVoltage", 10.0);
+    let mut running = rig.set("consumption.enabled", 1.0).set("velocity0", 0.3).start().unwrap();
+    running.advance(0.2).unwrap();
+    assert_eq!(["velocity", "supply.consumed"].map(|name| running.get(name)), [0.0; 2]);
+    within(running.get("pressureForce").abs(), 1e-12, "N");
+    assert!(running.get("position") > 0.25);
+}
