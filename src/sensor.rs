@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::numbers::{Real, Scalar, random};
+use crate::numbers::{Scalar, Varying, random};
 use crate::system::Sample;
 use crate::variables::{Field, Meaning, ParameterError, Tunable, Unit, Variable, units};
 
@@ -52,8 +52,8 @@ pub struct Quantity {
 
 /// What a sensor with a sample time remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    reading: f64,
+pub struct Memory<S> {
+    reading: S,
     /// Number of the next sample.
     next: u64,
     random: u64,
@@ -123,8 +123,8 @@ impl Sensor {
     }
 
     /// What it remembers at the start, with a seed of its own, of a quantity that has been there for long.
-    pub fn start(&self, quantity: f64, seed: u64) -> Memory {
-        let mut memory = Memory { reading: 0.0, next: 0, random: seed };
+    pub fn start<S: Varying>(&self, quantity: S, seed: u64) -> Memory<S> {
+        let mut memory = Memory { reading: S::zero(), next: 0, random: seed };
         self.sample(quantity, quantity, &mut memory);
         memory
     }
@@ -137,26 +137,26 @@ impl Sensor {
     }
 
     /// The reading.
-    pub fn reading<S: Scalar>(&self, quantity: S, lagged: S, memory: &Memory) -> S {
-        if self.sample_time > 0.0 { S::constant(memory.reading) } else { self.seen(quantity, lagged) }
+    pub fn reading<S: Scalar>(&self, quantity: S, lagged: S, memory: &Memory<S::Held>) -> S {
+        if self.sample_time > 0.0 { S::held(memory.reading) } else { self.seen(quantity, lagged) }
     }
 
     /// The next sample.
-    pub fn next_sample(&self, memory: &Memory) -> Sample {
+    pub fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
         if self.sample_time == 0.0 {
-            return Sample::NEVER;
+            return Sample::never();
         }
         Sample::periodic(memory.next as f64 * self.sample_time, self.sample_time)
     }
 
-    /// Takes a sample.
-    pub fn sample(&self, quantity: f64, lagged: f64, memory: &mut Memory) {
-        let mut reading = self.seen(Real::of(quantity), Real::of(lagged)).value;
+    /// Takes a sample. One that is rounded has no derivative.
+    pub fn sample<S: Varying>(&self, quantity: S, lagged: S, memory: &mut Memory<S>) {
+        let mut reading = self.seen(quantity, lagged);
         if self.noise > 0.0 {
-            reading += self.noise * random::normal(&mut memory.random);
+            reading = reading + self.noise * random::normal(&mut memory.random);
         }
         if self.resolution > 0.0 {
-            reading = self.resolution * (reading / self.resolution).round();
+            reading = reading.chain(self.resolution * (reading.value() / self.resolution).round(), f64::NAN);
         }
         (memory.reading, memory.next) = (reading, memory.next + 1);
     }
@@ -166,51 +166,52 @@ impl Sensor {
     }
 }
 
-impl Memory {
+impl<S: Scalar> Memory<S> {
     /// Whether a sensor can have left it.
     pub fn is_sound(&self) -> bool {
-        self.reading.is_finite()
+        self.reading.value().is_finite()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     const PERFECT: Sensor = Sensor { offset: 0.0, lag: 0.0, noise: 0.0, resolution: 0.0, sample_time: 0.0 };
 
-    fn reading(sensor: &Sensor, quantity: f64, lagged: f64, memory: &Memory) -> f64 {
+    fn reading(sensor: &Sensor, quantity: f64, lagged: f64, memory: &Memory<Real>) -> f64 {
         sensor.reading(Real::of(quantity), Real::of(lagged), memory).value
     }
 
     #[test]
     fn sensor_without_faults_reads_the_quantity() {
         assert!(!PERFECT.is_used());
-        let memory = PERFECT.start(3.0, 1);
+        let memory = PERFECT.start(Real::of(3.0), 1);
         assert_eq!(reading(&PERFECT, 4.0, 7.0, &memory), 4.0);
-        assert_eq!(PERFECT.next_sample(&memory), Sample::NEVER);
+        assert_eq!(PERFECT.next_sample(&memory), Sample::never());
     }
 
     #[test]
     fn sample_is_rounded_and_held() {
         let sensor = Sensor { offset: 0.02, resolution: 0.25, sample_time: 1e-3, ..PERFECT };
-        let mut memory = sensor.start(1.0, 1);
+        let mut memory = sensor.start(Real::of(1.0), 1);
         assert_eq!(reading(&sensor, 5.0, 0.0, &memory), 1.0);
         for (quantity, expected) in [(1.1, 1.0), (1.11, 1.25), (-0.2, -0.25)] {
-            sensor.sample(quantity, 0.0, &mut memory);
+            sensor.sample(Real::of(quantity), Real::of(0.0), &mut memory);
             assert_eq!(reading(&sensor, 5.0, 0.0, &memory), expected);
         }
-        assert_eq!(sensor.next_sample(&memory).time, 4e-3);
+        assert_eq!(sensor.next_sample(&memory).time.value, 4e-3);
     }
 
     /// Of 10,000 numbers the mean is off by a hundredth of the deviation, that by 0.7 %.
     #[test]
     fn noise_has_its_standard_deviation() {
         let sensor = Sensor { noise: 0.5, sample_time: 1e-3, ..PERFECT };
-        let mut memory = sensor.start(0.0, 12);
+        let mut memory = sensor.start(Real::of(0.0), 12);
         let errors: Vec<f64> = (0..10_000)
             .map(|_| {
-                sensor.sample(2.0, 0.0, &mut memory);
+                sensor.sample(Real::of(2.0), Real::of(0.0), &mut memory);
                 reading(&sensor, 0.0, 0.0, &memory) - 2.0
             })
             .collect();
@@ -236,7 +237,7 @@ mod tests {
     }
     #[test]
     fn reading_that_is_no_number_is_not_sound() {
-        let memory = |reading: f64| Memory { reading, ..PERFECT.start(0.0, 1) };
+        let memory = |reading: f64| Memory { reading: Real::of(reading), ..PERFECT.start(Real::of(0.0), 1) };
         assert!(memory(-3.0).is_sound());
         assert!([f64::NAN, f64::INFINITY].iter().all(|reading| !memory(*reading).is_sound()));
     }

@@ -66,26 +66,26 @@ parameters! {
 }
 
 impl FrictionLaw for Silent {
-    type Memory = f64;
+    type Memory<S: Varying> = f64;
 
     fn follows(&self) -> &'static [Drive] {
         &[Drive::Motion]
     }
 
-    fn start(&self, contact: &Contact<f64>) -> f64 {
-        sign(contact.velocity)
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> f64 {
+        sign(contact.velocity.value())
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], direction: &f64, _rates: &mut [S]) -> S {
         contact.level * *direction * self.force
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], direction: &mut f64) -> bool {
-        *direction = sign(contact.velocity);
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], direction: &mut f64) -> bool {
+        *direction = sign(contact.velocity.value());
         false
     }
 
-    fn is_sticking(_direction: &f64) -> bool {
+    fn is_sticking<S: Varying>(_direction: &f64) -> bool {
         false
     }
 }

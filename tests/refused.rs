@@ -204,8 +204,8 @@ mod at_the_start {
     impl<const FAULT: usize> System<0> for Faulty<FAULT> {
         type Parameters = Moving;
         type State = State;
-        type Memory = ();
-        type Indicators = [f64; 0];
+        type Memory<S: Varying> = ();
+        type Indicators<S: Varying> = [S; 0];
 
         fn tables() -> Tables {
             let (inputs, computed, parameters) = (Vec::new(), Outputs::<f64>::table(), Parameters::table());
@@ -235,8 +235,8 @@ mod at_the_start {
             told(if FAULT == KINKED { 5 } else { 0 })
         }
 
-        fn start<const N: usize>(&self, _u: &[f64; 0]) -> ([f64; N], ()) {
-            ([0.0; N], ())
+        fn start<S: Varying, const N: usize>(&self, _u: &[S; 0]) -> ([S; N], ()) {
+            ([S::zero(); N], ())
         }
 
         fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 0], _memory: &()) -> [S; N] {
@@ -293,13 +293,13 @@ mod at_the_start {
     }
 
     impl FrictionLaw for Greedy {
-        type Memory = ();
+        type Memory<S: Varying> = ();
 
         fn states(&self) -> usize {
             11
         }
 
-        fn start(&self, _contact: &Contact<f64>) {}
+        fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
         fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
             contact.position * self.stiffness

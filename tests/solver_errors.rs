@@ -7,8 +7,8 @@ mod problem;
 use std::cell::Cell;
 
 use bounds::close;
-use pneumatic_servo::numbers::Scalar;
-use pneumatic_servo::solver::{Rejection, Run, Scheme, Settings, StepError};
+use pneumatic_servo::numbers::{Scalar, Varying};
+use pneumatic_servo::solver::{Rejection, Scheme, Settings, StepError};
 use pneumatic_servo::system::System;
 
 const ADAPTIVE: Settings =
@@ -20,20 +20,20 @@ struct Trap;
 
 impl System<1> for Trap {
     problem!();
-    type Memory = ();
-    type Indicators = [f64; 1];
+    type Memory<S: Varying> = ();
+    type Indicators<S: Varying> = [S; 1];
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], u: &[S; 1], _memory: &()) -> [S; N] {
         problem::all([u[0]])
     }
-    fn indicators<const N: usize>(&self, _: f64, x: &[f64; N], _: &[f64; 1], (): &()) -> [f64; 1] {
-        [1.0 - x[0]]
+    fn indicators<S: Varying, const N: usize>(&self, _: S, x: &[S; N], _: &[S; 1], (): &()) -> [S; 1] {
+        [-x[0] + 1.0]
     }
-    fn switch<const N: usize>(&self, _: usize, _: f64, _: &mut [f64; N], _: &[f64; 1], _: &mut ()) {}
+    fn switch<S: Varying, const N: usize>(&self, _: usize, _: S, _: &mut [S; N], _: &[S; 1], _: &mut ()) {}
 }
 
 #[test]
 fn events_without_end_are_an_error_and_the_time_is_named() {
-    let mut run = Run::new(Trap, ADAPTIVE, 0.0, [0.0], (), [1.0]);
+    let mut run = problem::run(Trap, ADAPTIVE, [0.0], (), 1.0);
     let error = run.advance(2.0).unwrap_err();
     let StepError::Chattering { time, .. } = error else { panic!("{error}") };
     close(time, 1.0, 5e-14, "events without end are an error and the time is named");
@@ -52,17 +52,17 @@ struct Fence {
 
 impl System<1> for Fence {
     problem!();
-    type Memory = f64;
-    type Indicators = [f64; 1];
+    type Memory<S: Varying> = f64;
+    type Indicators<S: Varying> = [S; 1];
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _memory: &f64) -> [S; N] {
         self.evaluations.update(|count| count + 1);
         problem::all([S::constant(1.0)])
     }
-    fn indicators<const N: usize>(&self, _: f64, x: &[f64; N], _: &[f64; 1], passed: &f64) -> [f64; 1] {
-        let ahead = (passed + self.spacing - x[0]) / self.spacing;
-        [if ahead > 0.0 { ahead.powi(9) } else { ahead }]
+    fn indicators<S: Varying, const N: usize>(&self, _: S, x: &[S; N], _: &[S; 1], passed: &f64) -> [S; 1] {
+        let ahead = (-x[0] + (passed + self.spacing)) / self.spacing;
+        [if ahead.value() > 0.0 { ahead.powf(9.0) } else { ahead }]
     }
-    fn switch<const N: usize>(&self, _: usize, _: f64, _: &mut [f64; N], _: &[f64; 1], passed: &mut f64) {
+    fn switch<S: Varying, const N: usize>(&self, _: usize, _: S, _: &mut [S; N], _: &[S; 1], passed: &mut f64) {
         *passed += self.spacing;
     }
 }
@@ -71,7 +71,7 @@ impl System<1> for Fence {
 #[test]
 fn steps_that_locate_events_are_within_the_bound() {
     let system = Fence { spacing: 1e-3, evaluations: Cell::new(0) };
-    let mut run = Run::new(system, Settings { max_steps: 500, ..ADAPTIVE }, 0.0, [0.0], 0.0, [0.0]);
+    let mut run = problem::run(system, Settings { max_steps: 500, ..ADAPTIVE }, [0.0], 0.0, 0.0);
     let error = run.advance(1.0).unwrap_err();
     assert!(matches!(error, StepError::TooManySteps { limit: 500, .. }), "{error}");
     assert!(run.counters().events > 5, "{} events", run.counters().events);
@@ -86,8 +86,8 @@ struct Tank;
 
 impl System<1> for Tank {
     problem!();
-    type Memory = ();
-    type Indicators = [f64; 0];
+    type Memory<S: Varying> = ();
+    type Indicators<S: Varying> = [S; 0];
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 1], _memory: &()) -> [S; N] {
         problem::all([S::constant(-1.0)])
     }
@@ -98,14 +98,14 @@ impl System<1> for Tank {
 
 #[test]
 fn error_says_what_stands_in_the_way() {
-    let mut run = Run::new(Tank, ADAPTIVE, 0.0, [0.5], (), [0.0]);
+    let mut run = problem::run(Tank, ADAPTIVE, [0.5], (), 0.0);
     let error = run.advance(1.0).unwrap_err();
     let StepError::StepSizeTooSmall { time, reason: Rejection::Meaningless("the tank is empty"), .. } = error else {
         panic!("{error}")
     };
     close(time, 0.5, 1e-14, "error says what stands in the way");
     let settings = Settings { scheme: Scheme::RK4, ..ADAPTIVE };
-    let error = Run::new(Tank, settings, 0.0, [0.5], (), [0.0]).advance(1.0).unwrap_err();
+    let error = problem::run(Tank, settings, [0.5], (), 0.0).advance(1.0).unwrap_err();
     assert!(error.to_string().contains("the tank is empty; solver.step = 0.001 s"), "{error}");
 }
 
@@ -116,8 +116,8 @@ struct Burst;
 
 impl System<1> for Burst {
     problem!("tank", "jet");
-    type Memory = ();
-    type Indicators = [f64; 0];
+    type Memory<S: Varying> = ();
+    type Indicators<S: Varying> = [S; 0];
     fn derivatives<S: Scalar, const N: usize>(&self, time: S, _x: &[S; N], _u: &[S; 1], (): &()) -> [S; N] {
         let rates = if time.value() > 0.5 { [1e9, 1e5] } else { [0.0; 2] };
         problem::all(rates.map(S::constant))
@@ -130,7 +130,7 @@ impl System<1> for Burst {
 /// The state that an error names is the one that is farthest off for its scale, not the one with the largest number.
 #[test]
 fn error_names_the_state_that_is_farthest_off_for_its_scale() {
-    let error = Run::new(Burst, ADAPTIVE, 0.0, [0.0; 2], (), [0.0]).advance(1.0).unwrap_err();
+    let error = problem::run(Burst, ADAPTIVE, [0.0; 2], (), 0.0).advance(1.0).unwrap_err();
     let StepError::StepSizeTooSmall { reason: Rejection::Inaccurate(course), .. } = error else { panic!("{error}") };
     assert_eq!((course.state, course.value, course.rate), ("jet", 0.0, 0.0));
 }

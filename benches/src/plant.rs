@@ -154,14 +154,14 @@ pub struct Plant {
 impl Plant {
     /// The equations of a case without the play of its valve, which the inputs have in its place, and the states at the start.
     pub fn new<const N: usize>(case: &Case, system: PneumaticServoCylinder, coupling: Coupling) -> (Self, [f64; N]) {
-        let (x, memory) = system.start::<N>(&inputs());
+        let (x, memory) = system.start::<Real, N>(&Real::all(&inputs()));
         let inputs = Inputs {
             values: effective_voltages(case),
             width: case.parameter("valve.hysteresis"),
             held: Cell::new(0),
             coupling,
         };
-        (Self { system, memory: RefCell::new(memory), inputs, outputs: Outputs::new(case) }, x)
+        (Self { system, memory: RefCell::new(memory), inputs, outputs: Outputs::new(case) }, x.map(Real::value))
     }
 
     /// The right-hand side.
@@ -173,10 +173,9 @@ impl Plant {
 
     /// Its Jacobian times a vector.
     pub fn directional_rates<const N: usize>(&self, time: f64, x: &[f64], seed: &[f64]) -> [f64; N] {
-        let x = std::array::from_fn::<_, N, _>(|i| Dual { value: x[i], slope: [seed[i]] });
-        let constant = |value: f64| Dual::<1> { value, slope: [0.0] };
-        let inputs = self.inputs.at(time).map(constant);
-        self.system.derivatives(constant(time), &x, &inputs, &self.memory.borrow()).map(|rate| rate.slope[0])
+        let x = std::array::from_fn::<_, N, _>(|i| Dual::<1>::new(x[i], [seed[i]]));
+        let inputs = self.inputs.at(time).map(Dual::of);
+        self.system.derivatives(Dual::of(time), &x, &inputs, &self.memory.borrow()).map(|rate| rate.slope[0])
     }
 
     /// Its Jacobian, column by column.
@@ -187,7 +186,8 @@ impl Plant {
     }
 
     fn indicators<const N: usize>(&self, time: f64, x: &[f64; N]) -> Indicators {
-        self.system.indicators(time, x, &self.inputs.at(time), &self.memory.borrow())
+        let inputs = Real::all(&self.inputs.at(time));
+        self.system.indicators(Real::of(time), &Real::all(x), &inputs, &self.memory.borrow())
     }
 
     /// Integrates the experiment.
@@ -259,10 +259,12 @@ impl Plant {
         let end = solver.time();
         let after = self.indicators(end, &solver.states());
         let mut first: Option<(f64, usize)> = None;
-        for (event, value) in after.as_ref().iter().enumerate().filter(|(_, value)| **value < 0.0) {
-            let value_at =
-                |time: f64| -> Result<f64> { Ok(self.indicators(time, &solver.interpolate(time)?).as_ref()[event]) };
-            let mut low = (start, before.as_ref()[event]);
+        for (event, Real { value }) in after.as_ref().iter().enumerate().filter(|(_, indicator)| indicator.value < 0.0)
+        {
+            let value_at = |time: f64| -> Result<f64> {
+                Ok(self.indicators(time, &solver.interpolate(time)?).as_ref()[event].value)
+            };
+            let mut low = (start, before.as_ref()[event].value);
             // The velocity is zero right after break-away; that root does not count.
             let mut fraction = 1e-3;
             while low.1 <= 0.0 && fraction < 1.0 {
@@ -279,13 +281,15 @@ impl Plant {
     }
 
     /// The states after the equations have switched until all indicators are valid.
-    fn switched<const N: usize>(&self, event: usize, time: f64, mut x: [f64; N]) -> [f64; N] {
-        let mut event = Some(event);
+    fn switched<const N: usize>(&self, event: usize, time: f64, x: [f64; N]) -> [f64; N] {
+        let (mut event, mut x) = (Some(event), Real::all(&x));
+        let inputs = Real::all(&self.inputs.at(time));
         while let Some(index) = event {
-            self.system.switch(index, time, &mut x, &self.inputs.at(time), &mut self.memory.borrow_mut());
-            event = self.indicators(time, &x).as_ref().iter().position(|value| *value < 0.0);
+            self.system.switch(index, Real::of(time), &mut x, &inputs, &mut self.memory.borrow_mut());
+            let indicators = self.system.indicators(Real::of(time), &x, &inputs, &self.memory.borrow());
+            event = indicators.due().map(|event| event as usize);
         }
-        x
+        x.map(Real::value)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::model_exchange::{Exchange, Exchanger};
+use crate::numbers::{Real, Scalar};
 use crate::sensitivity::Differentiable;
 #[cfg(feature = "sensitivities")]
 use crate::sensitivity::{Equations, Erased};
@@ -43,7 +44,7 @@ macro_rules! run_sized {
 /// more of them than in memory, where it is written with 7 bits in a byte, and a choice takes one that memory may do without.
 #[doc(hidden)]
 pub const fn snapshot_size<E: System<U>, const U: usize>(states: usize) -> usize {
-    size_of::<f64>() * states + size_of::<(E::Memory, Progress, f64)>() / 4 * 5 + 128
+    size_of::<f64>() * states + size_of::<(E::Memory<Real>, Progress, f64)>() / 4 * 5 + 128
 }
 
 /// A model's equations in motion.
@@ -62,18 +63,23 @@ impl<E: System<U>, const N: usize, const U: usize> Simulator<E, N, U> {
     #[inline(never)]
     pub fn new(equations: E, settings: Settings, start: &Start) -> Result<Self, ParameterError> {
         let u = inputs(start.inputs);
-        let begin = begin(&equations, &u);
-        check_outputs(&equations, &begin.0, &u, &begin.1)?;
-        let run = Run::boxed(equations, settings, begin, u);
+        let begin = begin(&equations, &Real::all(&u));
+        check_outputs(&equations, &begin.0.map(Real::value), &u, &begin.1)?;
+        let run = Run::boxed(equations, settings, begin, Real::all(&u));
         Ok(Self { run, session: Session::begin::<E, U>(start) })
+    }
+
+    /// The present inputs.
+    fn inputs(&self) -> [f64; U] {
+        self.run.inputs().0.map(Real::value)
     }
 
     /// Writes the derivatives of the computed variables in a direction of time, states, inputs and parameters.
     fn differentiate(&self, seeds: (f64, [f64; N], [f64; U]), slopes: &[f64], computed: &mut [f64]) {
         let (time, states, inputs) = seeds;
-        let (u, _) = self.run.inputs();
+        let u = self.inputs();
         self.run.consistent(|x, memory| {
-            let at = (self.run.time(), x, &u, memory);
+            let at = (self.run.time(), &x.map(Real::value), &u, memory);
             self.session.differentiate(self.run.system(), at, (time, &states, &inputs), slopes, computed);
         });
     }
@@ -85,7 +91,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     }
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
-        self.run.set_inputs(inputs(values), inputs(slopes));
+        self.run.set_inputs(Real::all(&inputs(values)), inputs(slopes));
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {
@@ -106,7 +112,7 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     }
 
     fn is_finite(&self) -> bool {
-        self.run.state().0.iter().all(|value| value.is_finite())
+        self.run.state().0.iter().all(|state| state.value.is_finite())
     }
 
     fn advance_to_event(&mut self, end: f64) -> Result<bool, StepError> {
@@ -128,33 +134,36 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
     fn indicators(&self, indicators: &mut [f64]) {
         let events = self.run.indicators();
         let (own, kinks) = indicators.split_at_mut(events.as_ref().len());
-        own.copy_from_slice(events.as_ref());
-        self.run.system().kinks(self.run.state().0, kinks);
+        own.iter_mut().zip(events.as_ref()).for_each(|(slot, event)| *slot = event.value);
+        self.run.system().kinks(&self.run.state().0.map(Real::value), kinks);
         // Each is on the side on which it is.
         kinks.iter_mut().for_each(|kink| *kink = kink.abs());
     }
 
     fn values(&self, computed: &mut [f64]) {
-        let (u, _) = self.run.inputs();
+        let u = self.inputs();
         let (own, rest) = computed.split_at_mut(computed.len() - Counters::COUNT - E::RESIDUALS);
         let (residuals, counters) = rest.split_at_mut(E::RESIDUALS);
         let system = self.run.system();
-        self.run.consistent(|x, memory| self.session.outputs(system, (self.run.time(), x, &u, memory), own));
+        self.run.consistent(|x, memory| {
+            self.session.outputs(system, (self.run.time(), &x.map(Real::value), &u, memory), own);
+        });
         residuals.copy_from_slice(&self.run.residuals()[..E::RESIDUALS]);
         self.run.counters().write(counters);
     }
 
     fn at_hand(&self, places: &[usize], values: &mut [f64]) -> bool {
         let (system, (x, memory)) = (self.run.system(), self.run.state());
-        let written = |(place, slot): (&usize, &mut f64)| system.at_hand(*place, x, memory).map(|value| *slot = value);
+        let written =
+            |(place, slot): (&usize, &mut f64)| system.at_hand(*place, x, memory).map(|number| *slot = number.value);
         self.run.is_settled() && places.iter().zip(values).all(|it| written(it).is_some())
     }
 
     fn rates(&self, computed: &mut [f64]) {
         let (u, slopes) = self.run.inputs();
-        let derivatives =
-            self.run.consistent(|x, memory| System::rates(self.run.system(), self.run.time(), x, &u, memory));
-        self.differentiate((1.0, derivatives, slopes), &[], computed);
+        let (system, time) = (self.run.system(), Real::of(self.run.time()));
+        let derivatives = self.run.consistent(|x, memory| system.derivatives(time, x, &u, memory));
+        self.differentiate((1.0, derivatives.map(Real::value), slopes), &[], computed);
     }
 
     fn directional_derivative(&self, direction: Direction, computed: &mut [f64]) {
@@ -172,31 +181,31 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         let Some(index) = self.state_index(state) else { return false };
         let ((x, memory), progress) = (self.run.state(), self.run.progress());
         let (mut x, mut memory) = (*x, memory.clone());
-        x[index] = value;
+        x[index] = Real::of(value);
         self.run.restore(x, &mut memory, progress);
         true
     }
 
     fn notices(&self) -> Notices {
-        let (u, _) = self.run.inputs();
-        self.run.system().notices(&u)
+        self.run.system().notices(&self.inputs())
     }
 
     fn exchange(&self, indicators: Vec<Indicator>) -> Option<Box<dyn Exchange>> {
-        let (run, (u, _)) = (&self.run, self.run.inputs());
-        let (x, memory) = run.state();
-        let at = (run.time(), *x, memory, u);
+        let (run, (x, memory)) = (&self.run, self.run.state());
+        let at = (run.time(), x.map(Real::value), memory, self.inputs());
         Some(Exchanger::new((run.system().clone(), self.session.clone()), at, indicators))
     }
 
     fn save(&self) -> Snapshot {
         let (x, memory) = self.run.state();
-        self.session.save(self.run.system(), x, (memory, self.run.progress(), self.session.start))
+        self.session.save(self.run.system(), &x.map(Real::value), (memory, self.run.progress(), self.session.start))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (states, (mut memory, progress, start)) =
-            snapshot.read::<_, (Box<E::Memory>, Progress, f64), N, U>(self.run.system(), self.run.state().0)?;
+        let (states, (mut memory, progress, start)) = snapshot.read::<_, (Box<E::Memory<Real>>, Progress, f64), N, U>(
+            self.run.system(),
+            &self.run.state().0.map(Real::value),
+        )?;
         // The clock of the host and that of the run agree but for rounding: of their difference, of the last step, which may
         // end at an event one rounding behind the end, and of the sum.
         let rounding = f64::EPSILON * (2.0 * progress.time().abs() + snapshot.time.abs());
@@ -204,10 +213,11 @@ impl<E: System<U>, const N: usize, const U: usize> Simulation for Simulator<E, N
         if !is_timely {
             return Err(SnapshotError::Clock { time: snapshot.time });
         }
-        if !progress.is_sound(self.run.indicators().as_ref().len()) || !System::fits(self.run.system(), &memory) {
+        if !progress.is_sound(self.run.indicators().as_ref().len()) || !System::fits::<Real>(self.run.system(), &memory)
+        {
             return Err(SnapshotError::Foreign);
         }
-        self.run.restore(states, &mut memory, progress);
+        self.run.restore(Real::all(&states), &mut memory, progress);
         (self.session.start, self.session.time) = (start, snapshot.time);
         Ok(())
     }
@@ -226,7 +236,7 @@ impl<E: System<U>, const N: usize, const U: usize> Differentiable for Simulator<
     }
 
     fn place(&self) -> Option<(f64, Vec<f64>, f64)> {
-        Some((self.run.time(), self.run.state().0.to_vec(), self.run.settings().tolerance))
+        Some((self.run.time(), self.run.state().0.map(Real::value).to_vec(), self.run.settings().tolerance))
     }
 
     fn take_trail(&mut self) -> Vec<Mark> {
@@ -241,7 +251,10 @@ impl<E: System<U>, const N: usize, const U: usize> Differentiable for Simulator<
 
 /// What a run of equations begins with.
 #[inline(never)]
-fn begin<E: System<U>, const N: usize, const U: usize>(equations: &E, u: &[f64; U]) -> Box<([f64; N], E::Memory)> {
+fn begin<E: System<U>, const N: usize, const U: usize>(
+    equations: &E,
+    u: &[Real; U],
+) -> Box<([Real; N], E::Memory<Real>)> {
     Box::new(equations.start(u))
 }
 

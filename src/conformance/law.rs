@@ -79,7 +79,7 @@ fn default_law<L: FrictionLaw>(law: &str) -> L {
 const DIRECTIONS: usize = 4 + MAX_STATES;
 
 /// The rates of the states and the friction force.
-fn evaluate<L: FrictionLaw, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory, at: &[S]) -> Vec<S> {
+fn evaluate<L: FrictionLaw, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory<S::Held>, at: &[S]) -> Vec<S> {
     let contact =
         Contact { time: S::constant(0.1), velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
     let mut rates = vec![S::zero(); law.states()];
@@ -89,7 +89,7 @@ fn evaluate<L: FrictionLaw, S: Scalar>(law: &L, drive: Drive, memory: &L::Memory
 }
 
 /// The same in plain numbers.
-fn plain<L: FrictionLaw>(law: &L, drive: Drive, memory: &L::Memory, at: &[f64; DIRECTIONS]) -> Vec<f64> {
+fn plain<L: FrictionLaw>(law: &L, drive: Drive, memory: &L::Memory<Real>, at: &[f64; DIRECTIONS]) -> Vec<f64> {
     evaluate(law, drive, memory, &Real::all(at)).into_iter().map(Real::value).collect()
 }
 
@@ -109,17 +109,17 @@ pub fn derivatives<L: FrictionLaw>(name: &str) {
             *state = law.state_scale() * random.next();
         }
         let mut contact = Contact { time: 0.1, velocity: at[0], position: at[1], applied: at[2], level: at[3], drive };
-        let mut memory = law.start(&contact);
+        let mut memory = law.start(&contact.still::<Real>());
         for _ in 0..20 {
-            let mut indicators = Indicators::default();
-            law.indicators(&contact, &at[4..], &memory, &mut indicators);
+            let (mut indicators, mut states) = (Indicators::<Real>::default(), Real::all(&at));
+            law.indicators(&contact.still(), &states[4..], &memory, &mut indicators);
             for event in Event::ALL.into_iter().filter(|event| !law.events().contains(event)) {
-                assert_eq!(indicators[event], UNUSED, "{name} does not declare {event:?}");
+                assert_eq!(indicators[event].value, UNUSED, "{name} does not declare {event:?}");
             }
             let Some(event) = indicators.due() else { break };
-            let mut velocity = contact.velocity;
-            law.switch(event, &contact, &mut velocity, &mut at[4..], &mut memory);
-            contact.velocity = velocity;
+            let mut velocity = Real::of(contact.velocity);
+            law.switch(event, &contact.still(), &mut velocity, &mut states[4..], &mut memory);
+            (at, contact.velocity) = (states.map(Real::value), velocity.value);
         }
         at[0] = contact.velocity;
         let seeded: Vec<_> = at.iter().enumerate().map(|(i, value)| Dual::<DIRECTIONS>::variable(*value, i)).collect();
@@ -166,9 +166,9 @@ pub fn unchanged<L: FrictionLaw>(name: &str) {
         for state in &mut at[4..4 + law.states()] {
             *state = law.state_scale() * random.next();
         }
-        let before = law.start(&first);
+        let before = law.start(&first.still::<Real>());
         let mut after = before.clone();
-        if !law.follow(&next, &at[4..], &mut after) {
+        if !law.follow(&next.still(), &Real::all(&at)[4..], &mut after) {
             let [as_before, found] = [&before, &after].map(|memory| plain(&law, drive, memory, &at));
             assert_eq!(found, as_before, "{name} says that its force has not changed from {first:?} to {next:?}");
         }

@@ -11,7 +11,7 @@ pub fn force<L: FrictionLaw, S: Scalar>(
     law: &L,
     contact: &Contact<S>,
     z: &[S],
-    memory: &L::Memory,
+    memory: &L::Memory<S::Held>,
     rates: &mut [S],
 ) -> S {
     law.force(contact, z, memory, rates)
@@ -118,14 +118,15 @@ macro_rules! law_items {
         #[serde(crate = "pneumatic_servo::serde")]
         #[allow(missing_docs, reason = "each variant is described by the law it names")]
         #[allow(clippy::large_enum_variant, reason = "made once per run and never moved while stepping")]
-        pub enum Memory {
-            $($law(<$type as $crate::friction::FrictionLaw>::Memory)),*
+        #[serde(bound(serialize = "", deserialize = ""))]
+        pub enum Memory<S: $crate::numbers::Varying = $crate::numbers::Real> {
+            $($law(<$type as $crate::friction::FrictionLaw>::Memory<S>)),*
         }
 
         const _: () = {
             use $crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, StateKind, Stiction};
             use $crate::system::Sample;
-            use $crate::numbers::Scalar;
+            use $crate::numbers::{Scalar, Varying};
             use $crate::variables::{Choice, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
             /// An expression of the law that is chosen, or of it and its memory.
@@ -176,12 +177,12 @@ macro_rules! law_items {
             }
 
             impl FrictionLaw for Friction {
-                type Memory = Memory;
+                type Memory<S: Varying> = Memory<S>;
 
                 fn title(&self) -> &'static str {
                     match self { $(Friction::$law(_) => concat!("friction law ", stringify!($law))),* }
                 }
-                fn owns(&self, memory: &Memory) -> bool {
+                fn owns<S: Varying>(&self, memory: &Memory<S>) -> bool {
                     matches!((self, memory), $((Friction::$law(_), Memory::$law(_)))|*)
                 }
                 fn states(&self) -> usize {
@@ -220,41 +221,41 @@ macro_rules! law_items {
                 fn notice(&self) -> Option<Notice> {
                     of_law!(self, |law| law.notice())
                 }
-                fn start(&self, contact: &Contact<f64>) -> Memory {
+                fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
                     match self { $(Friction::$law(law) => Memory::$law(law.start(contact))),* }
                 }
-                fn is_sticking(memory: &Memory) -> bool {
-                    match memory { $(Memory::$law(memory) => <$type as FrictionLaw>::is_sticking(memory)),* }
+                fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
+                    match memory { $(Memory::$law(memory) => <$type as FrictionLaw>::is_sticking::<S>(memory)),* }
                 }
-                fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory, rates: &mut [S]) -> S {
+                fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Memory<S::Held>, rates: &mut [S]) -> S {
                     of_law!(self, memory, |law, memory| {
                         $crate::friction::catalogue::force(law, contact, z, memory, rates)
                     })
                 }
-                fn relaxation(&self, contact: &Contact<f64>, state: [f64; 2], memory: &Memory) -> f64 {
+                fn relaxation<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &Memory<S>) -> f64 {
                     of_law!(self, memory, |law, memory| law.relaxation(contact, state, memory))
                 }
                 #[inline(always)]
-                fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &Memory, out: &mut Indicators) {
+                fn indicators<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
                     of_law!(self, memory, |law, memory| law.indicators(contact, z, memory, out))
                 }
-                fn switch(
+                fn switch<S: Varying>(
                     &self,
                     event: Event,
-                    contact: &Contact<f64>,
-                    velocity: &mut f64,
-                    z: &mut [f64],
-                    memory: &mut Memory,
+                    contact: &Contact<S>,
+                    velocity: &mut S,
+                    z: &mut [S],
+                    memory: &mut Memory<S>,
                 ) {
                     of_law!(self, memory, |law, memory| law.switch(event, contact, velocity, z, memory))
                 }
-                fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) -> bool {
+                fn follow<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &mut Memory<S>) -> bool {
                     of_law!(self, memory, |law, memory| law.follow(contact, z, memory))
                 }
-                fn next_sample(&self, memory: &Memory) -> Sample {
-                    of_law!(self, memory, |law, memory| law.next_sample(memory))
+                fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
+                    of_law!(self, memory, |law, memory| law.next_sample::<S>(memory))
                 }
-                fn sample(&self, contact: &Contact<f64>, z: &[f64], memory: &mut Memory) {
+                fn sample<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &mut Memory<S>) {
                     of_law!(self, memory, |law, memory| law.sample(contact, z, memory))
                 }
             }

@@ -6,7 +6,7 @@ use super::event::{Event, Indicators};
 use super::law::{Contact, Drive, FrictionLaw, MAX_STATES, StateKind, Stiction};
 use super::registry::Friction;
 use super::states;
-use crate::numbers::{Dual, Scalar};
+use crate::numbers::{Dual, Real, Scalar, Varying};
 use crate::system::Sample;
 
 /// A friction law and the place of its states; a model may hold several.
@@ -86,7 +86,12 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// Rate in 1/s at which the state of a law that has one relaxes, given all states and their rates; only for such a law the
     /// contact is worked out.
     #[inline(always)]
-    pub fn relaxation(&self, contact: impl Fn() -> Contact<f64>, [x, rates]: [&[f64]; 2], memory: &L::Memory) -> f64 {
+    pub fn relaxation<S: Varying>(
+        &self,
+        contact: impl Fn() -> Contact<S>,
+        [x, rates]: [&[S]; 2],
+        memory: &L::Memory<S>,
+    ) -> f64 {
         if !self.relaxes() {
             return 0.0;
         }
@@ -97,7 +102,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
     pub fn resistance(&self) -> [f64; 2] {
         let (time, position, velocity, applied, level) = (0.0, 0.0, 0.0, 0.0, 1.0);
         let still = Contact { time, position, velocity, applied, level, drive: self.drive };
-        let memory = self.law.start(&still);
+        let memory = self.law.start(&still.still::<Real>());
         let mut rates = [Dual::<1>::of(0.0); MAX_STATES];
         let mut slope = |contact: Contact<Dual<1>>, states: [Dual<1>; MAX_STATES]| {
             rates.fill(Dual::of(0.0));
@@ -105,9 +110,9 @@ impl<L: FrictionLaw> FrictionContact<L> {
             (force.slope[0], rates)
         };
         let unit = Dual::variable(0.0, 0);
-        let (damping, bending) = slope(Contact { velocity: unit, ..still.held() }, [Dual::of(0.0); MAX_STATES]);
-        let bent = bending.map(|rate| Dual { value: 0.0, slope: rate.slope });
-        let (stiffness, _) = slope(Contact { position: unit, ..still.held() }, bent);
+        let (damping, bending) = slope(Contact { velocity: unit, ..still.still() }, [Dual::of(0.0); MAX_STATES]);
+        let bent = bending.map(|rate| Dual::new(0.0, rate.slope));
+        let (stiffness, _) = slope(Contact { position: unit, ..still.still() }, bent);
         [stiffness, damping]
     }
 
@@ -129,34 +134,34 @@ impl<L: FrictionLaw> FrictionContact<L> {
     }
 
     /// The memory a run starts with; the states of the law are zero then.
-    pub fn start(&self, contact: &Contact<f64>) -> L::Memory {
+    pub fn start<S: Varying>(&self, contact: &Contact<S>) -> L::Memory<S> {
         self.law.start(contact)
     }
 
     /// Whether the law holds the position.
     #[inline(always)]
-    fn is_held(&self, memory: &L::Memory) -> bool {
-        self.holds_exactly && L::is_sticking(memory)
+    fn is_held<S: Varying>(&self, memory: &L::Memory<S>) -> bool {
+        self.holds_exactly && L::is_sticking::<S>(memory)
     }
 
     /// Velocity at which the mass moves: that of its state, unless the law holds the position.
     #[inline(always)]
-    pub fn rate<S: Scalar>(&self, velocity: S, memory: &L::Memory) -> S {
-        if self.is_held(memory) { S::zero() } else { velocity }
+    pub fn rate<S: Scalar>(&self, velocity: S, memory: &L::Memory<S::Held>) -> S {
+        if self.is_held::<S::Held>(memory) { S::zero() } else { velocity }
     }
 
     /// The friction force in N; writes the rates of the law's states among those of the model.
     #[inline(always)]
-    pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory, rates: &mut [S]) -> S {
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>, rates: &mut [S]) -> S {
         self.law.force(contact, &x[self.states()], memory, &mut rates[self.states()])
     }
 
     /// What the contact shows.
-    pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory) -> Observation<S> {
+    pub fn observe<S: Scalar>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S::Held>) -> Observation<S> {
         let mut observation = Observation {
             force: S::zero(),
-            sticking: S::constant(f64::from(L::is_sticking(memory))),
-            is_held: self.is_held(memory),
+            sticking: S::constant(f64::from(L::is_sticking::<S::Held>(memory))),
+            is_held: self.is_held::<S::Held>(memory),
             kind: self.law.state_kind(),
             states: [S::zero(); MAX_STATES],
             rates: [S::zero(); MAX_STATES],
@@ -169,7 +174,7 @@ impl<L: FrictionLaw> FrictionContact<L> {
 
     /// The event indicators in the present mode.
     #[inline(always)]
-    pub fn indicators(&self, contact: &Contact<f64>, x: &[f64], memory: &L::Memory) -> Indicators {
+    pub fn indicators<S: Varying>(&self, contact: &Contact<S>, x: &[S], memory: &L::Memory<S>) -> Indicators<S> {
         let mut indicators = Indicators::default();
         self.law.indicators(contact, &x[self.states()], memory, &mut indicators);
         indicators
@@ -182,7 +187,14 @@ impl<L: FrictionLaw> FrictionContact<L> {
 
     /// Handles an event, whose indicator fell below zero; may set the velocity, a state of the model.
     #[inline(always)]
-    pub fn switch(&self, event: Event, contact: &Contact<f64>, velocity: usize, x: &mut [f64], memory: &mut L::Memory) {
+    pub fn switch<S: Varying>(
+        &self,
+        event: Event,
+        contact: &Contact<S>,
+        velocity: usize,
+        x: &mut [S],
+        memory: &mut L::Memory<S>,
+    ) {
         let mut rate = x[velocity];
         self.law.switch(event, contact, &mut rate, &mut x[self.states()], memory);
         x[velocity] = rate;
@@ -191,20 +203,20 @@ impl<L: FrictionLaw> FrictionContact<L> {
     /// Lets the memory follow an accepted step, and returns whether the force may have changed; few laws do, and only for
     /// them the contact is worked out.
     #[inline(always)]
-    pub fn follow(&self, contact: impl Fn() -> Contact<f64>, x: &[f64], memory: &mut L::Memory) -> bool {
+    pub fn follow<S: Varying>(&self, contact: impl Fn() -> Contact<S>, x: &[S], memory: &mut L::Memory<S>) -> bool {
         self.follows && self.law.follow(&contact(), &x[self.states()], memory)
     }
 
     /// The next sample.
     #[inline(always)]
-    pub fn next_sample(&self, memory: &L::Memory) -> Sample {
-        self.law.next_sample(memory)
+    pub fn next_sample<S: Varying>(&self, memory: &L::Memory<S>) -> Sample<S> {
+        self.law.next_sample::<S>(memory)
     }
 
     /// Takes the sample that is due at the time of the contact, if any.
     #[inline(always)]
-    pub fn sample(&self, contact: impl Fn() -> Contact<f64>, time: f64, x: &[f64], memory: &mut L::Memory) {
-        if self.law.next_sample(memory).time <= time {
+    pub fn sample<S: Varying>(&self, contact: impl Fn() -> Contact<S>, time: f64, x: &[S], memory: &mut L::Memory<S>) {
+        if self.law.next_sample::<S>(memory).time.value() <= time {
             self.law.sample(&contact(), &x[self.states()], memory);
         }
     }
@@ -226,8 +238,8 @@ impl<L: FrictionLaw> FrictionContact<L> {
     }
 
     /// Whether a memory can belong to this contact.
-    pub fn fits(&self, memory: &L::Memory) -> bool {
-        self.law.owns(memory)
+    pub fn fits<S: Varying>(&self, memory: &L::Memory<S>) -> bool {
+        self.law.owns::<S>(memory)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
+use crate::numbers::{Real, Scalar};
 use crate::system::{Indicator, UNUSED};
 
 /// What can end a mode of a contact. A law uses those it [declares](super::FrictionLaw::events).
@@ -58,44 +59,44 @@ impl Event {
 
 /// The event indicators of a contact, each in the place of its event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Indicators([f64; Event::COUNT]);
+pub struct Indicators<S = Real>([S; Event::COUNT]);
 
-impl Default for Indicators {
+impl<S: Scalar> Default for Indicators<S> {
     /// None in use.
     fn default() -> Self {
-        Self([UNUSED; Event::COUNT])
+        Self([S::of(UNUSED); Event::COUNT])
     }
 }
 
-impl Indicators {
+impl<S: Scalar> Indicators<S> {
     /// The first event that is due.
     pub fn due(&self) -> Option<Event> {
-        Event::ALL.into_iter().find(|event| self[*event] < 0.0)
+        Event::ALL.into_iter().find(|event| self[*event].value() < 0.0)
     }
 }
 
-impl Index<Event> for Indicators {
-    type Output = f64;
+impl<S> Index<Event> for Indicators<S> {
+    type Output = S;
 
-    fn index(&self, event: Event) -> &f64 {
+    fn index(&self, event: Event) -> &S {
         &self.0[event as usize]
     }
 }
 
-impl IndexMut<Event> for Indicators {
-    fn index_mut(&mut self, event: Event) -> &mut f64 {
+impl<S> IndexMut<Event> for Indicators<S> {
+    fn index_mut(&mut self, event: Event) -> &mut S {
         &mut self.0[event as usize]
     }
 }
 
-impl AsMut<[f64]> for Indicators {
-    fn as_mut(&mut self) -> &mut [f64] {
+impl<S> AsMut<[S]> for Indicators<S> {
+    fn as_mut(&mut self) -> &mut [S] {
         &mut self.0
     }
 }
 
-impl AsRef<[f64]> for Indicators {
-    fn as_ref(&self) -> &[f64] {
+impl<S> AsRef<[S]> for Indicators<S> {
+    fn as_ref(&self) -> &[S] {
         &self.0
     }
 }
@@ -107,9 +108,9 @@ mod tests {
     #[test]
     fn every_event_has_its_own_place() {
         for (place, event) in Event::ALL.into_iter().enumerate() {
-            let mut indicators = Indicators::default();
-            indicators[event] = -1.0;
-            assert_eq!(indicators.as_ref().iter().position(|value| *value < 0.0), Some(place));
+            let mut indicators = Indicators::<Real>::default();
+            indicators[event] = Real::of(-1.0);
+            assert_eq!(indicators.as_ref().iter().position(|number| number.value < 0.0), Some(place));
             assert_eq!(indicators.due(), Some(event));
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::event::{Event, Indicators};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::system::{Sample, references};
 use crate::variables::{Kind, Meaning, Notice, ParameterError, ParameterSet, Tunable, Variable};
 
@@ -68,20 +68,21 @@ pub struct Contact<S> {
 }
 
 impl Contact<f64> {
-    /// The same contact for equations of other numbers, none of which varies.
-    pub fn held<S: Scalar>(&self) -> Contact<S> {
+    /// The same contact in numbers of the equations, none of which varies.
+    #[inline(always)]
+    pub fn still<S: Scalar>(&self) -> Contact<S> {
         let Self { time, position, velocity, applied, level, drive } = *self;
         let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(S::constant);
         Contact { time, position, velocity, applied, level, drive }
     }
 }
 
-impl Contact<Real> {
+impl<S: Scalar> Contact<S> {
     /// The same contact in plain numbers.
     #[inline(always)]
-    pub fn plain(&self) -> Contact<f64> {
+    pub fn values(&self) -> Contact<f64> {
         let Self { time, position, velocity, applied, level, drive } = *self;
-        let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(Real::value);
+        let [time, position, velocity, applied, level] = [time, position, velocity, applied, level].map(S::value);
         Contact { time, position, velocity, applied, level, drive }
     }
 }
@@ -130,8 +131,9 @@ pub fn checked<L: FrictionLaw>(law: L) -> Result<L, ParameterError> {
     note = "in a catalogue a `VelocityLaw` is an `OfVelocity<{Self}>`, a `SetValued` law a `StickSlip<{Self}>`, a `BristleLaw` a `OneBristle<{Self}>`"
 )]
 pub trait FrictionLaw: ParameterSet {
-    /// What the law remembers apart from its continuous states; changes at events and accepted steps only.
-    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
+    /// What the law remembers apart from its continuous states; changes at events and accepted steps only. What varies little by
+    /// little with parameters and start values, such as where an anchor lies, is a number `S`; a side or a count is not.
+    type Memory<S: Varying>: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// How the law holds the mass.
     fn stiction(&self) -> Stiction {
@@ -183,7 +185,7 @@ pub trait FrictionLaw: ParameterSet {
     /// Rate in 1/s at which the state of a law that has one relaxes towards where the motion leads it: minus the derivative
     /// of its own rate by itself, given the state and its rate. It makes steps longer; none is less accurate for it, nor if it
     /// is not exact.
-    fn relaxation(&self, _contact: &Contact<f64>, _state: [f64; 2], _memory: &Self::Memory) -> f64 {
+    fn relaxation<S: Varying>(&self, _contact: &Contact<S>, _state: [S; 2], _memory: &Self::Memory<S>) -> f64 {
         0.0
     }
 
@@ -209,38 +211,46 @@ pub trait FrictionLaw: ParameterSet {
     }
 
     /// The memory a run starts with; the continuous states are zero then.
-    fn start(&self, contact: &Contact<f64>) -> Self::Memory;
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Self::Memory<S>;
 
-    /// The friction force in N; writes the time derivatives of the continuous states, which are zero before.
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory, rates: &mut [S]) -> S;
+    /// The friction force in N; writes the time derivatives of the continuous states, which are zero before. A number of the
+    /// memory is taken into the equation by [`S::held`](Scalar::held).
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &Self::Memory<S::Held>, rates: &mut [S]) -> S;
 
     /// Sets the event indicators that the present mode uses.
-    fn indicators(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &Self::Memory, _out: &mut Indicators) {}
+    fn indicators<S: Varying>(
+        &self,
+        _contact: &Contact<S>,
+        _z: &[S],
+        _memory: &Self::Memory<S>,
+        _out: &mut Indicators<S>,
+    ) {
+    }
 
     /// Handles an event, whose indicator fell below zero; may set the velocity (to exactly 0) and the states.
-    fn switch(
+    fn switch<S: Varying>(
         &self,
         _event: Event,
-        _contact: &Contact<f64>,
-        _velocity: &mut f64,
-        _z: &mut [f64],
-        _memory: &mut Self::Memory,
+        _contact: &Contact<S>,
+        _velocity: &mut S,
+        _z: &mut [S],
+        _memory: &mut Self::Memory<S>,
     ) {
     }
 
     /// Lets the memory follow an accepted step; must leave the indicators as they are. Returns whether the force may have
     /// changed.
-    fn follow(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) -> bool {
+    fn follow<S: Varying>(&self, _contact: &Contact<S>, _z: &[S], _memory: &mut Self::Memory<S>) -> bool {
         false
     }
 
     /// The next sample the law takes.
-    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
-        Sample::NEVER
+    fn next_sample<S: Varying>(&self, _memory: &Self::Memory<S>) -> Sample<S> {
+        Sample::never()
     }
 
     /// Takes a sample.
-    fn sample(&self, _contact: &Contact<f64>, _z: &[f64], _memory: &mut Self::Memory) {}
+    fn sample<S: Varying>(&self, _contact: &Contact<S>, _z: &[S], _memory: &mut Self::Memory<S>) {}
 
     /// Longest step in s the solver may take.
     fn max_step(&self) -> f64 {
@@ -258,7 +268,7 @@ pub trait FrictionLaw: ParameterSet {
     }
 
     /// Whether the law holds the mass now (the output `sticking`), if it has any [stiction](Self::stiction).
-    fn is_sticking(_memory: &Self::Memory) -> bool {
+    fn is_sticking<S: Varying>(_memory: &Self::Memory<S>) -> bool {
         false
     }
 
@@ -268,7 +278,7 @@ pub trait FrictionLaw: ParameterSet {
     }
 
     /// Whether a memory, read from a saved state, can belong to this law.
-    fn owns(&self, _memory: &Self::Memory) -> bool {
+    fn owns<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         true
     }
 }

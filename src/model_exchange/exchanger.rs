@@ -1,6 +1,7 @@
 //! Lets a host integrate any model's equations.
 
 use super::{Exchange, ExchangeError, Update};
+use crate::numbers::{Real, Scalar};
 use crate::session::{Direction, Session, Snapshot, SnapshotError};
 use crate::solver::Counters;
 use crate::system::{Indicator, Limits, MAX_KINKS, System, UNUSED, state_name};
@@ -37,7 +38,7 @@ pub struct Exchanger<E: System<U>, const N: usize, const U: usize> {
     near: [f64; N],
     /// Whether `x` is within the limits, and `near` is the same.
     is_within: bool,
-    memory: E::Memory,
+    memory: E::Memory<Real>,
     /// Whether the equations are taken on the far side of each kink, where its quantity is negative.
     sides: Vec<bool>,
     inputs: [f64; U],
@@ -63,7 +64,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     #[inline(never)]
     pub(crate) fn new(
         (equations, session): (E, Session),
-        (time, x, memory, inputs): (f64, [f64; N], &E::Memory, [f64; U]),
+        (time, x, memory, inputs): (f64, [f64; N], &E::Memory<Real>, [f64; U]),
         indicators: Vec<Indicator>,
     ) -> Box<Self> {
         let limits = equations.limits();
@@ -116,10 +117,10 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     }
 
     /// Takes over what an event has changed of the nearest states.
-    fn take_over(&mut self, changed: &[f64; N]) {
-        for (index, value) in changed.iter().enumerate() {
-            if *value != self.near[index] {
-                self.x[index] = *value;
+    fn take_over(&mut self, changed: &[Real; N]) {
+        for (index, number) in changed.iter().enumerate() {
+            if number.value != self.near[index] {
+                self.x[index] = number.value;
             }
         }
         self.look_around();
@@ -157,9 +158,15 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         }
     }
 
+    /// The nearest states and the inputs.
+    fn numbers(&self) -> ([Real; N], [Real; U]) {
+        (Real::all(&self.near), Real::all(&self.inputs))
+    }
+
     /// Indicators as the equations have them, in their own units and exactly 0 at an event.
-    fn exact_indicators(&self) -> E::Indicators {
-        self.equations.indicators(self.elapsed, &self.near, &self.inputs, &self.memory)
+    fn exact_indicators(&self) -> E::Indicators<Real> {
+        let (x, u) = self.numbers();
+        self.equations.indicators(Real::of(self.elapsed), &x, &u, &self.memory)
     }
 
     /// How far it is to each kink: negative beyond it.
@@ -182,9 +189,9 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
         let mut last = Vec::new();
         for switches in 0..MAX_SWITCHES {
             let indicators = self.exact_indicators();
-            let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else { return Ok(()) };
-            let mut x = self.near;
-            self.equations.switch(event, self.elapsed, &mut x, &self.inputs, &mut self.memory);
+            let Some(event) = indicators.as_ref().iter().position(|number| number.value < 0.0) else { return Ok(()) };
+            let (mut x, u) = self.numbers();
+            self.equations.switch(event, Real::of(self.elapsed), &mut x, &u, &mut self.memory);
             self.take_over(&x);
             self.counters.events += 1;
             if switches >= MAX_SWITCHES / 2 && !last.contains(&event) {
@@ -198,16 +205,16 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     /// Takes the samples that are due.
     fn sample(&mut self) -> Result<(), ExchangeError> {
         for _ in 0..MAX_SWITCHES {
-            let sample = self.equations.next_sample(&self.memory);
+            let sample = self.equations.next_sample::<Real>(&self.memory);
             if !sample.is_due_at(self.elapsed) {
                 return Ok(());
             }
             // A sample that is due is taken, however the host has rounded its time.
-            let mut x = self.near;
-            self.equations.sample(self.elapsed.max(sample.time), &mut x, &self.inputs, &mut self.memory);
+            let ((mut x, u), time) = (self.numbers(), Real::of(self.elapsed.max(sample.time.value)));
+            self.equations.sample(time, &mut x, &u, &mut self.memory);
             self.take_over(&x);
         }
-        let due = self.equations.next_sample(&self.memory).time;
+        let due = self.equations.next_sample::<Real>(&self.memory).time.value;
         Err(ExchangeError::MissedTimeEvents { time: self.session.time, due: self.session.start + due })
     }
 
@@ -221,7 +228,8 @@ impl<E: System<U>, const N: usize, const U: usize> Exchanger<E, N, U> {
     }
 
     fn follow(&mut self) {
-        let _ = self.equations.follow(self.elapsed, &self.near, &self.inputs, &mut self.memory);
+        let (x, u) = self.numbers();
+        let _ = self.equations.follow(Real::of(self.elapsed), &x, &u, &mut self.memory);
     }
 }
 
@@ -278,7 +286,8 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
     }
 
     fn rates(&self, rates: &mut [f64]) -> Result<(), ExchangeError> {
-        let here = System::rates(&self.equations, self.elapsed, &self.near, &self.inputs, &self.memory);
+        let (x, u) = self.numbers();
+        let here = self.equations.derivatives(Real::of(self.elapsed), &x, &u, &self.memory).map(Real::value);
         if here.iter().any(|rate| !rate.is_finite()) {
             return Err(ExchangeError::NotFinite { time: self.session.time });
         }
@@ -293,7 +302,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 
     fn indicators(&self, indicators: &mut [f64]) {
         let exact = self.exact_indicators();
-        let all = exact.as_ref().iter().copied().chain(self.to_kinks());
+        let all = exact.as_ref().iter().map(|number| number.value).chain(self.to_kinks());
         for ((slot, value), indicator) in indicators.iter_mut().zip(all).zip(&self.indicators) {
             *slot = seen(indicator, value);
         }
@@ -309,7 +318,8 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
             return Err(error);
         }
         self.change_sides();
-        let next = self.equations.next_sample(&self.memory).time.min(self.elapsed + self.equations.max_step());
+        let next =
+            self.equations.next_sample::<Real>(&self.memory).time.value.min(self.elapsed + self.equations.max_step());
         let next = Some(next).filter(|time| time.is_finite()).map(|time| self.on_clock(time));
         Ok(Update { changes_states: self.x != before, next_time_event: next })
     }
@@ -369,11 +379,11 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (x, (memory, counters, start, sides)) =
-            snapshot.read::<_, (Box<E::Memory>, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
+            snapshot.read::<_, (Box<E::Memory<Real>>, Counters, f64, Vec<bool>), N, U>(&self.equations, &self.x)?;
         if !start.is_finite() {
             return Err(SnapshotError::NotFinite);
         }
-        if sides.len() != self.sides.len() || !self.equations.fits(&memory) {
+        if sides.len() != self.sides.len() || !self.equations.fits::<Real>(&memory) {
             return Err(SnapshotError::Foreign);
         }
         (self.session.start, self.x, self.counters, self.sides) = (start, x, counters, sides);
@@ -387,7 +397,7 @@ impl<E: System<U>, const N: usize, const U: usize> Exchange for Exchanger<E, N, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::Scalar;
+    use crate::numbers::Varying;
     use crate::session::Start;
     use crate::states;
     use crate::system::{Sample, System, Tables};
@@ -409,8 +419,8 @@ mod tests {
         type Parameters = ();
         type State = State;
         /// Switches and samples so far.
-        type Memory = [usize; 2];
-        type Indicators = [f64; 3];
+        type Memory<S: Varying> = [usize; 2];
+        type Indicators<S: Varying> = [S; 3];
 
         fn tables() -> Tables {
             Tables { inputs: Vec::new(), computed: Vec::new(), parameters: Vec::new() }
@@ -421,7 +431,7 @@ mod tests {
         fn parameters(&self) -> &() {
             &()
         }
-        fn start<const N: usize>(&self, _: &[f64; 0]) -> ([f64; N], [usize; 2]) {
+        fn start<S: Varying, const N: usize>(&self, _: &[S; 0]) -> ([S; N], [usize; 2]) {
             unreachable!("it is given")
         }
         fn derivatives<S: Scalar, const N: usize>(&self, _: S, x: &[S; N], _: &[S; 0], _: &[usize; 2]) -> [S; N] {
@@ -429,31 +439,32 @@ mod tests {
         }
         fn outputs<S: Scalar, const N: usize>(&self, _: S, _: &[S; N], _: &[S; 0], _: &[usize; 2], _: &mut [S]) {}
         /// The first one begins, then the last two take turns.
-        fn indicators<const N: usize>(
+        fn indicators<S: Varying, const N: usize>(
             &self,
-            _: f64,
-            _: &[f64; N],
-            _: &[f64; 0],
+            _: S,
+            _: &[S; N],
+            _: &[S; 0],
             &[switches, _]: &[usize; 2],
-        ) -> [f64; 3] {
+        ) -> [S; 3] {
             let next = if switches == 0 { 0 } else { 1 + switches % 2 };
-            std::array::from_fn(|place| if place == next && switches < self.switches { -1.0 } else { 0.0 })
+            let value = |place| if place == next && switches < self.switches { -1.0 } else { 0.0 };
+            std::array::from_fn(|place| S::of(value(place)))
         }
-        fn switch<const N: usize>(
+        fn switch<S: Varying, const N: usize>(
             &self,
             event: usize,
-            _: f64,
-            _: &mut [f64; N],
-            _: &[f64; 0],
+            _: S,
+            _: &mut [S; N],
+            _: &[S; 0],
             memory: &mut [usize; 2],
         ) {
             assert_eq!(event, if memory[0] == 0 { 0 } else { 1 + memory[0] % 2 });
             memory[0] += 1;
         }
-        fn next_sample(&self, memory: &[usize; 2]) -> Sample {
-            if memory[1] < self.samples { Sample::exact(0.5) } else { Sample::NEVER }
+        fn next_sample<S: Varying>(&self, memory: &[usize; 2]) -> Sample<S> {
+            if memory[1] < self.samples { Sample::exact(S::of(0.5)) } else { Sample::never() }
         }
-        fn sample<const N: usize>(&self, _: f64, _: &mut [f64; N], _: &[f64; 0], memory: &mut [usize; 2]) {
+        fn sample<S: Varying, const N: usize>(&self, _: S, _: &mut [S; N], _: &[S; 0], memory: &mut [usize; 2]) {
             memory[1] += 1;
         }
     }

@@ -20,7 +20,7 @@ use crate::friction::{
     self, Contact, ContactLaw, Event, Friction, FrictionContact, FrictionLaw, Indicators, Law, MAX_STATES, states,
 };
 use crate::model::{Experiment, Functions, Model, Panel, Start};
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Real, Scalar, Varying, sign};
 use crate::system::{Indicator, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, ParameterSet, Values, Variable, units};
 use crate::{enumeration, inputs, outputs, parameters, start_sized, states};
@@ -194,19 +194,19 @@ pub struct FrictionBench<L = Friction> {
 /// Memory of the friction law and of a prescribed motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[doc(hidden)]
-pub struct Memory<F = friction::Memory> {
+pub struct Memory<F = friction::Memory, S = Real> {
     friction: F,
     trend: Trend,
-    course: Course,
+    course: Course<S>,
 }
 
 /// Where a prescribed position leads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Course {
+struct Course<S> {
     /// Position in m at the end of the present step.
-    end: f64,
+    end: S,
     /// Velocity in m/s of this step; before the first one, that of the input.
-    velocity: Option<f64>,
+    velocity: Option<S>,
 }
 
 /// How the speed of a prescribed motion changed last, also from one held value of the input to the next.
@@ -235,10 +235,15 @@ const OVERWHELMING: f64 = 1e12;
 
 impl<L: FrictionLaw> FrictionBench<L> {
     /// Velocity of the mass: as prescribed, or the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], u: &Inputs<S>, memory: &Memory<L::Memory>) -> S {
+    fn rate<S: Scalar, const N: usize>(
+        &self,
+        x: &[S; N],
+        u: &Inputs<S>,
+        memory: &Memory<L::Memory<S::Held>, S::Held>,
+    ) -> S {
         match self.p.drive {
             Drive::PrescribedMotion => u.drive_velocity,
-            Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::constant),
+            Drive::PrescribedPosition => memory.course.velocity.map_or(u.drive_velocity, S::held),
             Drive::SpringPull | Drive::Free => self.friction.rate(State::Velocity.get(x), &memory.friction),
         }
     }
@@ -287,26 +292,9 @@ impl<L: FrictionLaw> FrictionBench<L> {
         time: S,
         x: &[S; N],
         u: &Inputs<S>,
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>, S::Held>,
     ) -> Contact<S> {
         self.contact(time, x, u, self.rate(x, u, memory), memory.trend)
-    }
-
-    /// The contact in plain numbers.
-    fn contact_now<const N: usize>(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; INPUTS],
-        rate: f64,
-        trend: Trend,
-    ) -> Contact<f64> {
-        let u = Inputs::read(&Real::all(u));
-        self.contact(Real::of(time), &Real::all(x), &u, Real::of(rate), trend).plain()
-    }
-
-    fn rate_now<const N: usize>(&self, x: &[f64; N], u: &[f64; INPUTS], memory: &Memory<L::Memory>) -> f64 {
-        self.rate(&Real::all(x), &Inputs::read(&Real::all(u)), memory).value
     }
 
     /// Acceleration in m/s2 under a friction force.
@@ -321,8 +309,8 @@ impl<L: FrictionLaw> FrictionBench<L> {
 impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
     type Parameters = Parameters;
     type State = State;
-    type Memory = Memory<L::Memory>;
-    type Indicators = Indicators;
+    type Memory<S: Varying> = Memory<L::Memory<S>, S>;
+    type Indicators<S: Varying> = Indicators<S>;
 
     fn tables() -> Tables {
         let states = states::table::<L>("friction", references::CONTACT, &[depends::DRIVE, depends::LEVEL, depends::V]);
@@ -347,16 +335,16 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         &self.p
     }
 
-    fn start<const N: usize>(&self, u: &[f64; INPUTS]) -> ([f64; N], Self::Memory) {
+    fn start<S: Varying, const N: usize>(&self, u: &[S; INPUTS]) -> ([S; N], Self::Memory<S>) {
         let inputs = Inputs::read(u);
-        let mut x = [0.0; N];
-        State::DrivePosition.set(&mut x, self.p.position0);
-        State::Position.set(&mut x, self.p.position0);
-        State::Velocity.set(&mut x, self.p.velocity0);
-        let trend = Trend { velocity: inputs.drive_velocity, sign: 1.0 };
-        let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { self.p.velocity0 };
-        let friction = self.friction.start(&self.contact_now(0.0, &x, u, rate, trend));
-        (x, Memory { friction, trend, course: Course { end: self.p.position0, velocity: None } })
+        let (mut x, start) = ([S::zero(); N], S::of(self.p.position0));
+        State::DrivePosition.set(&mut x, start);
+        State::Position.set(&mut x, start);
+        State::Velocity.set(&mut x, S::of(self.p.velocity0));
+        let trend = Trend { velocity: inputs.drive_velocity.value(), sign: 1.0 };
+        let rate = if self.p.drive.prescribes() { inputs.drive_velocity } else { State::Velocity.get(&x) };
+        let friction = self.friction.start(&self.contact(S::zero(), &x, &inputs, rate, trend));
+        (x, Memory { friction, trend, course: Course { end: start, velocity: None } })
     }
 
     fn states(&self) -> usize {
@@ -372,7 +360,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         time: S,
         x: &[S; N],
         u: &[S; INPUTS],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>, S::Held>,
     ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
@@ -384,14 +372,14 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         rates
     }
 
-    fn indicators<const N: usize>(
+    fn indicators<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; INPUTS],
-        memory: &Memory<L::Memory>,
-    ) -> Indicators {
-        let contact = self.contact_now(time, x, u, self.rate_now(x, u, memory), memory.trend);
+        time: S,
+        x: &[S; N],
+        u: &[S; INPUTS],
+        memory: &Memory<L::Memory<S>, S>,
+    ) -> Indicators<S> {
+        let contact = self.contact_at(time, x, &Inputs::read(u), memory);
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
@@ -399,19 +387,19 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         self.friction.has_events()
     }
 
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; INPUTS],
-        memory: &mut Memory<L::Memory>,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; INPUTS],
+        memory: &mut Memory<L::Memory<S>, S>,
     ) {
-        let contact = self.contact_now(time, x, u, self.rate_now(x, u, memory), memory.trend);
+        let contact = self.contact_at(time, x, &Inputs::read(u), memory);
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn begin(&self, duration: f64, u: &[f64; INPUTS], memory: &mut Memory<L::Memory>) -> bool {
+    fn begin<S: Varying>(&self, duration: f64, u: &[S; INPUTS], memory: &mut Memory<L::Memory<S>, S>) -> bool {
         if self.p.drive != Drive::PrescribedPosition {
             return false;
         }
@@ -420,26 +408,24 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         true
     }
 
-    fn follow<const N: usize>(
+    fn follow<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; INPUTS],
-        memory: &mut Memory<L::Memory>,
+        time: S,
+        x: &[S; N],
+        u: &[S; INPUTS],
+        memory: &mut Memory<L::Memory<S>, S>,
     ) -> bool {
-        memory.trend.follow(if self.p.drive.prescribes() {
-            self.rate_now(x, u, memory)
-        } else {
-            Inputs::read(u).drive_velocity
-        });
-        let (rate, trend) = (self.rate_now(x, u, memory), memory.trend);
-        let contact = || self.contact_now(time, x, u, rate, trend);
+        let u = &Inputs::read(u);
+        let followed = if self.p.drive.prescribes() { self.rate(x, u, memory) } else { u.drive_velocity };
+        memory.trend.follow(followed.value());
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        let contact = || self.contact(time, x, u, rate, trend);
         self.friction.follow(contact, x, &mut memory.friction);
         true
     }
 
-    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
-        self.friction.next_sample(&memory.friction)
+    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> Sample<S> {
+        self.friction.next_sample::<S>(&memory.friction)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -458,9 +444,17 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         self.friction.depends_on_time()
     }
 
-    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; INPUTS], memory: &mut Memory<L::Memory>) {
-        let (rate, trend) = (self.rate_now(x, u, memory), memory.trend);
-        self.friction.sample(|| self.contact_now(time, x, u, rate, trend), time, x, &mut memory.friction);
+    fn sample<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; INPUTS],
+        memory: &mut Memory<L::Memory<S>, S>,
+    ) {
+        let u = &Inputs::read(u);
+        let (rate, trend) = (self.rate(x, u, memory), memory.trend);
+        let contact = || self.contact(time, x, u, rate, trend);
+        self.friction.sample(contact, time.value(), x, &mut memory.friction);
     }
 
     fn scales<const N: usize>(&self) -> [f64; N] {
@@ -469,10 +463,11 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         scales
     }
 
-    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
+    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>, S>) -> bool {
         let Course { end, velocity } = memory.course;
-        let is_plain = [memory.trend.velocity, end, velocity.unwrap_or(0.0)].iter().all(|value| value.is_finite());
-        is_plain && self.friction.fits(&memory.friction)
+        let is_plain =
+            [memory.trend.velocity, end.value(), velocity.map_or(0.0, S::value)].iter().all(|value| value.is_finite());
+        is_plain && self.friction.fits::<S>(&memory.friction)
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -480,7 +475,7 @@ impl<L: FrictionLaw> System<INPUTS> for FrictionBench<L> {
         time: S,
         x: &[S; N],
         u: &[S; INPUTS],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>, S::Held>,
         computed: &mut [S],
     ) {
         let u = &Inputs::read(u);

@@ -31,6 +31,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::numbers::Real;
     use crate::system::System;
 
     /// Of the cylinder: both stops, both cushions.
@@ -38,7 +39,7 @@ mod tests {
 
     /// How many indicators a system has.
     fn count<E: System<U>, const U: usize>() -> usize {
-        E::Indicators::default().as_ref().len()
+        E::Indicators::<Real>::default().as_ref().len()
     }
 
     #[test]

@@ -1,38 +1,52 @@
 //! Numbers with derivatives: forward-mode automatic differentiation.
 
+use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::Scalar;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Scalar, Tangent, Varying};
 
 /// A number of the equations without derivatives: what plain runs are made of.
 ///
 /// It is as fast as an `f64`, and an `f64` is no number of the equations, so that nothing that varies is taken for a constant.
-pub type Real = Dual<0>;
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Real {
+    /// The value.
+    pub value: f64,
+}
 
-/// A number with its derivatives in `D` directions (forward-mode automatic differentiation).
+/// A number with its derivatives in `D` directions of the continuous states, inputs or time (forward-mode automatic
+/// differentiation), in a run whose discrete state keeps numbers `H`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual<const D: usize> {
+pub struct Dual<const D: usize, H = Real> {
     /// The value.
     pub value: f64,
     /// The derivative of the value in each direction.
     pub slope: [f64; D],
+    held: PhantomData<H>,
 }
 
-impl<const D: usize> Dual<D> {
+impl<const D: usize, H> Dual<D, H> {
+    /// A number with its derivatives.
+    pub const fn new(value: f64, slope: [f64; D]) -> Self {
+        Self { value, slope, held: PhantomData }
+    }
+
     /// A number that varies with rate 1 in one direction.
     pub fn variable(value: f64, direction: usize) -> Self {
         let mut slope = [0.0; D];
         slope[direction] = 1.0;
-        Self { value, slope }
+        Self::new(value, slope)
     }
 
     /// The same number among those with further directions, in which it does not vary.
-    pub fn widened<const W: usize>(self) -> Dual<W> {
-        Dual { value: self.value, slope: std::array::from_fn(|i| if i < D { self.slope[i] } else { 0.0 }) }
+    pub fn widened<const W: usize>(self) -> Dual<W, H> {
+        Dual::new(self.value, std::array::from_fn(|i| if i < D { self.slope[i] } else { 0.0 }))
     }
 
     fn map(self, value: f64, rule: impl Fn(f64) -> f64) -> Self {
-        Self { value, slope: self.slope.map(rule) }
+        Self::new(value, self.slope.map(rule))
     }
 
     fn zip(self, other: Self, value: f64, rule: impl Fn(f64, f64) -> f64) -> Self {
@@ -40,7 +54,7 @@ impl<const D: usize> Dual<D> {
         for (a, b) in slope.iter_mut().zip(other.slope) {
             *a = rule(*a, b);
         }
-        Self { value, slope }
+        Self::new(value, slope)
     }
 }
 
@@ -52,9 +66,51 @@ impl Real {
     }
 }
 
-impl<const D: usize> Scalar for Dual<D> {
+impl Varying for Real {}
+
+impl Serialize for Real {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.value.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Real {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        f64::deserialize(deserializer).map(Self::of)
+    }
+}
+
+impl Scalar for Real {
+    type Held = Self;
+
+    fn held(value: Self) -> Self {
+        value
+    }
     fn of(value: f64) -> Self {
-        Self { value, slope: [0.0; D] }
+        Self { value }
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn chain(self, value: f64, _derivative: f64) -> Self {
+        Self { value }
+    }
+}
+
+impl<const D: usize, H> Default for Dual<D, H> {
+    fn default() -> Self {
+        Self::new(0.0, [0.0; D])
+    }
+}
+
+impl<const D: usize, H: Varying> Scalar for Dual<D, H> {
+    type Held = H;
+
+    fn held(value: H) -> Self {
+        Self::of(value.value())
+    }
+    fn of(value: f64) -> Self {
+        Self::new(value, [0.0; D])
     }
     fn value(self) -> f64 {
         self.value
@@ -64,14 +120,14 @@ impl<const D: usize> Scalar for Dual<D> {
     }
 }
 
-impl<const D: usize> Add for Dual<D> {
+impl<const D: usize, H: Varying> Add for Dual<D, H> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         self.zip(other, self.value + other.value, |a, b| a + b)
     }
 }
 
-impl<const D: usize> Sub for Dual<D> {
+impl<const D: usize, H: Varying> Sub for Dual<D, H> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         self.zip(other, self.value - other.value, |a, b| a - b)
@@ -79,7 +135,7 @@ impl<const D: usize> Sub for Dual<D> {
 }
 
 #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
-impl<const D: usize> Mul for Dual<D> {
+impl<const D: usize, H: Varying> Mul for Dual<D, H> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         self.zip(other, self.value * other.value, |a, b| a * other.value + self.value * b)
@@ -87,7 +143,7 @@ impl<const D: usize> Mul for Dual<D> {
 }
 
 #[allow(clippy::suspicious_arithmetic_impl, reason = "the quotient rule subtracts and multiplies")]
-impl<const D: usize> Div for Dual<D> {
+impl<const D: usize, H: Varying> Div for Dual<D, H> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         let inverse = 1.0 / other.value;
@@ -97,61 +153,111 @@ impl<const D: usize> Div for Dual<D> {
     }
 }
 
-impl<const D: usize> Neg for Dual<D> {
+impl<const D: usize, H: Varying> Neg for Dual<D, H> {
     type Output = Self;
     fn neg(self) -> Self {
         self.map(-self.value, |a| -a)
     }
 }
 
-impl<const D: usize> AddAssign for Dual<D> {
+impl Neg for Real {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { value: -self.value }
+    }
+}
+
+impl AddAssign for Real {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<const D: usize> SubAssign for Dual<D> {
+impl SubAssign for Real {
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl<const D: usize> Add<f64> for Dual<D> {
+impl<const D: usize, H: Varying> AddAssign for Dual<D, H> {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const D: usize, H: Varying> SubAssign for Dual<D, H> {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<const D: usize, H: Varying> Add<f64> for Dual<D, H> {
     type Output = Self;
     fn add(self, other: f64) -> Self {
         Self { value: self.value + other, ..self }
     }
 }
 
-impl<const D: usize> Sub<f64> for Dual<D> {
+impl<const D: usize, H: Varying> Sub<f64> for Dual<D, H> {
     type Output = Self;
     fn sub(self, other: f64) -> Self {
         Self { value: self.value - other, ..self }
     }
 }
 
-impl<const D: usize> Mul<f64> for Dual<D> {
+impl<const D: usize, H: Varying> Mul<f64> for Dual<D, H> {
     type Output = Self;
     fn mul(self, other: f64) -> Self {
         self.map(self.value * other, |a| a * other)
     }
 }
 
-impl<const D: usize> Div<f64> for Dual<D> {
+impl<const D: usize, H: Varying> Div<f64> for Dual<D, H> {
     type Output = Self;
     fn div(self, other: f64) -> Self {
         self.map(self.value / other, |a| a / other)
     }
 }
 
-/// Constants on the left.
+/// Constants on the left, and the arithmetic of plain numbers.
 macro_rules! constants_on_the_left {
     ($($operator:ident $name:ident;)*) => {$(
-        impl<const D: usize> $operator<Dual<D>> for f64 {
-            type Output = Dual<D>;
+        impl<const D: usize, H: Varying> $operator<Dual<D, H>> for f64 {
+            type Output = Dual<D, H>;
             #[inline(always)]
-            fn $name(self, other: Dual<D>) -> Dual<D> {
+            fn $name(self, other: Dual<D, H>) -> Dual<D, H> {
                 Dual::of(self).$name(other)
+            }
+        }
+        impl $operator<Real> for f64 {
+            type Output = Real;
+            #[inline(always)]
+            fn $name(self, other: Real) -> Real {
+                Real { value: self.$name(other.value) }
+            }
+        }
+        impl $operator for Real {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self { value: self.value.$name(other.value) }
+            }
+        }
+        impl $operator<f64> for Real {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: f64) -> Self {
+                Self { value: self.value.$name(other) }
+            }
+        }
+        impl $operator<Tangent> for Real {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Tangent) -> Self {
+                Self { value: self.value.$name(other.value) }
             }
         }
     )*};

@@ -23,5 +23,5 @@ pub use dual::{Dual, Real};
 pub use monotone::MonotoneCurve;
 pub use number::Number;
 pub use pair::Pair;
-pub use scalar::{Scalar, sign};
+pub use scalar::{Scalar, Varying, sign};
 pub use tangent::{Tangent, Tangents};

@@ -35,9 +35,9 @@ impl<S: Scalar> Pair<S> {
     }
 }
 
-impl<const D: usize> Pair<Dual<D>> {
+impl<const D: usize, H> Pair<Dual<D, H>> {
     /// The same numbers among those with further directions, in which they do not vary.
-    pub fn widened<const W: usize>(self) -> Pair<Dual<W>> {
+    pub fn widened<const W: usize>(self) -> Pair<Dual<W, H>> {
         Pair(self.0.map(Dual::widened))
     }
 }

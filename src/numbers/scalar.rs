@@ -3,7 +3,10 @@
 //! Every transcendental function goes through the `libm` crate, so that the same inputs give the same bits on
 //! every platform; square roots are correctly rounded by the hardware everywhere.
 
+use std::fmt::Debug;
 use std::ops::{AddAssign, SubAssign};
+
+use serde::{Serialize, de::DeserializeOwned};
 
 use super::{Number, Tangent};
 
@@ -14,7 +17,13 @@ use super::{Number, Tangent};
     message = "`{Self}` is no number of the equations",
     note = "`Real::of(value)` makes one of an `f64`, and `.value` gives it back; so nothing that varies is taken for a constant"
 )]
-pub trait Scalar: Number + AddAssign + SubAssign {
+pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug + Send + Sync + 'static {
+    /// The number in which a discrete state keeps what goes into equations of this number: the same for numbers that vary with
+    /// parameters and start values, and a [`Real`](super::Real) for numbers that vary with the continuous states.
+    type Held: Varying;
+
+    /// A number of the discrete state in an equation.
+    fn held(value: Self::Held) -> Self;
     /// The value without its derivatives.
     fn value(self) -> f64;
     /// The number with a value and no derivatives.
@@ -66,6 +75,11 @@ pub trait Scalar: Number + AddAssign + SubAssign {
         self.max(low).min(high)
     }
 }
+
+/// A number that a discrete state can keep: what happens at events and samples is evaluated with it.
+///
+/// It is saved as its value.
+pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {}
 
 impl<S: Scalar> Number for S {
     fn constant(value: f64) -> Self {

@@ -2,7 +2,9 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::{Dual, Number, Scalar};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Dual, Number, Scalar, Varying};
 
 /// A number with its slope in one direction.
 ///
@@ -27,17 +29,36 @@ impl Tangent {
     }
 
     fn dual(self) -> Dual<1> {
-        Dual { value: self.value, slope: [self.slope] }
+        Dual::new(self.value, [self.slope])
     }
 }
 
 impl From<Dual<1>> for Tangent {
-    fn from(Dual { value, slope: [slope] }: Dual<1>) -> Self {
+    fn from(Dual { value, slope: [slope], .. }: Dual<1>) -> Self {
         Self { value, slope }
     }
 }
 
+impl Varying for Tangent {}
+
+impl Serialize for Tangent {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.value.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Tangent {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        f64::deserialize(deserializer).map(Self::still)
+    }
+}
+
 impl Scalar for Tangent {
+    type Held = Self;
+
+    fn held(value: Self) -> Self {
+        value
+    }
     fn of(value: f64) -> Self {
         Self::still(value)
     }
@@ -89,7 +110,7 @@ macro_rules! arithmetic {
                 Tangent::still(self).dual().$name(other.dual()).into()
             }
         }
-        impl<const D: usize> $operator<Tangent> for Dual<D> {
+        impl<const D: usize, H: Varying> $operator<Tangent> for Dual<D, H> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Tangent) -> Self {

@@ -4,7 +4,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::gas::{GasState, Reservoir};
 use super::orifice::Inflow;
-use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::system::{Led, Sample, Stride};
 use crate::variables::{ParameterError, ParameterSet, Variable};
 
@@ -38,7 +38,7 @@ pub struct Ports<'a, S> {
 /// An actuator: its parameters, its states, its variables and its equations.
 pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     /// What it remembers apart from its states; changes with the accepted steps.
-    type Memory: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
+    type Memory<S: Varying>: Clone + PartialEq + std::fmt::Debug + Serialize + DeserializeOwned + Send;
 
     /// Its parameters.
     type Parameters: ParameterSet;
@@ -87,10 +87,10 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     fn scales(&self) -> [f64; STATES];
 
     /// States and memory at the start, under a voltage.
-    fn start(&self, voltage: f64) -> ([f64; STATES], Self::Memory);
+    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], Self::Memory<S>);
 
     /// Rates of the states under a voltage.
-    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory) -> [S; STATES];
+    fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory<S::Held>) -> [S; STATES];
 
     /// What half a step of a size in s leaves of the distances of the states from where a held voltage leads, as a matrix.
     /// Asked of actuators with a [closed form](Self::has_closed_form).
@@ -100,32 +100,32 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
 
     /// The states in a step, under a voltage that is held and that the memory has followed. Asked of actuators with a
     /// [closed form](Self::has_closed_form).
-    fn later(
+    fn later<S: Varying>(
         &self,
-        states: [f64; STATES],
-        _voltage: f64,
-        _memory: &Self::Memory,
+        states: [S; STATES],
+        _voltage: S,
+        _memory: &Self::Memory<S>,
         _stride: &Stride,
-    ) -> Led<[f64; STATES]> {
-        Led { middle: states, end: states, bend: [0.0; STATES] }
+    ) -> Led<[S; STATES]> {
+        Led { middle: states, end: states, bend: [S::zero(); STATES] }
     }
 
     /// Whether it opens or closes now at a rate that may fill a step: what flows then grows by a higher power of the time than
     /// the error estimate of explicit steps sees.
-    fn is_hasty(&self, _memory: &Self::Memory) -> bool {
+    fn is_hasty<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         false
     }
 
     /// Lets the memory follow the voltage.
-    fn follow(&self, _voltage: f64, _memory: &mut Self::Memory) {}
+    fn follow<S: Varying>(&self, _voltage: S, _memory: &mut Self::Memory<S>) {}
 
     /// The next point in time at which it changes by itself.
-    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
-        Sample::NEVER
+    fn next_sample<S: Varying>(&self, _memory: &Self::Memory<S>) -> Sample<S> {
+        Sample::never()
     }
 
     /// Changes at that point, under a voltage.
-    fn sample(&self, _states: &mut [f64; STATES], _voltage: f64, _memory: &mut Self::Memory) {}
+    fn sample<S: Varying>(&self, _states: &mut [S; STATES], _voltage: S, _memory: &mut Self::Memory<S>) {}
 
     /// What flows into the chambers.
     fn feed<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>>;
@@ -137,7 +137,13 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     }
 
     /// Whether the states stay in their piece all along a step of a size in s, at both ends of which they are in the same one.
-    fn stays_in_piece(&self, _ends: [[f64; STATES]; 2], _voltage: f64, _memory: &Self::Memory, _step: f64) -> bool {
+    fn stays_in_piece<S: Varying>(
+        &self,
+        _ends: [[f64; STATES]; 2],
+        _voltage: f64,
+        _memory: &Self::Memory<S>,
+        _step: f64,
+    ) -> bool {
         true
     }
 
@@ -148,10 +154,10 @@ pub trait Actuating: Clone + std::fmt::Debug + Send + Sync + Sized + 'static {
     }
 
     /// Writes its computed variables.
-    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory, slots: &mut [S]);
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Self::Memory<S::Held>, slots: &mut [S]);
 
     /// Whether a memory has a meaning.
-    fn fits(&self, _memory: &Self::Memory) -> bool {
+    fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         true
     }
 }
@@ -165,6 +171,6 @@ pub(super) const BEND_WEIGHT: f64 = 10.0;
 pub(super) const SHORT: f64 = 0.01;
 
 /// The value in the middle of a step with which the rule of Simpson has a mean, between values at the start and at the end.
-pub(super) fn simpson_middle(start: f64, mean: f64, end: f64) -> f64 {
-    1.5 * mean - 0.25 * (start + end)
+pub(super) fn simpson_middle<S: Scalar>(start: S, mean: S, end: S) -> S {
+    mean * 1.5 - (start + end) * 0.25
 }

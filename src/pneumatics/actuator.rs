@@ -71,8 +71,9 @@ macro_rules! actuator_items {
         #[derive(Clone, Debug, PartialEq, $crate::serde::Serialize, $crate::serde::Deserialize)]
         #[serde(crate = "pneumatic_servo::serde")]
         #[allow(missing_docs, reason = "each variant is described by the type it names")]
-        pub enum Memory {
-            $($item(<$type as $crate::pneumatics::actuator::Actuating>::Memory)),*
+        #[serde(bound(serialize = "", deserialize = ""))]
+        pub enum Memory<S: $crate::numbers::Varying = $crate::numbers::Real> {
+            $($item(<$type as $crate::pneumatics::actuator::Actuating>::Memory<S>)),*
         }
 
         /// The choice of an actuator and the parameters of each.
@@ -85,7 +86,7 @@ macro_rules! actuator_items {
 
         const _: () = {
             use $crate::system::{Led, Sample, Stride};
-            use $crate::numbers::{Pair, Real, Scalar};
+            use $crate::numbers::{Pair, Real, Scalar, Varying};
             use $crate::pneumatics::actuator::{ACTUATION, Actuating, Ports, STATES};
             use $crate::pneumatics::gas::GasState;
             use $crate::pneumatics::orifice::Inflow;
@@ -133,7 +134,7 @@ macro_rules! actuator_items {
             }
 
             impl Actuating for Actuator {
-                type Memory = Memory;
+                type Memory<S: Varying> = Memory<S>;
                 type Parameters = Parameters;
 
                 const COMPUTED: usize = 0 $(+ <$type as Actuating>::COMPUTED)*;
@@ -167,10 +168,11 @@ macro_rules! actuator_items {
                 }
                 fn has_supply(&self) -> bool {
                     of_actuator!(self, |actuator| actuator.has_supply())
-                }                fn scales(&self) -> [f64; STATES] {
+                }
+                fn scales(&self) -> [f64; STATES] {
                     of_actuator!(self, |actuator| actuator.scales())
                 }
-                fn start(&self, voltage: f64) -> ([f64; STATES], Memory) {
+                fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], Memory<S>) {
                     match self {
                         $(Self::$item(actuator) => {
                             let (states, memory) = actuator.start(voltage);
@@ -198,7 +200,7 @@ macro_rules! actuator_items {
                 fn drawn<S: Scalar>(&self, states: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Pair<S> {
                     of_actuator!(self, |actuator| actuator.drawn(states, ports, gas))
                 }
-                fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory, slots: &mut [S]) {
+                fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory<S::Held>, slots: &mut [S]) {
                     let rest = slots;
                     $(
                         let (own, rest) = rest.split_at_mut(<$type as Actuating>::COMPUTED);
@@ -210,37 +212,37 @@ macro_rules! actuator_items {
                     )*
                     debug_assert!(rest.is_empty(), "all slots belong to an actuator");
                 }
-                fn fits(&self, memory: &Memory) -> bool {
+                fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {
                     match (self, memory) {
-                        $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits(memory),)*
+                        $((Self::$item(actuator), Memory::$item(memory)) => actuator.fits::<S>(memory),)*
                         #[allow(unreachable_patterns, reason = "a catalogue may have one actuator")]
                         _ => false,
                     }
                 }
                 #[inline(always)]
-                fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory) -> [S; STATES] {
+                fn rates<S: Scalar>(&self, states: [S; STATES], voltage: S, memory: &Memory<S::Held>) -> [S; STATES] {
                     of_actuator!(self, memory, |actuator, memory| actuator.rates(states, voltage, memory))
                 }
                 #[inline(always)]
-                fn later(&self, states: [f64; STATES], voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
+                fn later<S: Varying>(&self, states: [S; STATES], voltage: S, memory: &Memory<S>, stride: &Stride) -> Led<[S; STATES]> {
                     of_actuator!(self, memory, |actuator, memory| actuator.later(states, voltage, memory, stride))
                 }
                 #[inline(always)]
-                fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory, step: f64) -> bool {
-                    of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece(ends, voltage, memory, step))
+                fn stays_in_piece<S: Varying>(&self, ends: [[f64; STATES]; 2], voltage: f64, memory: &Memory<S>, step: f64) -> bool {
+                    of_actuator!(self, memory, |actuator, memory| actuator.stays_in_piece::<S>(ends, voltage, memory, step))
                 }
                 #[inline(always)]
-                fn is_hasty(&self, memory: &Memory) -> bool {
-                    of_actuator!(self, memory, |actuator, memory| actuator.is_hasty(memory))
+                fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
+                    of_actuator!(self, memory, |actuator, memory| actuator.is_hasty::<S>(memory))
                 }
                 #[inline(always)]
-                fn follow(&self, voltage: f64, memory: &mut Memory) {
+                fn follow<S: Varying>(&self, voltage: S, memory: &mut Memory<S>) {
                     of_actuator!(self, memory, |actuator, memory| actuator.follow(voltage, memory))
                 }
-                fn next_sample(&self, memory: &Memory) -> Sample {
-                    of_actuator!(self, memory, |actuator, memory| actuator.next_sample(memory))
+                fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
+                    of_actuator!(self, memory, |actuator, memory| actuator.next_sample::<S>(memory))
                 }
-                fn sample(&self, states: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
+                fn sample<S: Varying>(&self, states: &mut [S; STATES], voltage: S, memory: &mut Memory<S>) {
                     of_actuator!(self, memory, |actuator, memory| actuator.sample(states, voltage, memory))
                 }
             }

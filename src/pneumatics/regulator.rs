@@ -3,7 +3,7 @@
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, Orifice, is_above, piece};
-use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::system::{Led, Stride};
 use crate::variables::{ParameterError, Variable, units};
 use crate::{outputs, parameters};
@@ -81,7 +81,7 @@ pub struct PressureRegulator {
 }
 
 impl Actuating for PressureRegulator {
-    type Memory = ();
+    type Memory<S: Varying> = ();
     type Parameters = Parameters;
 
     const COMPUTED: usize = Outputs::<f64>::LEN;
@@ -117,8 +117,8 @@ impl Actuating for PressureRegulator {
         [1.0, 30.0]
     }
 
-    fn start(&self, voltage: f64) -> ([f64; STATES], ()) {
-        ([0.0, self.regulator.command(Real::of(voltage)).value], ())
+    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], ()) {
+        ([S::zero(), self.regulator.command(voltage)], ())
     }
 
     fn rates<S: Scalar>(&self, [_, pressure]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
@@ -130,9 +130,15 @@ impl Actuating for PressureRegulator {
     }
 
     #[inline(always)]
-    fn later(&self, [_, pressure]: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
+    fn later<S: Varying>(
+        &self,
+        [_, pressure]: [S; STATES],
+        voltage: S,
+        _memory: &(),
+        stride: &Stride,
+    ) -> Led<[S; STATES]> {
         let &Stride { size: step, half: [_, [_, left]] } = stride;
-        let command = self.regulator.command(Real::of(voltage)).value;
+        let command = self.regulator.command(voltage);
         let (constant, distance) = (self.regulator.time_constant, pressure - command);
         let (middle, end) = (distance * left, distance * left * left);
         let effective = if step < SHORT * constant {
@@ -140,8 +146,8 @@ impl Actuating for PressureRegulator {
         } else {
             simpson_middle(distance, (distance - end) * constant / step, end)
         };
-        let bend = BEND_WEIGHT * (effective - middle);
-        Led { middle: [0.0, command + effective], end: [0.0, command + end], bend: [0.0, bend] }
+        let (none, bend) = (S::zero(), (effective - middle) * BEND_WEIGHT);
+        Led { middle: [none, command + effective], end: [none, command + end], bend: [none, bend] }
     }
 
     #[inline(always)]
@@ -189,7 +195,9 @@ mod tests {
         let p = Parameters::read(&[1e5, 9e5, 0.02, 4e-9, 0.3].map(Tunable::still)).expect("legal");
         let regulator = PressureRegulator::new(p).expect("legal");
         let stride = Stride { size: 0.02, half: regulator.half(0.02) };
-        let Led { middle: [_, middle], end: [_, end], bend } = regulator.later([0.0, 2e5], 5.0, &(), &stride);
+        let Led { middle: [_, middle], end: [_, end], bend } =
+            regulator.later([0.0, 2e5].map(Real::of), Real::of(5.0), &(), &stride);
+        let ([middle, end], bend) = ([middle, end].map(Real::value), bend.map(Real::value));
         let left = (-1.0f64).exp();
         assert!((end - (5e5 - 3e5 * left)).abs() < 1e-9, "{end}");
         assert!(((2e5 + 4.0 * middle + end) / 6.0 - (5e5 - 3e5 * (1.0 - left))).abs() < 1e-9, "{middle}");

@@ -7,7 +7,7 @@ use nalgebra::SMatrix;
 use super::leaves::{Leaf, Leaves};
 use super::variation::Piece;
 use crate::numbers::{Real, Scalar, Tangent};
-use crate::session::{Start, build, differentiate_varied};
+use crate::session::{Start, build, differentiate_varied, still};
 use crate::solver::Counters;
 use crate::system::System;
 
@@ -120,7 +120,7 @@ pub struct Erased<E: System<U>, const N: usize, const U: usize> {
     /// The equations.
     pub equations: E,
     /// The memory.
-    pub memory: E::Memory,
+    pub memory: E::Memory<Real>,
     /// Number of all computed variables.
     pub computed: usize,
 }
@@ -130,6 +130,11 @@ impl<E: System<U>, const N: usize, const U: usize> Erased<E, N, U> {
     fn own(&self) -> usize {
         self.computed - Counters::COUNT - E::RESIDUALS
     }
+}
+
+/// Numbers of the equations in an array.
+fn numbers<const N: usize>(values: &[f64]) -> [Real; N] {
+    Real::all(&array(values))
 }
 
 /// Numbers in an array.
@@ -155,8 +160,8 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
     }
 
     fn start(&self, u: &[f64]) -> (Vec<f64>, Leaves) {
-        let (x, memory) = System::start::<N>(&self.equations, &array(u));
-        (x.to_vec(), Leaves::of(&memory))
+        let (x, memory) = System::start::<Real, N>(&self.equations, &numbers(u));
+        (x.map(Real::value).to_vec(), Leaves::of(&memory))
     }
 
     fn memory(&self) -> Leaves {
@@ -185,7 +190,7 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
     }
 
     fn holds(&self, held: &dyn Any) -> bool {
-        held.downcast_ref::<E::Memory>() == Some(&self.memory)
+        held.downcast_ref::<E::Memory<Real>>() == Some(&self.memory)
     }
 
     fn rounded(&self) -> Vec<usize> {
@@ -206,12 +211,14 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
     }
 
     fn rates(&self, At { time, x, u }: At) -> Vec<f64> {
-        System::rates::<N>(&self.equations, time, &array(x), &array(u), &self.memory).to_vec()
+        let rates =
+            System::derivatives::<Real, N>(&self.equations, Real::of(time), &numbers(x), &numbers(u), &self.memory);
+        rates.map(Real::value).to_vec()
     }
 
     fn jacobian(&self, At { time, x, u }: At) -> Vec<f64> {
         let mut jacobian = SMatrix::<f64, N, N>::zeros();
-        System::jacobian(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian.data.0);
+        System::jacobian::<Real, N>(&self.equations, time, &array(x), &array(u), &self.memory, &mut jacobian.data.0);
         jacobian.as_slice().to_vec()
     }
 
@@ -219,52 +226,53 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
         let tangent = |value: f64, slope: f64| Tangent { value, slope };
         let x: [Tangent; N] = std::array::from_fn(|i| tangent(x[i], dx[i]));
         let u: [Tangent; U] = std::array::from_fn(|i| tangent(u[i], du[i]));
-        let rates = System::derivatives(&self.equations, tangent(time, 0.0), &x, &u, &self.memory);
+        let rates = System::derivatives(&self.equations, tangent(time, 0.0), &x, &u, &still(&self.memory));
         slopes.iter_mut().zip(rates).for_each(|(slope, rate)| *slope = rate.slope);
     }
 
     fn cross(&self, piece: &Piece, columns: &[f64], weights: &[f64]) -> Option<(Vec<f64>, u32)> {
-        let is_chain = System::hints::<N>(&self.equations, &[0.0; N], &self.memory).is_chain;
+        let is_chain = System::hints::<Real, N>(&self.equations, &[Real::of(0.0); N], &self.memory).is_chain;
         piece.cross::<N>((E::GROUPS, is_chain), columns, weights)
     }
 
     fn later(&self, At { x, u, .. }: At, step: f64) -> Option<Vec<f64>> {
-        if E::LED == 0 || System::hints::<N>(&self.equations, &array(x), &self.memory).explicit.is_none() {
+        if E::LED == 0 || System::hints::<Real, N>(&self.equations, &numbers(x), &self.memory).explicit.is_none() {
             return None;
         }
         let stride = System::stride(&self.equations, step);
-        let led = System::led::<N>(&self.equations, &array(x), &array(u), &self.memory, &stride);
-        Some(led.end[..E::LED].to_vec())
+        let led = System::led::<Real, N>(&self.equations, &numbers(x), &numbers(u), &self.memory, &stride);
+        Some(led.end[..E::LED].iter().map(|number| number.value).collect())
     }
 
     fn indicators(&self, At { time, x, u }: At) -> Vec<f64> {
-        let indicators = System::indicators::<N>(&self.equations, time, &array(x), &array(u), &self.memory);
-        indicators.as_ref().to_vec()
+        let (time, x, u) = (Real::of(time), numbers(x), numbers(u));
+        let indicators = System::indicators::<Real, N>(&self.equations, time, &x, &u, &self.memory);
+        indicators.as_ref().iter().map(|number| number.value).collect()
     }
 
     fn enact(&mut self, act: Act, time: f64, states: &mut [f64], u: &[f64]) {
-        let (mut x, u) = (array::<N>(states), array::<U>(u));
+        let (mut x, u) = (numbers::<N>(states), numbers::<U>(u));
         let (equations, memory) = (&self.equations, &mut self.memory);
         match act {
             Act::Begin(duration) => {
                 System::begin(equations, duration, &u, memory);
             }
             Act::Follow => {
-                System::follow(equations, time, &x, &u, memory);
+                System::follow(equations, Real::of(time), &x, &u, memory);
             }
-            Act::Switch(event) => System::switch(equations, event, time, &mut x, &u, memory),
+            Act::Switch(event) => System::switch(equations, event, Real::of(time), &mut x, &u, memory),
             Act::Sample { due, now } => {
                 // Where the run is a little earlier or later, it is still due, whatever rounding has to say.
                 let due = if time == now { due } else { (due + (time - now)).next_up().next_up().next_up() };
-                System::sample(equations, due, &mut x, &u, memory);
+                System::sample(equations, Real::of(due), &mut x, &u, memory);
             }
-            Act::Arrive => System::arrive(equations, time, &x, &u, memory),
+            Act::Arrive => System::arrive(equations, Real::of(time), &x, &u, memory),
         }
-        states.copy_from_slice(&x);
+        states.copy_from_slice(&x.map(Real::value));
     }
 
     fn next_sample(&self) -> f64 {
-        System::next_sample(&self.equations, &self.memory).time
+        System::next_sample::<Real>(&self.equations, &self.memory).time.value
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -273,7 +281,7 @@ impl<E: System<U>, const N: usize, const U: usize> Equations for Erased<E, N, U>
 
     fn outputs(&self, At { time, x, u }: At) -> Vec<f64> {
         let mut values = vec![Real::of(0.0); self.own()];
-        let (x, u) = (Real::all(&array::<N>(x)), Real::all(&array::<U>(u)));
+        let (x, u) = (numbers::<N>(x), numbers::<U>(u));
         System::outputs(&self.equations, Real::of(time), &x, &u, &self.memory, &mut values);
         values.into_iter().map(Real::value).collect()
     }

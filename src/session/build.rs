@@ -71,7 +71,7 @@ pub(crate) fn check_outputs<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
     x: &[f64; N],
     u: &[f64; U],
-    memory: &E::Memory,
+    memory: &E::Memory<Real>,
 ) -> Result<(), ParameterError> {
     // No arithmetic yields this number.
     const UNWRITTEN: f64 = f64::from_bits(0x7ff8_0000_dead_beef);

@@ -1,35 +1,45 @@
 //! Derivatives of the computed variables of a model, exactly, by dual numbers.
 
-use crate::numbers::{Dual, Scalar, Tangent};
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::numbers::{Dual, Real, Scalar, Tangent};
 use crate::system::System;
 
 /// Writes the derivatives of the computed variables of a model, the solver's counters included, in a direction of time,
 /// states and inputs.
 pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
-    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    at: (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
-    let dual = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
+    let dual = |value: f64, slope: f64| Dual::<1>::new(value, [slope]);
     write_slopes(equations, at, seeds, (dual, |number| number.slope[0]), computed);
 }
 
 /// The same in a direction in which the parameters, with which the equations have been built, may vary, too.
 pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
-    at: (f64, &[f64; N], &[f64; U], &E::Memory),
+    at: (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
     let tangent = |value: f64, slope: f64| Tangent { value, slope };
-    write_slopes(equations, at, seeds, (tangent, |number| number.slope), computed);
+    let (time, x, u, memory) = at;
+    let memory: E::Memory<Tangent> = still(memory);
+    write_slopes(equations, (time, x, u, &memory), seeds, (tangent, |number| number.slope), computed);
+}
+
+/// A discrete state in numbers that may vary, none of which does.
+pub fn still<A: Serialize, B: DeserializeOwned>(memory: &A) -> B {
+    let saved = postcard::to_allocvec(memory).expect("a memory holds plain data");
+    postcard::from_bytes(&saved).expect("a memory of the same model")
 }
 
 /// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.
 fn write_slopes<E: System<U>, S: Scalar, const N: usize, const U: usize>(
     equations: &E,
-    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory<S::Held>),
     (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
     (number, slope): (impl Fn(f64, f64) -> S, impl Fn(S) -> f64),
     computed: &mut [f64],

@@ -13,7 +13,7 @@ pub(crate) use self::build::check_outputs;
 #[doc(hidden)]
 pub use self::build::{build, check, read};
 use self::differentiate::differentiate;
-pub(crate) use self::differentiate::differentiate_varied;
+pub(crate) use self::differentiate::{differentiate_varied, still};
 use crate::numbers::{Real, Scalar};
 use crate::system::{System, shared_table};
 use crate::variables::{ParameterError, Table};
@@ -154,7 +154,7 @@ impl Session {
     pub fn outputs<E: System<U>, const N: usize, const U: usize>(
         &self,
         equations: &E,
-        (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory),
+        (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
         computed: &mut [f64],
     ) {
         let numbers = &mut self.computed.borrow_mut()[..computed.len()];
@@ -167,7 +167,7 @@ impl Session {
     pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
         &self,
         equations: &E,
-        at: (f64, &[f64; N], &[f64; U], &E::Memory),
+        at: (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
         seeds: (f64, &[f64; N], &[f64; U]),
         slopes: &[f64],
         computed: &mut [f64],

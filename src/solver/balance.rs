@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::array;
 use super::event::Hermite;
+use crate::numbers::Varying;
 use crate::system::{Held, QUANTITIES, System};
 
 /// The account of a run.
@@ -22,17 +23,17 @@ impl Balance {
     }
 
     /// Adds what a step brings, by Simpson's rule on the cubic through its ends.
-    pub fn add<H: System<U>, const N: usize, const U: usize>(
+    pub fn add<H: System<U>, S: Varying, const N: usize, const U: usize>(
         &mut self,
         system: &H,
-        inputs: &Held<U>,
-        memory: &H::Memory,
+        inputs: &Held<U, S>,
+        memory: &H::Memory<S>,
         time: f64,
         path: &Hermite<N>,
     ) {
         for (fraction, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
             let at = time + fraction * path.h;
-            let inflow = system.inflow(at, &path.at(fraction), &inputs.at(at), memory);
+            let inflow = system.inflow(S::of(at), &path.at(fraction).map(S::of), &inputs.at(at), memory);
             for (sum, rate) in self.received.iter_mut().zip(inflow) {
                 *sum += weight * path.h * rate;
             }

@@ -5,6 +5,7 @@ use nalgebra::SMatrix;
 use super::array;
 use super::linear::Solver;
 use super::trial::Trial;
+use crate::numbers::Varying;
 use crate::system::{Held, System};
 
 const MAX_ITERATIONS: usize = 30;
@@ -15,25 +16,26 @@ const CONVERGED: f64 = 1e-10;
 /// One step of size `h` by Newton's method; `None` if the iteration does not converge.
 // A function of its own: inlined, it would be optimised once more with what calls it.
 #[inline(never)]
-pub fn step<H: System<U>, const N: usize, const U: usize>(
+pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,
     time: f64,
-    x: &[f64; N],
-    inputs: &Held<U>,
-    memory: &H::Memory,
+    start: &[S; N],
+    inputs: &Held<U, S>,
+    memory: &H::Memory<S>,
     h: f64,
     jacobians: &mut u64,
-) -> Option<Trial<N>> {
+) -> Option<Trial<N, S>> {
     let (end_time, scales) = (time + h, system.scales::<N>());
-    let u = inputs.at(end_time);
-    let mut end = *x;
+    let u = inputs.at(end_time).map(S::value);
+    let x = start.map(S::value);
+    let mut end = x;
     let mut jacobian = SMatrix::zeros();
     for _ in 0..MAX_ITERATIONS {
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian.data.0);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change =
-            Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(x, memory).is_chain)?.solve(&residual, H::GROUPS);
+        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(start, memory).is_chain)?
+            .solve(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }
@@ -41,7 +43,7 @@ pub fn step<H: System<U>, const N: usize, const U: usize>(
             return None;
         }
         if (0..N).all(|i| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs())) {
-            return Some(Trial { end, error: [0.0; N] });
+            return Some(Trial { end: end.map(S::of), error: [0.0; N] });
         }
     }
     None

@@ -30,8 +30,8 @@ pub use settings::Settings;
 /// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to
 /// compile, and all of them again for each system.
 #[inline(always)]
-fn array<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; N] {
-    let mut array = [0.0; N];
+fn array<T: Copy + Default, const N: usize>(number: impl Fn(usize) -> T) -> [T; N] {
+    let mut array = [T::default(); N];
     for (i, slot) in array.iter_mut().enumerate() {
         *slot = number(i);
     }

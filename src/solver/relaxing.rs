@@ -5,6 +5,8 @@
 //! rate its order is 4, so that the rate need not be exact. With half the evaluations its order is 2: Hochbruck, Ostermann
 //! (2010), Acta Numerica.
 
+use crate::numbers::Scalar;
+
 /// Share of a relaxation within a step below which the classical method is as good. Much further down, the weights below
 /// would be differences of nearly equal numbers: here they lose four digits of sixteen.
 const SLOW: f64 = 0.05;
@@ -61,62 +63,63 @@ impl Relaxing {
     }
 
     /// What drives the state besides its relaxation.
-    pub fn drive(&self, state: f64, slope: f64) -> f64 {
-        slope + self.rate * state
+    pub fn drive<S: Scalar>(&self, state: S, slope: S) -> S {
+        slope + state * self.rate
     }
 
     /// The argument of the second stage.
-    pub fn second(&self, state: f64, first: f64) -> f64 {
-        self.half * state + self.second * first
+    pub fn second<S: Scalar>(&self, state: S, first: S) -> S {
+        state * self.half + first * self.second
     }
 
     /// The argument of the third stage, after that of the second.
-    pub fn third(&self, argument: f64, [first, second]: [f64; 2]) -> f64 {
-        argument + self.third * (second - first)
+    pub fn third<S: Scalar>(&self, argument: S, [first, second]: [S; 2]) -> S {
+        argument + (second - first) * self.third
     }
 
     /// The argument of the fourth stage.
-    pub fn fourth(&self, state: f64, [first, third]: [f64; 2]) -> f64 {
-        self.whole * state + (self.fourth[0] * first + self.fourth[1] * (third - first))
+    pub fn fourth<S: Scalar>(&self, state: S, [first, third]: [S; 2]) -> S {
+        state * self.whole + (first * self.fourth[0] + (third - first) * self.fourth[1])
     }
 
     /// The state at the end.
-    pub fn end(&self, state: f64, [first, second, third, fourth]: [f64; 4]) -> f64 {
+    pub fn end<S: Scalar>(&self, state: S, [first, second, third, fourth]: [S; 4]) -> S {
         let [outer, inner, last] = self.result;
-        self.whole * state + (outer * first + inner * (second + third) + last * fourth)
+        state * self.whole + (first * outer + (second + third) * inner + fourth * last)
     }
 
     /// Its error: as in the classical method, three times the weight of the fourth stage is moved to the end.
-    pub fn error(&self, fourth: f64, end: f64) -> f64 {
-        3.0 * self.result[2] * (fourth - end)
+    pub fn error<S: Scalar>(&self, fourth: S, end: S) -> S {
+        (fourth - end) * (3.0 * self.result[2])
     }
 
     /// By how much the drives in the middle differ from those at the ends.
-    pub fn bend(&self, [first, second, third, fourth]: [f64; 4]) -> f64 {
-        self.result[2] * (first + fourth - second - third)
+    pub fn bend<S: Scalar>(&self, [first, second, third, fourth]: [S; 4]) -> S {
+        (first + fourth - second - third) * self.result[2]
     }
 
     /// The state at the end of a step with half the evaluations, in which the drive grows from the first stage on as it does
     /// up to the middle.
-    pub fn half_evaluated(&self, state: f64, drives: [f64; 2]) -> f64 {
+    pub fn half_evaluated<S: Scalar>(&self, state: S, drives: [S; 2]) -> S {
         self.fourth(state, drives)
     }
 
     /// Its error: by how much a drive that grows as it does up to the end brings more.
-    pub fn half_evaluated_error(&self, [first, middle, end]: [f64; 3]) -> f64 {
-        0.5 * self.fourth[1] * (first + end - 2.0 * middle)
+    pub fn half_evaluated_error<S: Scalar>(&self, [first, middle, end]: [S; 3]) -> S {
+        (first + end - middle * 2.0) * (0.5 * self.fourth[1])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// A step of `dx/dt = -rate*x + drive(t)` from 1.
     fn step(rate: f64, h: f64, drive: impl Fn(f64) -> f64) -> f64 {
         let relaxing = Relaxing::new(rate, h).expect("a fast state");
         let drives = [0.0, 0.5, 0.5, 1.0].map(|fraction| drive(fraction * h));
-        relaxing.end(1.0, drives)
+        relaxing.end(Real::of(1.0), drives.map(Real::of)).value
     }
 
     #[test]
@@ -126,7 +129,7 @@ mod tests {
             let found = step(rate, 1e-3, |_| 0.25 * rate);
             assert!((found - exact(1e-3)).abs() < 1e-14, "{rate}: {found}");
             let relaxing = Relaxing::new(rate, 1e-3).expect("a fast state");
-            let second = relaxing.second(1.0, 0.25 * rate);
+            let second = relaxing.second(Real::of(1.0), Real::of(0.25 * rate)).value;
             assert!((second - exact(0.5e-3)).abs() < 1e-14, "{rate}: {second}");
         }
     }
@@ -151,13 +154,13 @@ mod tests {
             let exact = particular(h) + (1.0 - particular(0.0)) * (-rate * h).exp();
             let drives = [0.0, 0.5, 1.0].map(|fraction| rate * (0.25 + 30.0 * fraction * h));
             let relaxing = Relaxing::new(rate, h).expect("a fast state");
-            let found = relaxing.half_evaluated(1.0, [drives[0], drives[1]]);
+            let found = relaxing.half_evaluated(Real::of(1.0), [drives[0], drives[1]].map(Real::of)).value;
             assert!((found - exact).abs() < 1e-13, "{rate}: {found}, not {exact}");
-            assert!(relaxing.half_evaluated_error(drives).abs() < 1e-15);
+            assert!(relaxing.half_evaluated_error(drives.map(Real::of)).value.abs() < 1e-15);
         }
         // A state that follows at once, and a drive that bends by 2 up to the end: as much at the end.
         let relaxing = Relaxing::new(1e9, h).expect("a fast state");
-        let error = relaxing.half_evaluated_error([1e9, 2e9, 5e9]);
+        let error = relaxing.half_evaluated_error([1e9, 2e9, 5e9].map(Real::of)).value;
         assert!((error - 2.0).abs() < 1e-5, "{error}");
     }
 

@@ -6,6 +6,7 @@
 
 use super::linear::Solver;
 use super::trial::{Linearisation, Trial};
+use crate::numbers::Varying;
 use crate::system::{Held, System};
 
 const GAMMA: f64 = 0.25;
@@ -60,26 +61,28 @@ pub const RODAS: Table = Table {
 };
 
 /// One step of size `h`; `None` if it leads nowhere.
-pub fn step<H: System<U>, const N: usize, const U: usize>(
+pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,
     time: f64,
-    x: &[f64; N],
-    inputs: &Held<U>,
-    memory: &H::Memory,
-    linearisation: &Linearisation<N>,
+    x: &[S; N],
+    inputs: &Held<U, S>,
+    memory: &H::Memory<S>,
+    linearisation: &Linearisation<N, S>,
     h: f64,
-) -> Option<Trial<N>> {
+) -> Option<Trial<N, S>> {
     let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.hints(x, memory).is_chain)?;
+    let x = &x.map(S::value);
     let rates = |fraction: f64, argument: &[f64; N]| {
         let stage_time = time + fraction * h;
-        system.rates(stage_time, argument, &inputs.at(stage_time), memory)
+        let stage = argument.map(S::of);
+        system.derivatives(S::of(stage_time), &stage, &inputs.at(stage_time), memory).map(S::value)
     };
     let in_time = |right: [f64; N], weight: f64| match &linearisation.time_slopes {
         Some(slopes) => combine(&right, [slopes], [weight], h),
         None => right,
     };
     let per_h = 1.0 / h;
-    let k1 = solver.solve(&in_time(linearisation.derivatives, D[0]), H::GROUPS);
+    let k1 = solver.solve(&in_time(linearisation.derivatives.map(S::value), D[0]), H::GROUPS);
     let right = combine(&rates(ALPHA[1], &combine(x, [&k1], A2, 1.0)), [&k1], C2, per_h);
     let k2 = solver.solve(&in_time(right, D[1]), H::GROUPS);
     let right = combine(&rates(ALPHA[2], &combine(x, [&k1, &k2], A3, 1.0)), [&k1, &k2], C3, per_h);
@@ -91,7 +94,7 @@ pub fn step<H: System<U>, const N: usize, const U: usize>(
     let argument = combine(&argument, [&k5], [1.0], 1.0);
     let k6 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h), H::GROUPS);
     // The last stage is the difference between the solutions of order 4 and 3.
-    Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0), error: k6 })
+    Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0).map(S::of), error: k6 })
 }
 
 /// A vector plus a weighted sum of vectors, whose weights are multiplied by a factor.

@@ -3,6 +3,7 @@
 use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
+use crate::numbers::Varying;
 use crate::system::{Held, Led, System};
 
 /// An explicit Runge-Kutta method in which each stage uses the one before only.
@@ -28,26 +29,26 @@ impl Tableau {
     // One function for all these methods, which nobody takes for their speed.
     #[inline(never)]
     #[allow(clippy::too_many_arguments, reason = "the system, where it is, and the step")]
-    pub fn step<H: System<U>, const N: usize, const U: usize>(
+    pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         &self,
         system: &H,
         time: f64,
-        x: &[f64; N],
-        inputs: &Held<U>,
-        memory: &H::Memory,
-        derivatives: &[f64; N],
+        x: &[S; N],
+        inputs: &Held<U, S>,
+        memory: &H::Memory<S>,
+        derivatives: &[S; N],
         h: f64,
-    ) -> Trial<N> {
+    ) -> Trial<N, S> {
         let mut slope = *derivatives;
         let mut end = *x;
         for (stage, (fraction, weight)) in self.times.iter().zip(self.weights).enumerate() {
             if stage > 0 {
-                let argument = array(|i| x[i] + fraction * h * slope[i]);
+                let argument = array(|i| x[i] + slope[i] * (fraction * h));
                 let stage_time = time + fraction * h;
-                slope = system.rates(stage_time, &argument, &inputs.at(stage_time), memory);
+                slope = system.derivatives(S::of(stage_time), &argument, &inputs.at(stage_time), memory);
             }
             for i in 0..N {
-                end[i] += h * weight * slope[i];
+                end[i] += slope[i] * (h * weight);
             }
         }
         Trial { end, error: [0.0; N] }
@@ -55,39 +56,39 @@ impl Tableau {
 }
 
 /// A step of an explicit method: from where, and how far.
-pub struct Stages<'a, H: System<U>, const N: usize, const U: usize> {
+pub struct Stages<'a, H: System<U>, S: Varying, const N: usize, const U: usize> {
     /// The system.
     pub system: &'a H,
     /// Time in s at its start.
     pub time: f64,
     /// States at its start.
-    pub x: &'a [f64; N],
+    pub x: &'a [S; N],
     /// The inputs.
-    pub inputs: &'a Held<U>,
+    pub inputs: &'a Held<U, S>,
     /// The memory.
-    pub memory: &'a H::Memory,
+    pub memory: &'a H::Memory<S>,
     /// Derivatives at its start.
-    pub first: &'a [f64; N],
+    pub first: &'a [S; N],
     /// Its size in s.
     pub h: f64,
     /// States that follow held inputs alone are those of their closed form in every stage, if it is given. Their derivatives
     /// are then left to [`System::refresh`].
-    pub led: Option<&'a Led<[f64; N]>>,
+    pub led: Option<&'a Led<[S; N]>>,
     /// A state that relaxes, and the weights that it takes in place of those of a method.
     pub relaxing: Option<(usize, &'a Relaxing)>,
 }
 
 /// What a step leads to, and what is to be known of it besides.
-pub struct Explicit<const N: usize> {
+pub struct Explicit<const N: usize, S> {
     /// The step.
-    pub trial: Trial<N>,
+    pub trial: Trial<N, S>,
     /// Derivatives at its end.
-    pub slope: [f64; N],
+    pub slope: [S; N],
     /// An error of order 2, which sees kinks.
     pub bend: [f64; N],
 }
 
-impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
+impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, N, U> {
     /// One step of the classical method, with the error of one of order 3.
     ///
     /// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved
@@ -98,7 +99,7 @@ impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
     ///
     /// Inlined, so that it is compiled once with and once without the closed form.
     #[inline(always)]
-    pub fn classical(&self) -> Explicit<N> {
+    pub fn classical(&self) -> Explicit<N, S> {
         let &Self { x, first, h, .. } = self;
         let drive_1 = self.drive(x, first);
         let x_2 = self.placed(self.along(0.5, first), |led| led.middle);
@@ -115,16 +116,17 @@ impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
         let drives = [drive_1, drive_2, drive_3, self.drive(&x_4, &fourth)];
 
         let sixth = h / 6.0;
-        let outer: [f64; N] = array(|i| first[i] + fourth[i]);
-        let inner: [f64; N] = array(|i| second[i] + third[i]);
-        let end = self.placed(array(|i| x[i] + sixth * (outer[i] + 2.0 * inner[i])), |led| led.end);
+        let outer: [S; N] = array(|i| first[i] + fourth[i]);
+        let inner: [S; N] = array(|i| second[i] + third[i]);
+        let end = self.placed(array(|i| x[i] + (outer[i] + inner[i] * 2.0) * sixth), |led| led.end);
         let end = self.relaxed(end, |state, weights| weights.end(x[state], drives));
         let slope = self.rates(1.0, &end);
         let last_drive = self.drive(&end, &slope);
-        let error = self.placed(array(|i| 0.5 * h * (fourth[i] - slope[i])), |led| led.bend);
+        let error = self.placed(array(|i| (fourth[i] - slope[i]) * (0.5 * h)), |led| led.bend);
         let error = self.relaxed(error, |_, weights| weights.error(drives[3], last_drive));
-        let bend = self.placed(array(|i| sixth * (outer[i] - inner[i])), |led| led.bend);
+        let bend = self.placed(array(|i| (outer[i] - inner[i]) * sixth), |led| led.bend);
         let bend = self.relaxed(bend, |_, weights| weights.bend(drives));
+        let [error, bend] = [error, bend].map(|it| it.map(S::value));
         Explicit { trial: Trial { end, error }, slope, bend }
     }
 
@@ -133,45 +135,46 @@ impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
     ///
     /// Of states with a closed form, the others meet the mean over the step.
     #[inline(always)]
-    pub fn midpoint(&self) -> Explicit<N> {
+    pub fn midpoint(&self) -> Explicit<N, S> {
         let &Self { x, first, h, .. } = self;
-        let mean = |led: &Led<[f64; N]>| array(|i| (x[i] + 4.0 * led.middle[i] + led.end[i]) / 6.0);
+        let mean = |led: &Led<[S; N]>| array(|i| (x[i] + led.middle[i] * 4.0 + led.end[i]) / 6.0);
         let drive_1 = self.drive(x, first);
         let x_2 = self.placed(self.along(0.5, first), mean);
         let x_2 = self.relaxed(x_2, |state, weights| weights.second(x[state], drive_1));
         let second = self.rates(0.5, &x_2);
         let drive_2 = self.drive(&x_2, &second);
-        let end = self.placed(array(|i| x[i] + h * second[i]), |led| led.end);
+        let end = self.placed(array(|i| x[i] + second[i] * h), |led| led.end);
         let end = self.relaxed(end, |state, weights| weights.half_evaluated(x[state], [drive_1, drive_2]));
         let slope = self.rates(1.0, &end);
         let drives = [drive_1, drive_2, self.drive(&end, &slope)];
-        let error = self.placed(array(|i| h * (0.5 * (first[i] + slope[i]) - second[i])), |led| led.bend);
+        let error = self.placed(array(|i| ((first[i] + slope[i]) * 0.5 - second[i]) * h), |led| led.bend);
         let error = self.relaxed(error, |_, weights| weights.half_evaluated_error(drives));
+        let error = error.map(S::value);
         Explicit { trial: Trial { end, error }, slope, bend: error }
     }
 
     /// Derivatives at a fraction of the step.
     // Compiled once for all stages of both methods.
     #[inline(never)]
-    fn rates(&self, fraction: f64, states: &[f64; N]) -> [f64; N] {
+    fn rates(&self, fraction: f64, states: &[S; N]) -> [S; N] {
         let &Self { system, inputs, memory, .. } = self;
         let time = self.time + fraction * self.h;
         let u = inputs.at(time);
         if self.led.is_some() {
-            system.driven(time, states, &u, memory)
+            system.driven(S::of(time), states, &u, memory)
         } else {
-            system.rates(time, states, &u, memory)
+            system.derivatives(S::of(time), states, &u, memory)
         }
     }
 
     #[inline(always)]
-    fn along(&self, fraction: f64, slope: &[f64; N]) -> [f64; N] {
-        array(|i| self.x[i] + fraction * self.h * slope[i])
+    fn along(&self, fraction: f64, slope: &[S; N]) -> [S; N] {
+        array(|i| self.x[i] + slope[i] * (fraction * self.h))
     }
 
     /// States, or errors of states, of which those with a closed form are a part of it.
     #[inline(always)]
-    fn placed(&self, mut states: [f64; N], part: impl Fn(&Led<[f64; N]>) -> [f64; N]) -> [f64; N] {
+    fn placed(&self, mut states: [S; N], part: impl Fn(&Led<[S; N]>) -> [S; N]) -> [S; N] {
         if let Some(led) = self.led {
             states[..H::LED].copy_from_slice(&part(led)[..H::LED]);
         }
@@ -180,13 +183,13 @@ impl<H: System<U>, const N: usize, const U: usize> Stages<'_, H, N, U> {
 
     /// What drives the state that relaxes besides its relaxation.
     #[inline(always)]
-    fn drive(&self, states: &[f64; N], slope: &[f64; N]) -> f64 {
-        self.relaxing.map_or(0.0, |(state, weights)| weights.drive(states[state], slope[state]))
+    fn drive(&self, states: &[S; N], slope: &[S; N]) -> S {
+        self.relaxing.map_or(S::zero(), |(state, weights)| weights.drive(states[state], slope[state]))
     }
 
     /// States, or errors of states, of which that of the relaxing one follows from its weights, if it is to relax.
     #[inline(always)]
-    fn relaxed(&self, mut states: [f64; N], value: impl Fn(usize, &Relaxing) -> f64) -> [f64; N] {
+    fn relaxed(&self, mut states: [S; N], value: impl Fn(usize, &Relaxing) -> S) -> [S; N] {
         if let Some((state, weights)) = self.relaxing {
             states[state] = value(state, weights);
         }

@@ -1,31 +1,22 @@
 //! What can end a mode of a model.
 
 use super::System;
+use crate::numbers::Real;
 use crate::system::Indicator;
 
-/// The indicator of an event, a function of time in s, states, inputs and memory.
-pub type Watch<E, const U: usize> = fn(&E, f64, &[f64], &[f64; U], &<E as System<U>>::Memory) -> f64;
-
-/// What an event does to states and memory, at a time in s and under inputs.
-pub type Happening<E, const U: usize> = fn(&E, f64, &mut [f64], &[f64; U], &mut <E as System<U>>::Memory);
-
-/// An event of a model: its name, its indicator and what it does. Its place among the events is that of its indicator.
-/// The slices of states are as long as the run has states.
-pub struct Event<E: System<U>, const U: usize> {
+/// An event of a model, in words: its place among the events is that of its [indicator](System::indicators), and what happens is
+/// told by [`System::switch`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
     /// Its name, in the group of the part that it belongs to: `wheel.locks` for example.
     pub name: &'static str,
     /// What happens, in words.
     pub text: &'static str,
     /// Magnitude of the indicator, in its own unit, that counts as 1 where indicators are compared.
     pub nominal: f64,
-    /// The indicator: positive or zero while the present mode is valid, [`UNUSED`](crate::system::UNUSED) where the mode has
-    /// no use for it. The event happens when it falls below zero.
-    pub indicator: Watch<E, U>,
-    /// What happens then.
-    pub happens: Happening<E, U>,
 }
 
-impl<E: System<U>, const U: usize> Event<E, U> {
+impl Event {
     /// What a host is told of it.
     pub fn indicator(&self) -> Indicator {
         Indicator { name: self.name.to_owned(), nominal: self.nominal, text: self.text }
@@ -48,7 +39,7 @@ pub(crate) const fn assert_sound<E: System<U>, const U: usize>() {
         }
         index += 1;
     }
-    let indicators = size_of::<E::Indicators>() / size_of::<f64>();
+    let indicators = size_of::<E::Indicators<Real>>() / size_of::<f64>();
     assert!(events.is_empty() || indicators == events.len(), "there must be as many indicators as events");
 }
 

@@ -1,23 +1,25 @@
 //! Inputs that are held over a step, or vary linearly.
 
+use crate::numbers::{Real, Scalar};
+
 /// Inputs that vary linearly from a point in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held<const U: usize> {
+pub struct Held<const U: usize, S = Real> {
     since: f64,
-    values: [f64; U],
+    values: [S; U],
     slopes: [f64; U],
     /// Whether any slope differs from 0.
     vary: bool,
 }
 
-impl<const U: usize> Held<U> {
+impl<const U: usize, S: Scalar> Held<U, S> {
     /// Inputs with values at a time in s, and with slopes in 1/s from there on.
-    pub fn new(since: f64, values: [f64; U], slopes: [f64; U]) -> Self {
+    pub fn new(since: f64, values: [S; U], slopes: [f64; U]) -> Self {
         Self { since, values, slopes, vary: slopes.iter().any(|slope| *slope != 0.0) }
     }
 
     /// The inputs at a time.
-    pub fn at(&self, time: f64) -> [f64; U] {
+    pub fn at(&self, time: f64) -> [S; U] {
         if !self.vary {
             return self.values;
         }

@@ -1,7 +1,7 @@
 //! Jacobians by dual numbers.
 
 use super::System;
-use crate::numbers::{Dual, Number};
+use crate::numbers::{Dual, Number, Varying};
 use crate::system::{Couplings, bits};
 
 /// Directions in which the equations are evaluated at a time.
@@ -10,18 +10,18 @@ const DIRECTIONS: usize = 6;
 /// The Jacobian, exact to rounding, by evaluating the equations with dual numbers a few directions at a time.
 ///
 /// The number of directions is the same for all systems, so that the equations are compiled for it once.
-pub fn jacobian_by_duals<E: System<U>, const N: usize, const U: usize>(
+pub fn jacobian_by_duals<E: System<U>, S: Varying, const N: usize, const U: usize>(
     equations: &E,
     time: f64,
     x: &[f64; N],
     u: &[f64; U],
-    memory: &E::Memory,
+    memory: &E::Memory<S>,
     jacobian: &mut [[f64; N]; N],
 ) -> [f64; N] {
     let (time, u) = (Dual::constant(time), u.map(Dual::constant));
     let mut derivatives = [0.0; N];
     for first in (0..N).step_by(DIRECTIONS) {
-        let mut seeded = x.map(Dual::<DIRECTIONS>::constant);
+        let mut seeded = x.map(Dual::<DIRECTIONS, S>::constant);
         for (direction, state) in seeded[first..].iter_mut().take(DIRECTIONS).enumerate() {
             state.slope[direction] = 1.0;
         }
@@ -36,13 +36,13 @@ pub fn jacobian_by_duals<E: System<U>, const N: usize, const U: usize>(
 }
 
 /// The Jacobian as by [`jacobian_by_duals`], of which the entries that the couplings leave out, all of them zero, are not written.
-pub fn jacobian_by_couplings<E: System<U>, const N: usize, const U: usize>(
+pub fn jacobian_by_couplings<E: System<U>, S: Varying, const N: usize, const U: usize>(
     equations: &E,
     couplings: &Couplings<N>,
     time: f64,
     x: &[f64; N],
     u: &[f64; U],
-    memory: &E::Memory,
+    memory: &E::Memory<S>,
     jacobian: &mut [[f64; N]; N],
 ) -> [f64; N] {
     let (time, u) = (Dual::constant(time), u.map(Dual::constant));
@@ -50,7 +50,7 @@ pub fn jacobian_by_couplings<E: System<U>, const N: usize, const U: usize>(
     let directions = usize::from(couplings.direction.iter().copied().max().unwrap_or(0)) + 1;
     for first in (0..directions).step_by(DIRECTIONS) {
         let is_seeded = |state: usize| (first..first + DIRECTIONS).contains(&usize::from(couplings.direction[state]));
-        let mut seeded = x.map(Dual::<DIRECTIONS>::constant);
+        let mut seeded = x.map(Dual::<DIRECTIONS, S>::constant);
         let mut chosen = 0;
         for state in (0..N).filter(|state| is_seeded(*state)) {
             seeded[state].slope[usize::from(couplings.direction[state]) - first] = 1.0;

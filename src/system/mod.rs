@@ -29,8 +29,8 @@ use serde::{Serialize, de::DeserializeOwned};
 pub use self::closed_form::{Led, Stride};
 pub(crate) use self::couplings::bits;
 pub use self::couplings::{Couplings, Groups};
+pub use self::event::Event;
 pub(crate) use self::event::assert_sound;
-pub use self::event::{Event, Happening, Watch};
 #[doc(hidden)]
 pub use self::held::Held;
 pub use self::hints::Hints;
@@ -42,7 +42,7 @@ pub use self::place::Place;
 pub use self::sample::Sample;
 pub use self::solving::{Counters, DEFAULT_TOLERANCE, Scheme, Tuning};
 pub use self::tables::{Tables, references, shared_table, state_name, table};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Real, Scalar, Varying};
 use crate::variables::{Notices, ParameterError, StateSet, Values};
 
 /// Conserved quantities a system can have.
@@ -70,15 +70,16 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// The states of the model itself, made by [`states!`](crate::states).
     type State: StateSet<Self::Parameters>;
 
-    /// Modes, stacks, delay lines, generators: everything that changes at events and accepted steps only; `()` for nothing.
-    type Memory: Clone + PartialEq + Serialize + DeserializeOwned + Send;
+    /// The discrete state: modes, stacks, delay lines, generators, everything that changes at events and accepted steps only; `()`
+    /// for nothing. What varies little by little with parameters and start values is a number `S`; a side or a count is not.
+    type Memory<S: Varying>: Clone + PartialEq + Serialize + DeserializeOwned + Send;
 
-    /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[f64; 0]` for none.
-    type Indicators: AsRef<[f64]> + AsMut<[f64]> + Default + Copy + Send;
+    /// Values of the event indicators, each in a fixed place: an array of as many as there are, `[S; 0]` for none.
+    type Indicators<S: Varying>: AsRef<[S]> + AsMut<[S]> + Default + Copy + Send;
 
     /// The events, in the order of their indicators. A model whose parts have events says more in
-    /// [`indicator_list`](Self::indicator_list), [`indicators`](Self::indicators) and [`switch`](Self::switch).
-    const EVENTS: &'static [Event<Self, U>] = &[];
+    /// [`indicator_list`](Self::indicator_list).
+    const EVENTS: &'static [Event] = &[];
 
     /// Conserved quantities whose residuals are the last of the computed variables.
     const RESIDUALS: usize = 0;
@@ -96,16 +97,17 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     fn parameters(&self) -> &Self::Parameters;
 
     /// The states and the memory a run starts with, under inputs.
-    fn start<const N: usize>(&self, u: &[f64; U]) -> ([f64; N], Self::Memory);
+    fn start<S: Varying, const N: usize>(&self, u: &[S; U]) -> ([S; N], Self::Memory<S>);
 
-    /// Time derivatives of the states. They must be smooth functions of the states within a mode.
-    fn derivatives<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory) -> [S; N];
-
-    /// The derivatives in plain numbers.
-    #[inline(always)]
-    fn rates<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
-        self.derivatives(Real::of(time), &Real::all(x), &Real::all(u), memory).map(Real::value)
-    }
+    /// Time derivatives of the states. They must be smooth functions of the states within a mode. A number of the memory is taken
+    /// into an equation by [`S::held`](Scalar::held).
+    fn derivatives<S: Scalar, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; U],
+        memory: &Self::Memory<S::Held>,
+    ) -> [S; N];
 
     /// Writes the computed variables in the order of the table, but for the residuals.
     fn outputs<S: Scalar, const N: usize>(
@@ -113,7 +115,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
         time: S,
         x: &[S; N],
         u: &[S; U],
-        memory: &Self::Memory,
+        memory: &Self::Memory<S::Held>,
         computed: &mut [S],
     );
 
@@ -149,30 +151,25 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// The event indicators: positive or zero while the present mode is valid, [`UNUSED`] where the mode has no use for them.
-    fn indicators<const N: usize>(
+    fn indicators<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; U],
-        memory: &Self::Memory,
-    ) -> Self::Indicators {
-        let mut indicators = Self::Indicators::default();
-        for (slot, event) in indicators.as_mut().iter_mut().zip(Self::EVENTS) {
-            *slot = (event.indicator)(self, time, x, u, memory);
-        }
-        indicators
+        _time: S,
+        _x: &[S; N],
+        _u: &[S; U],
+        _memory: &Self::Memory<S>,
+    ) -> Self::Indicators<S> {
+        Self::Indicators::default()
     }
 
     /// Handles the event in a place of the indicators, whose value fell below zero.
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
-        event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; U],
-        memory: &mut Self::Memory,
+        _event: usize,
+        _time: S,
+        _x: &mut [S; N],
+        _u: &[S; U],
+        _memory: &mut Self::Memory<S>,
     ) {
-        (Self::EVENTS[event].happens)(self, time, x, u, memory);
     }
 
     /// Name of the event in a place of the indicators, for messages.
@@ -193,28 +190,41 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether any mode can end: if not, nobody looks at the indicators.
     fn has_events(&self) -> bool {
-        !Self::Indicators::default().as_ref().is_empty()
+        !Self::Indicators::<Real>::default().as_ref().is_empty()
     }
 
     /// Lets the memory follow an accepted step, or a change of the inputs; must leave the indicators as they are. Returns
     /// whether the derivatives may have changed, apart from those that [`refresh`](Self::refresh) renews.
-    fn follow<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+    fn follow<S: Varying, const N: usize>(
+        &self,
+        _time: S,
+        _x: &[S; N],
+        _u: &[S; U],
+        _memory: &mut Self::Memory<S>,
+    ) -> bool {
         false
     }
 
     /// Takes notice of a communication step of a duration in s that begins here, with its inputs; returns whether the
     /// memory may have changed.
-    fn begin(&self, _duration: f64, _u: &[f64; U], _memory: &mut Self::Memory) -> bool {
+    fn begin<S: Varying>(&self, _duration: f64, _u: &[S; U], _memory: &mut Self::Memory<S>) -> bool {
         false
     }
 
     /// The next sample of a sampled part.
-    fn next_sample(&self, _memory: &Self::Memory) -> Sample {
-        Sample::NEVER
+    fn next_sample<S: Varying>(&self, _memory: &Self::Memory<S>) -> Sample<S> {
+        Sample::never()
     }
 
     /// Takes the samples that are due at a time in s.
-    fn sample<const N: usize>(&self, _time: f64, _x: &mut [f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+    fn sample<S: Varying, const N: usize>(
+        &self,
+        _time: S,
+        _x: &mut [S; N],
+        _u: &[S; U],
+        _memory: &mut Self::Memory<S>,
+    ) {
+    }
 
     /// Names of the numbers of the memory that samples round, such as `sensors[1].reading`: they change in jumps, and have no
     /// derivative.
@@ -224,7 +234,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Takes notice of a communication point at which a run arrives: samples that show there are taken. It must leave
     /// alone all that the equations depend on.
-    fn arrive<const N: usize>(&self, _time: f64, _x: &[f64; N], _u: &[f64; U], _memory: &mut Self::Memory) {}
+    fn arrive<S: Varying, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; U], _memory: &mut Self::Memory<S>) {}
 
     /// Longest step in s the solver may take.
     fn max_step(&self) -> f64 {
@@ -263,23 +273,23 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     }
 
     /// What the system holds of each conserved quantity; quantities it does not have stay 0.
-    fn content<const N: usize>(&self, _x: &[f64; N], _memory: &Self::Memory) -> [f64; QUANTITIES] {
+    fn content<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> [f64; QUANTITIES] {
         [0.0; QUANTITIES]
     }
 
     /// What it receives of each per second.
-    fn inflow<const N: usize>(
+    fn inflow<S: Varying, const N: usize>(
         &self,
-        _time: f64,
-        _x: &[f64; N],
-        _u: &[f64; U],
-        _memory: &Self::Memory,
+        _time: S,
+        _x: &[S; N],
+        _u: &[S; U],
+        _memory: &Self::Memory<S>,
     ) -> [f64; QUANTITIES] {
         [0.0; QUANTITIES]
     }
 
     /// Whether a memory, read from a saved state, can belong to this system.
-    fn fits(&self, _memory: &Self::Memory) -> bool {
+    fn fits<S: Varying>(&self, _memory: &Self::Memory<S>) -> bool {
         true
     }
 
@@ -303,7 +313,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     const GROUPS: Groups = [0, 0];
 
     /// What a solver may use in the present mode.
-    fn hints<const N: usize>(&self, _x: &[f64; N], _memory: &Self::Memory) -> Hints {
+    fn hints<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> Hints {
         Hints::default()
     }
 
@@ -317,20 +327,20 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// friction law has states.
     const TURNING: Option<Place> = None;
 
-    /// The [rates](Self::rates), of which those of the first [`LED`](Self::LED) states may be missing: where these have a closed
-    /// form, nobody asks how they change.
-    fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; U], memory: &Self::Memory) -> [f64; N] {
-        self.rates(time, x, u, memory)
+    /// The [derivatives](Self::derivatives), of which those of the first [`LED`](Self::LED) states may be missing: where these have a
+    /// closed form, nobody asks how they change.
+    fn driven<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; U], memory: &Self::Memory<S>) -> [S; N] {
+        self.derivatives(time, x, u, memory)
     }
 
     /// Time derivatives of the states, and their Jacobian column by column, of which a system may leave out entries that are
     /// always zero: the matrix given is zero at first and written by this system only.
-    fn jacobian<const N: usize>(
+    fn jacobian<S: Varying, const N: usize>(
         &self,
         time: f64,
         x: &[f64; N],
         u: &[f64; U],
-        memory: &Self::Memory,
+        memory: &Self::Memory<S>,
         jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
         jacobian_by_duals(self, time, x, u, memory, jacobian)
@@ -338,7 +348,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// Whether the indicators stay as they are where the inputs change from the first values to the second, and the memory
     /// follows them.
-    fn indicators_hold(&self, _inputs: [&[f64; U]; 2]) -> bool {
+    fn indicators_hold<S: Varying>(&self, _inputs: [&[S; U]; 2]) -> bool {
         false
     }
 
@@ -346,12 +356,12 @@ pub trait System<const U: usize>: Clone + Send + 'static {
     /// [`derivatives`](Self::derivatives) gives, with the same bits, after the memory has followed the step, and the inputs
     /// have changed from the first values to the second. `false`, and nothing is changed, if that is no cheaper than to
     /// evaluate them again.
-    fn refresh<const N: usize>(
+    fn refresh<S: Varying, const N: usize>(
         &self,
-        _x: &[f64; N],
-        _inputs: [&[f64; U]; 2],
-        _memory: &Self::Memory,
-        _derivatives: &mut [f64; N],
+        _x: &[S; N],
+        _inputs: [&[S; U]; 2],
+        _memory: &Self::Memory<S>,
+        _derivatives: &mut [S; N],
     ) -> bool {
         false
     }
@@ -363,37 +373,37 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// The states in a step, under inputs that are held and that the memory has followed; of each array the first
     /// [`LED`](Self::LED).
-    fn led<const N: usize>(
+    fn led<S: Varying, const N: usize>(
         &self,
-        x: &[f64; N],
-        _u: &[f64; U],
-        _memory: &Self::Memory,
+        x: &[S; N],
+        _u: &[S; U],
+        _memory: &Self::Memory<S>,
         _stride: &Stride,
-    ) -> Led<[f64; N]> {
-        Led { middle: *x, end: *x, bend: [0.0; N] }
+    ) -> Led<[S; N]> {
+        Led { middle: *x, end: *x, bend: [S::zero(); N] }
     }
 
     /// The rate in 1/s at which the [relaxing](Self::RELAXING) state comes closer to where it is led: minus the derivative of
     /// its own rate by itself. Steps are as accurate, but more, if it is not exact. Asked of explicit steps only, with the
     /// derivatives at hand.
-    fn relaxation<const N: usize>(
+    fn relaxation<S: Varying, const N: usize>(
         &self,
-        _time: f64,
-        _x: &[f64; N],
-        _rates: &[f64; N],
-        _u: &[f64; U],
-        _memory: &Self::Memory,
+        _time: S,
+        _x: &[S; N],
+        _rates: &[S; N],
+        _u: &[S; U],
+        _memory: &Self::Memory<S>,
     ) -> f64 {
         0.0
     }
 
     /// Whether the equations are smooth, without a kink, along a step of a size in s from the first of these states, with
     /// the first of these inputs, to the second.
-    fn is_smooth<const N: usize>(
+    fn is_smooth<S: Varying, const N: usize>(
         &self,
         _x: [&[f64; N]; 2],
         _u: [&[f64; U]; 2],
-        _memory: &Self::Memory,
+        _memory: &Self::Memory<S>,
         _step: f64,
     ) -> bool {
         true
@@ -401,7 +411,7 @@ pub trait System<const U: usize>: Clone + Send + 'static {
 
     /// The value of a computed variable, given by its place, if it takes no evaluation of the equations: as a rule one
     /// that is a state. It is the same, bit for bit, as that of [`outputs`](Self::outputs).
-    fn at_hand<const N: usize>(&self, _place: usize, _x: &[f64; N], _memory: &Self::Memory) -> Option<f64> {
+    fn at_hand<S: Varying, const N: usize>(&self, _place: usize, _x: &[S; N], _memory: &Self::Memory<S>) -> Option<S> {
         None
     }
 }

@@ -4,6 +4,7 @@ use std::any::TypeId;
 use std::sync::Arc;
 
 use super::{Counters, MAX_KINKS, System, Tuning};
+use crate::numbers::Real;
 use crate::variables::{Meaning, ParameterError, Role, Table, Variable, kept};
 
 /// Value references that the models have in common; those below 400 and from 1001 on are each model's own. From 20 000 on are
@@ -83,7 +84,7 @@ fn make<E: System<U>, const U: usize>() -> Table {
 /// What equations do not tell of their indicators and kinks.
 fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
     let (events, told, kinks) =
-        (E::Indicators::default().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
+        (E::Indicators::<Real>::default().as_ref().len(), E::indicator_list().len(), E::kink_list().len());
     if events != told {
         let reason = format!("the equations have so many, and tell of {told}");
         return Some(ParameterError::new("indicators", events as f64, &reason));

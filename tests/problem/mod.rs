@@ -1,6 +1,8 @@
 //! Problems of the hybrid solver: models without parameters, outputs and variables of their states.
 
-use pneumatic_servo::system::Tables;
+use pneumatic_servo::numbers::{Real, Scalar};
+use pneumatic_servo::solver::{Run, Settings};
+use pneumatic_servo::system::{System, Tables};
 use pneumatic_servo::variables::{StateSet, Variable, units};
 
 /// States without variables.
@@ -28,6 +30,23 @@ impl StateSet<()> for Unnamed {
 #[allow(dead_code, reason = "each test file uses some of it")]
 pub fn all<S: Copy, const M: usize, const N: usize>(numbers: [S; M]) -> [S; N] {
     std::array::from_fn(|i| numbers[i])
+}
+
+/// A run in plain numbers, from given states and with an input.
+pub fn run<H: System<1>, const N: usize>(
+    system: H,
+    settings: Settings,
+    x: [f64; N],
+    memory: H::Memory<Real>,
+    input: f64,
+) -> Run<H, N, 1> {
+    Run::new(system, settings, 0.0, Real::all(&x), memory, [Real::of(input)])
+}
+
+/// Where a run is.
+#[allow(dead_code, reason = "each test file uses some of it")]
+pub fn states<H: System<1>, const N: usize>(run: &Run<H, N, 1>) -> [f64; N] {
+    run.state().0.map(Real::value)
 }
 
 /// A table of states and their rates, the references of the states being their places.
@@ -61,10 +80,18 @@ macro_rules! problem {
         fn parameters(&self) -> &() {
             &()
         }
-        fn start<const N: usize>(&self, _: &[f64; 1]) -> ([f64; N], Self::Memory) {
+        fn start<S: pneumatic_servo::numbers::Varying, const N: usize>(&self, _: &[S; 1]) -> ([S; N], Self::Memory<S>) {
             unreachable!("runs begin from given states")
         }
-        fn outputs<S: Scalar, const N: usize>(&self, _: S, _: &[S; N], _: &[S; 1], _: &Self::Memory, _: &mut [S]) {}
+        fn outputs<S: Scalar, const N: usize>(
+            &self,
+            _: S,
+            _: &[S; N],
+            _: &[S; 1],
+            _: &Self::Memory<S::Held>,
+            _: &mut [S],
+        ) {
+        }
         fn event_name(&self, _: usize) -> &'static str {
             "an event"
         }

@@ -4,14 +4,4 @@
 #[path = "shared/moving.rs"]
 mod shared;
 
-moving!(
-    1,
-    1,
-    Event {
-        name: "end",
-        text: "",
-        nominal: 1.0,
-        indicator: |_, _, x, _, ()| 1.0 - x[0],
-        happens: |_, _, _, _, ()| (),
-    }
-);
+moving!(1, 1, Event { name: "end", text: "", nominal: 1.0 });

@@ -7,18 +7,6 @@ mod shared;
 moving!(
     1,
     1,
-    Event {
-        name: "end",
-        text: "It arrives",
-        nominal: 1.0,
-        indicator: |_, _, x, _, ()| 1.0 - x[0],
-        happens: |_, _, _, _, ()| (),
-    },
-    Event {
-        name: "middle",
-        text: "It is half way",
-        nominal: 1.0,
-        indicator: |_, _, x, _, ()| 1.0 - x[0],
-        happens: |_, _, _, _, ()| (),
-    }
+    Event { name: "end", text: "It arrives", nominal: 1.0 },
+    Event { name: "middle", text: "It is half way", nominal: 1.0 }
 );

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::anchored::{Limits, Mode, Spring};
-use crate::friction::parts::delay::DelayLine;
+use crate::friction::parts::delay::{self, DelayLine};
 use crate::friction::parts::parameters::{coulomb_force, damping, dwell_time, force, stiffness, velocity, viscous};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{Meaning, ParameterError, Tunable, Variable, units};
 
@@ -56,17 +56,18 @@ parameters! {
 
 /// The mode, what the last change of it left, and the delay line. Forces are those at load level 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    mode: Mode,
+#[serde(bound(serialize = "", deserialize = ""))]
+pub struct Memory<S: Varying> {
+    mode: Mode<S>,
     /// Time in s at which sticking began.
-    since: f64,
+    since: S,
     /// While sticking `F_sa`, while sliding `F_s(t_2)`, in N.
-    excess: f64,
-    line: DelayLine,
+    excess: S,
+    line: DelayLine<S>,
 }
 
 impl FrictionLaw for Armstrong {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Elastic
@@ -87,17 +88,17 @@ impl FrictionLaw for Armstrong {
         Ok(())
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
-        let break_away = contact.level * (self.coulomb_force + self.static_excess).value;
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
+        let break_away = contact.level * (self.coulomb_force + self.static_excess);
         Memory {
             mode: Spring::start(contact, Limits { break_away, sliding: break_away }),
             since: contact.time,
-            excess: self.static_excess.value,
+            excess: S::tuned(self.static_excess),
             line: DelayLine::new(contact),
         }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         match memory.mode {
             Mode::Sticking { place, load } => self.spring.force(contact, place, load),
             Mode::Sliding { direction } => {
@@ -107,16 +108,23 @@ impl FrictionLaw for Armstrong {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
         self.spring.indicate(memory.mode, contact, self.limits(contact, memory), out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch<S: Varying>(
+        &self,
+        _event: Event,
+        contact: &Contact<S>,
+        _v: &mut S,
+        _z: &mut [S],
+        memory: &mut Memory<S>,
+    ) {
         let before = memory.mode;
         memory.mode = self.spring.switched(before, contact, self.limits(contact, memory));
         match (before, memory.mode) {
             (Mode::Sliding { .. }, _) => {
-                memory.excess = self.stribeck_part(&contact.held::<Real>(), memory).value;
+                memory.excess = self.stribeck_part(contact, memory);
                 memory.since = contact.time;
             }
             (_, Mode::Sliding { .. }) => memory.excess = self.risen_excess(contact.time, memory),
@@ -124,39 +132,39 @@ impl FrictionLaw for Armstrong {
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
         memory.line.follow(contact, self.lag);
         true
     }
 
     fn max_step(&self) -> f64 {
-        DelayLine::max_step(self.lag)
+        delay::max_step(self.lag)
     }
 
     fn depends_on_time(&self) -> bool {
         self.lag > 0.0
     }
 
-    fn is_sticking(memory: &Memory) -> bool {
+    fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
         matches!(memory.mode, Mode::Sticking { .. })
     }
 }
 
 impl Armstrong {
     /// What sliding friction exceeds the Coulomb friction by, in N at load level 1.
-    fn stribeck_part<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory) -> S {
+    fn stribeck_part<S: Scalar>(&self, contact: &Contact<S>, memory: &Memory<S::Held>) -> S {
         let ratio = memory.line.velocity(contact, self.lag) / self.stribeck_velocity;
-        S::constant(memory.excess) / (ratio * ratio + 1.0)
+        S::held(memory.excess) / (ratio * ratio + 1.0)
     }
 
     /// `F_s` after sticking until a time, in N at load level 1.
-    fn risen_excess(&self, time: f64, memory: &Memory) -> f64 {
+    fn risen_excess<S: Varying>(&self, time: S, memory: &Memory<S>) -> S {
         let dwell = time - memory.since;
-        memory.excess + (self.static_excess.value - memory.excess) * dwell / (dwell + self.dwell_time.value)
+        memory.excess + (S::tuned(self.static_excess) - memory.excess) * dwell / (dwell + self.dwell_time)
     }
 
-    fn limits(&self, contact: &Contact<f64>, memory: &Memory) -> Limits {
-        let limit = |excess: f64| contact.level * (self.coulomb_force.value + excess);
+    fn limits<S: Varying>(&self, contact: &Contact<S>, memory: &Memory<S>) -> Limits<S> {
+        let limit = |excess: S| contact.level * (excess + self.coulomb_force);
         match memory.mode {
             Mode::Sticking { .. } => {
                 let break_away = limit(self.risen_excess(contact.time, memory));
@@ -164,7 +172,7 @@ impl Armstrong {
             }
             // Sticking begins with what sliding ends with.
             Mode::Sliding { .. } => {
-                let sliding = limit(self.stribeck_part(&contact.held::<Real>(), memory).value);
+                let sliding = limit(self.stribeck_part(contact, memory));
                 Limits { break_away: sliding, sliding }
             }
         }

@@ -3,7 +3,7 @@
 use crate::friction::law::{Contact, FrictionLaw, StateKind};
 use crate::friction::parts::fading::fading_rate;
 use crate::friction::parts::parameters::{force, length, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -54,7 +54,7 @@ parameters! {
 }
 
 impl FrictionLaw for BlimanSorine {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     fn check(&self) -> Result<(), ParameterError> {
         let [fast, slow] = [self.fast_force, self.slow_force].map(|force| force.value);
@@ -76,7 +76,7 @@ impl FrictionLaw for BlimanSorine {
         self.fast_force.value.max(1.0)
     }
 
-    fn start(&self, _contact: &Contact<f64>) {}
+    fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], _memory: &(), rates: &mut [S]) -> S {
         let (v, level) = (contact.velocity, contact.level);

@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::list::List;
 use crate::friction::parts::parameters::{length, stiffness, viscous};
 use crate::numbers::random;
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{Tunable, Variable, units};
 
@@ -50,32 +50,33 @@ parameters! {
 
 /// A bond and the generator of the places where it forms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Bond {
+struct Bond<S> {
     /// Position in m where the bristle is without load.
-    anchor: f64,
+    anchor: S,
     generator: u64,
 }
 
 /// A path on which the force is averaged; the bonds of the memory are those at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Window {
-    start: f64,
-    end: f64,
+struct Window<S> {
+    start: S,
+    end: S,
     /// Speed in m/s below which single bonds matter again.
-    least_speed: f64,
+    least_speed: S,
     /// Force in N.
-    mean: f64,
+    mean: S,
 }
 
 /// All bonds, and the window in fast sliding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    bonds: List<Bond, MAX_BRISTLES>,
-    window: Option<Window>,
+#[serde(bound(serialize = "", deserialize = ""))]
+pub struct Memory<S: Varying> {
+    bonds: List<Bond<S>, MAX_BRISTLES>,
+    window: Option<Window<S>>,
 }
 
 impl FrictionLaw for Bristle {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::Distance]
@@ -85,35 +86,42 @@ impl FrictionLaw for Bristle {
         true
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
         let mut seeds = self.seed;
         let bonds = (0..self.count).map(|_| Bond { anchor: contact.position, generator: random::next(&mut seeds) });
         Memory { bonds: List::new(bonds), window: None }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         let dry = match memory.window {
-            Some(window) => S::constant(window.mean),
+            Some(window) => S::held(window.mean),
             None => {
-                let deflections = memory.bonds.iter().map(|bond| contact.position - bond.anchor);
+                let deflections = memory.bonds.iter().map(|bond| contact.position - S::held(bond.anchor));
                 deflections.fold(S::zero(), |sum, deflection| sum + deflection) * self.stiffness
             }
         };
         dry + contact.velocity * self.viscous
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
         let Some(Window { start, end, least_speed, .. }) = memory.window else {
             let deflections = memory.bonds.iter().map(|bond| (contact.position - bond.anchor).abs());
-            out[Event::Distance] = limit(self.strength(contact)) - deflections.fold(0.0, f64::max);
+            out[Event::Distance] = limit(self.strength(contact)) - deflections.fold(S::zero(), S::max);
             return;
         };
-        let direction = sign(end - start);
-        out[Event::Distance] = direction * (end - contact.position);
-        out[Event::Stop] = direction * contact.velocity - least_speed;
+        let direction = sign((end - start).value());
+        out[Event::Distance] = (end - contact.position) * direction;
+        out[Event::Stop] = contact.velocity * direction - least_speed;
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch<S: Varying>(
+        &self,
+        _event: Event,
+        contact: &Contact<S>,
+        _v: &mut S,
+        _z: &mut [S],
+        memory: &mut Memory<S>,
+    ) {
         let (x, strength) = (contact.position, self.strength(contact));
         if let Some(window) = memory.window {
             for bond in memory.bonds.iter_mut() {
@@ -128,70 +136,73 @@ impl FrictionLaw for Bristle {
 }
 
 /// Deflection at which a bond of a strength in m counts as broken: the strength but for rounding.
-fn limit(strength: f64) -> f64 {
+fn limit<S: Scalar>(strength: S) -> S {
     strength * (1.0 - 1e-12)
 }
 
-impl Bond {
+impl<S: Scalar> Bond<S> {
     /// Breaks if it is stretched to its limit, until it holds.
-    fn renew(&mut self, x: f64, strength: f64) {
+    fn renew(&mut self, x: S, strength: S) {
+        let side = |stretch: S| 1.0f64.copysign(stretch.value());
         let stretch = x - self.anchor;
-        if stretch.abs() > 2.0 * strength {
-            self.anchor = x - strength.copysign(stretch);
+        if stretch.value().abs() > 2.0 * strength.value() {
+            self.anchor = x - strength * side(stretch);
         }
-        while (x - self.anchor).abs() >= limit(strength) {
-            self.anchor += (strength * random::uniform(&mut self.generator)).copysign(x - self.anchor);
+        while (x - self.anchor).value().abs() >= limit(strength).value() {
+            self.anchor += strength * random::uniform(&mut self.generator) * side(x - self.anchor);
         }
     }
 
     /// Moves the bristle along a path; returns its mean deflection on the way.
-    fn travel(&mut self, start: f64, end: f64, strength: f64) -> f64 {
+    fn travel(&mut self, start: S, end: S, strength: S) -> S {
         /// Bonds forget the past within a few deflections; of a longer path the rest is followed.
         const LONGEST: f64 = 100.0;
-        let direction = sign(end - start);
-        let path = (end - start).abs().min(LONGEST * strength);
-        if path == 0.0 {
+        let direction = sign((end - start).value());
+        let path = (end - start).abs().min(strength * LONGEST);
+        if path.value() == 0.0 {
             return end - self.anchor;
         }
-        let mut deflection = direction * (start - self.anchor);
-        let (mut left, mut area) = (path, 0.0);
-        while deflection + left >= limit(strength) {
+        let mut deflection = (start - self.anchor) * direction;
+        let (mut left, mut area) = (path, S::zero());
+        while (deflection + left).value() >= limit(strength).value() {
             // A bond that was stronger when it formed may be stretched beyond the present strength.
-            let stretch = (strength - deflection).max(0.0);
-            area += stretch * (deflection + 0.5 * stretch);
+            let stretch = (strength - deflection).max(S::zero());
+            area += stretch * (deflection + stretch * 0.5);
             left -= stretch;
             deflection = strength * (1.0 - random::uniform(&mut self.generator));
         }
-        area += left * (deflection + 0.5 * left);
-        self.anchor = end - direction * (deflection + left);
-        direction * area / path
+        area += left * (deflection + left * 0.5);
+        self.anchor = end - (deflection + left) * direction;
+        area * direction / path
     }
 }
 
 impl Bristle {
     /// Deflection in m at which bonds break under the present load.
-    fn strength(&self, contact: &Contact<f64>) -> f64 {
+    fn strength<S: Scalar>(&self, contact: &Contact<S>) -> S {
         /// Bonds of no strength at all would break without end.
         const LEAST_LEVEL: f64 = 1e-6;
-        contact.level.max(LEAST_LEVEL) * self.strength.value
+        contact.level.max(S::of(LEAST_LEVEL)) * self.strength
     }
 
     /// The window that begins here, if the bonds break fast.
-    fn window_ahead(&self, contact: &Contact<f64>, bonds: &[Bond]) -> Option<Window> {
+    fn window_ahead<S: Scalar>(&self, contact: &Contact<S>, bonds: &[Bond<S>]) -> Option<Window<S>> {
         const FEWEST_BREAKS: f64 = 4.0;
-        let (path, strength) = (contact.velocity * self.window.value, self.strength(contact));
-        if path.abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * strength {
+        let (path, strength) = (contact.velocity * self.window, self.strength(contact));
+        if path.value().abs() * 2.0 * bonds.len() as f64 <= FEWEST_BREAKS * strength.value() {
             return None;
         }
         let (start, end) = (contact.position, contact.position + path);
-        let sum: f64 = bonds.iter().copied().map(|mut bond| bond.travel(start, end, strength)).sum();
-        Some(Window { start, end, least_speed: 0.5 * contact.velocity.abs(), mean: sum * self.stiffness.value })
+        let means = bonds.iter().copied().map(|mut bond| bond.travel(start, end, strength));
+        let sum = means.fold(S::zero(), |sum, mean| sum + mean);
+        Some(Window { start, end, least_speed: contact.velocity.abs() * 0.5, mean: sum * self.stiffness })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::Bond;
+    use crate::numbers::{Real, Scalar};
 
     /// A load that drops leaves bonds that are stretched to many times what they now hold. They form anew on the side from which
     /// they are pulled, less than one strength away, so that friction does not push.
@@ -200,10 +211,10 @@ mod tests {
         const STRENGTH: f64 = 1e-5;
         for generator in 0..100 {
             for stretch in [-1e3, -2.5, 2.5, 1e3] {
-                let mut bond = Bond { anchor: 0.0, generator };
+                let mut bond = Bond { anchor: Real::of(0.0), generator };
                 let x = stretch * STRENGTH;
-                bond.renew(x, STRENGTH);
-                let pull = (x - bond.anchor) * x.signum();
+                bond.renew(Real::of(x), Real::of(STRENGTH));
+                let pull = (x - bond.anchor.value) * x.signum();
                 assert!((0.0..STRENGTH).contains(&pull), "{stretch} times its strength leaves {pull} m");
             }
         }

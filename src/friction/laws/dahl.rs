@@ -7,7 +7,7 @@ use crate::friction::law::Contact;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{force, stiffness, viscous};
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{Meaning, Tunable, Variable, units};
 
@@ -59,7 +59,7 @@ pub enum Mode {
 }
 
 impl BristleLaw for Dahl {
-    type Memory = Mode;
+    type Memory<S: Varying> = Mode;
 
     fn events(&self) -> &'static [Event] {
         if self.is_brittle() { &[Event::Stop, Event::Distance, Event::Rise] } else { &[] }
@@ -92,30 +92,28 @@ impl BristleLaw for Dahl {
         (spring + v * self.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: S, mode: &Mode, out: &mut Indicators<S>) {
         if !self.is_brittle() {
             return;
         }
         match *mode {
             Mode::Bending => {
-                let deflection = (self.coulomb_force / self.stiffness).value;
-                let reserve = self.reserve(&contact.held(), Real::of(z)).value;
-                out[Event::Distance] = (reserve - SATURATED) * deflection;
+                out[Event::Distance] = (self.reserve(contact, z) - SATURATED) * (self.coulomb_force / self.stiffness);
             }
             Mode::Saturated(direction) => {
-                let limit = contact.level * self.coulomb_force.value;
-                out[Event::Stop] = direction * contact.velocity;
-                out[Event::Rise] = direction * z * self.stiffness.value - limit * (1.0 - RELEASED);
+                let limit = contact.level * self.coulomb_force;
+                out[Event::Stop] = contact.velocity * direction;
+                out[Event::Rise] = z * direction * self.stiffness - limit * (1.0 - RELEASED);
             }
         }
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        let limit = contact.level * self.coulomb_force.value / self.stiffness.value;
+    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, z: &mut S, mode: &mut Mode) {
+        let limit = contact.level * self.coulomb_force / self.stiffness;
         *mode = match *mode {
             Mode::Bending => {
-                let direction = sign(contact.velocity);
-                *z = direction * limit.max(direction * *z);
+                let direction = sign(contact.velocity.value());
+                *z = limit.max(*z * direction) * direction;
                 Mode::Saturated(direction)
             }
             Mode::Saturated(_) => Mode::Bending,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::law::{Contact, FrictionLaw};
 use crate::friction::parts::elements::{self, MAX_ELEMENTS};
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::system::Sample;
 use crate::variables::{Meaning, Tunable, Variable, units};
@@ -70,48 +70,48 @@ fn coefficient(reference: u32, name: &str) -> Variable {
 
 /// Samples, the latest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<S> {
     /// Time of the first sample in s.
     start: f64,
     /// Samples taken since.
     count: u64,
-    positions: [f64; POSITION_TAPS],
-    deformations: [[f64; MAX_ELEMENTS]; SPRING_TAPS],
+    positions: [S; POSITION_TAPS],
+    deformations: [[S; MAX_ELEMENTS]; SPRING_TAPS],
     /// Force held until the next sample, in N.
-    force: f64,
+    force: S,
 }
 
 impl FrictionLaw for Dnlrx {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
         let mut memory = Memory {
-            start: contact.time,
+            start: contact.time.value(),
             count: 0,
             positions: [contact.position; POSITION_TAPS],
-            deformations: [[0.0; MAX_ELEMENTS]; SPRING_TAPS],
-            force: 0.0,
+            deformations: [[S::zero(); MAX_ELEMENTS]; SPRING_TAPS],
+            force: S::zero(),
         };
         memory.force = self.regression(&memory);
         memory
     }
 
-    fn force<S: Scalar>(&self, _contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
-        S::constant(memory.force)
+    fn force<S: Scalar>(&self, _contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
+        S::held(memory.force)
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
         Sample::periodic(memory.start + (memory.count + 1) as f64 * self.sample_time, self.sample_time)
     }
 
-    fn sample(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) {
+    fn sample<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) {
         let step = contact.position - memory.positions[0];
         memory.positions.rotate_right(1);
         memory.positions[0] = contact.position;
         memory.deformations.rotate_right(1);
         memory.deformations[0] = memory.deformations[1];
         for (deformation, limit) in memory.deformations[0].iter_mut().zip(self.limit).take(self.count) {
-            let limit = contact.level * limit.value;
+            let limit = contact.level * limit;
             *deformation = (*deformation + step).clamp(-limit, limit);
         }
         memory.count += 1;
@@ -121,11 +121,12 @@ impl FrictionLaw for Dnlrx {
 
 impl Dnlrx {
     /// The force in N by the present and past samples.
-    fn regression(&self, memory: &Memory) -> f64 {
-        let dot = |a: &[Tunable], b: &[f64]| a.iter().zip(b).map(|(a, b)| *b * a.value).sum::<f64>();
+    fn regression<S: Varying>(&self, memory: &Memory<S>) -> S {
+        let sum = |terms: &mut dyn Iterator<Item = S>| terms.fold(S::zero(), |sum, term| sum + term);
+        let dot = |a: &[Tunable], b: &[S]| sum(&mut a.iter().zip(b).map(|(a, b)| *b * *a));
         let coefficients = [&self.spring_coefficient_0, &self.spring_coefficient_1, &self.spring_coefficient_2];
         let taps = coefficients.into_iter().zip(&memory.deformations).take(self.spring_taps + 1);
         dot(&self.position_coefficient[..=self.position_taps], &memory.positions)
-            + taps.map(|(chi, delta)| dot(&chi[..self.count], delta)).sum::<f64>()
+            + sum(&mut taps.map(|(chi, delta)| dot(&chi[..self.count], delta)))
     }
 }

@@ -7,7 +7,7 @@ use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, viscous};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -49,7 +49,7 @@ parameters! {
 }
 
 impl BristleLaw for ElastoPlastic {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     const RELAXES_BY_SECANT: bool = true;
 

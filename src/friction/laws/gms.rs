@@ -6,7 +6,7 @@ use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::parameters::{stiffness, viscous};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{Notice, ParameterError, Tunable, Variable, units};
 
@@ -51,7 +51,7 @@ parameters! {
 const SHARES_ROUNDING: f64 = 1e-6;
 
 impl FrictionLaw for Gms {
-    type Memory = Modes;
+    type Memory<S: Varying> = Modes;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::BreakAway]
@@ -92,7 +92,7 @@ impl FrictionLaw for Gms {
         ((sum - 1.0).abs() > SHARES_ROUNDING).then_some(notice)
     }
 
-    fn start(&self, _contact: &Contact<f64>) -> Modes {
+    fn start<S: Varying>(&self, _contact: &Contact<S>) -> Modes {
         Modes::default()
     }
 
@@ -112,11 +112,11 @@ impl FrictionLaw for Gms {
         sum
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], modes: &Modes, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: &[S], modes: &Modes, out: &mut Indicators<S>) {
         modes.indicators(contact.velocity, self.loads(contact, z), out);
     }
 
-    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], modes: &mut Modes) {
+    fn switch<S: Varying>(&self, event: Event, contact: &Contact<S>, _v: &mut S, z: &mut [S], modes: &mut Modes) {
         if event == Event::Stop {
             modes.stick();
         } else {
@@ -126,9 +126,9 @@ impl FrictionLaw for Gms {
 }
 
 impl Gms {
-    fn loads<'a>(&'a self, contact: &Contact<f64>, z: &'a [f64]) -> impl Iterator<Item = Load> + Clone + 'a {
-        let curve = self.curve.at(Real::of(contact.velocity.abs()), Real::of(contact.level)).value;
+    fn loads<'a, S: Scalar>(&'a self, contact: &Contact<S>, z: &'a [S]) -> impl Iterator<Item = Load<S>> + Clone + 'a {
+        let curve = self.curve.at(contact.velocity.abs(), contact.level);
         let elements = z.iter().zip(&self.share).take(self.count);
-        elements.map(move |(force, share)| Load { force: *force, limit: curve * share.value })
+        elements.map(move |(force, share)| Load { force: *force, limit: curve * *share })
     }
 }

@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{velocity, viscous};
 use crate::friction::parts::stick_slip::Mode as StickSlip;
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable};
 
@@ -52,19 +52,19 @@ pub enum Mode {
 
 /// The mode, and what keeps it from changing without end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<S> {
     mode: Mode,
     /// Time in s at which `w` left the band last.
-    left: f64,
+    left: S,
     /// Force in N that the edge holds beyond the law.
-    margin: f64,
+    margin: S,
 }
 
 /// Slides shorter than this, in s, count as returning at once.
 const AT_ONCE: f64 = 1e-4;
 
 impl FrictionLaw for Karnopp {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -82,11 +82,11 @@ impl FrictionLaw for Karnopp {
         self.curve.is_gentle()
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
-        Memory { mode: self.mode_at(contact), left: f64::NEG_INFINITY, margin: 0.0 }
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
+        Memory { mode: self.mode_at(contact), left: S::of(f64::NEG_INFINITY), margin: S::zero() }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         match memory.mode {
             Mode::Held => StickSlip::holding_force(contact, contact.level * self.curve.static_force),
             Mode::Crossing(direction) => contact.level * (self.curve.static_force * direction),
@@ -94,33 +94,40 @@ impl FrictionLaw for Karnopp {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
         let w = contact.velocity;
         match (memory.mode, contact.drive) {
             (Mode::Held, Drive::Force) => out[Event::BreakAway] = self.reserve(contact, w, memory.margin),
-            (Mode::Held, Drive::Motion) => out[Event::Edge] = self.band.value - w.abs(),
+            (Mode::Held, Drive::Motion) => out[Event::Edge] = -w.abs() + self.band,
             (Mode::Crossing(direction), _) => {
-                out[Event::Edge] = self.band.value - direction * w;
-                out[Event::Fall] = direction * contact.applied - contact.level * self.curve.static_force.value;
+                out[Event::Edge] = -(w * direction) + self.band;
+                out[Event::Fall] = contact.applied * direction - contact.level * self.curve.static_force;
             }
-            (Mode::Sliding(direction), _) => out[Event::Stop] = direction * w - self.band.value,
+            (Mode::Sliding(direction), _) => out[Event::Stop] = w * direction - self.band,
         }
     }
 
-    fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch<S: Varying>(
+        &self,
+        event: Event,
+        contact: &Contact<S>,
+        velocity: &mut S,
+        _z: &mut [S],
+        memory: &mut Memory<S>,
+    ) {
         if contact.drive == Drive::Motion {
             memory.mode = self.mode_at(contact);
             return;
         }
         memory.mode = match memory.mode {
             Mode::Sliding(direction) => {
-                *velocity = direction * self.band.value;
+                *velocity = S::tuned(self.band) * direction;
                 memory.margin = self.margin_after(contact, memory);
                 self.in_band(contact, *velocity, memory.margin)
             }
             Mode::Crossing(direction) if event == Event::Edge => {
-                *velocity = direction * self.band.value;
-                self.in_band(contact, *velocity, 0.0)
+                *velocity = S::tuned(self.band) * direction;
+                self.in_band(contact, *velocity, S::zero())
             }
             Mode::Crossing(_) => Mode::Held,
             Mode::Held => self.in_band(contact, *velocity, memory.margin),
@@ -130,7 +137,7 @@ impl FrictionLaw for Karnopp {
         }
     }
 
-    fn is_sticking(memory: &Memory) -> bool {
+    fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
         !matches!(memory.mode, Mode::Sliding(_))
     }
 }
@@ -141,45 +148,46 @@ impl Karnopp {
     }
 
     /// The sliding force on the edge of the band.
-    fn outside(&self, contact: &Contact<f64>) -> f64 {
-        self.sliding(Real::of(self.band.value), 1.0, Real::of(contact.level)).value
+    fn outside<S: Scalar>(&self, contact: &Contact<S>) -> S {
+        self.sliding(S::tuned(self.band), 1.0, contact.level)
     }
 
-    fn mode_at(&self, contact: &Contact<f64>) -> Mode {
-        if contact.velocity.abs() >= self.band.value {
-            Mode::Sliding(sign(contact.velocity))
+    fn mode_at<S: Scalar>(&self, contact: &Contact<S>) -> Mode {
+        if contact.velocity.value().abs() >= self.band.value {
+            Mode::Sliding(sign(contact.velocity.value()))
         } else {
-            self.in_band(contact, contact.velocity, 0.0)
+            self.in_band(contact, contact.velocity, S::zero())
         }
     }
 
     /// The mode at a `w` inside the band or on its edge.
-    fn in_band(&self, contact: &Contact<f64>, w: f64, margin: f64) -> Mode {
-        if contact.drive == Drive::Motion || self.reserve(contact, w, margin) >= 0.0 {
+    fn in_band<S: Scalar>(&self, contact: &Contact<S>, w: S, margin: S) -> Mode {
+        if contact.drive == Drive::Motion || self.reserve(contact, w, margin).value() >= 0.0 {
             return Mode::Held;
         }
-        let direction = sign(contact.applied);
-        if direction * w >= self.band.value { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
+        let direction = sign(contact.applied.value());
+        if direction * w.value() >= self.band.value { Mode::Sliding(direction) } else { Mode::Crossing(direction) }
     }
 
     /// By how much the holding force, on the edge with a margin, exceeds the applied force.
-    fn reserve(&self, contact: &Contact<f64>, w: f64, margin: f64) -> f64 {
-        let static_force = contact.level * self.curve.static_force.value;
-        let direction = sign(contact.applied);
+    fn reserve<S: Scalar>(&self, contact: &Contact<S>, w: S, margin: S) -> S {
+        let static_force = contact.level * self.curve.static_force;
+        let direction = sign(contact.applied.value());
         let outside = self.outside(contact);
-        let limit = if direction * w >= self.band.value { static_force.max(outside) + margin } else { static_force };
+        let limit =
+            if direction * w.value() >= self.band.value { static_force.max(outside) + margin } else { static_force };
         limit - contact.applied.abs()
     }
 
     /// The margin of the edge when `w` comes back to it: grows after short slides, and is nothing after long ones.
-    fn margin_after(&self, contact: &Contact<f64>, memory: &Memory) -> f64 {
-        let slid = contact.time - memory.left;
+    fn margin_after<S: Varying>(&self, contact: &Contact<S>, memory: &Memory<S>) -> S {
+        let slid = (contact.time - memory.left).value();
         if slid < AT_ONCE {
-            (2.0 * memory.margin).max(1e-6 * self.outside(contact))
+            (memory.margin * 2.0).max(self.outside(contact) * 1e-6)
         } else if slid < 10.0 * AT_ONCE {
-            0.9 * memory.margin
+            memory.margin * 0.9
         } else {
-            0.0
+            S::zero()
         }
     }
 }
@@ -187,6 +195,7 @@ impl Karnopp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
     use crate::variables::ParameterSet;
 
     /// Under Coulomb friction of 10 N alone, after slides of 0.05, 0.5 and 2 ms.
@@ -194,11 +203,11 @@ mod tests {
     fn edge_holds_more_after_short_slides_and_forgets_it_in_long_ones() {
         let law = Karnopp::read(&[10.0, 10.0, 0.01, 2.0, 0.0, 1e-4].map(Tunable::still)).unwrap();
         let held = |margin: f64, slid: f64| {
-            let memory = Memory { mode: Mode::Sliding(1.0), left: 3.0, margin };
+            let memory = Memory { mode: Mode::Sliding(1.0), left: Real::of(3.0), margin: Real::of(margin) };
             let velocity = 1e-4;
             let contact =
                 Contact { time: 3.0 + slid, position: 0.0, velocity, applied: 0.0, level: 1.0, drive: Drive::Force };
-            law.margin_after(&contact, &memory)
+            law.margin_after(&contact.still(), &memory).value
         };
         assert_eq!([5e-5, 5e-4, 2e-3].map(|slid| held(1.0, slid)), [2.0, 0.9, 0.0]);
         assert_eq!([5e-5, 5e-4, 2e-3].map(|slid| held(0.0, slid)), [1e-6 * 10.0, 0.0, 0.0]);

@@ -9,7 +9,7 @@ use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::list::List;
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, force, stiffness, viscous};
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -72,28 +72,29 @@ parameters! {
 
 /// A place where `z` has turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TurningPoint {
+pub struct TurningPoint<S> {
     /// Deflection in m.
-    z: f64,
+    z: S,
     /// Saturating part of the hysteresis force there, as a fraction of `lambda*f1`.
-    saturation: f64,
+    saturation: S,
 }
 
 const CAPACITY: usize = 128;
 
 /// Where `z` goes and where it has turned.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+#[serde(bound(serialize = "", deserialize = ""))]
+pub struct Memory<S: Varying> {
     /// Direction of `z`, +1 or -1; 0 before it has moved.
     #[serde(with = "crate::system::side")]
     direction: f64,
     /// The last one is that of the present branch.
-    turned: List<TurningPoint, CAPACITY>,
+    turned: List<TurningPoint<S>, CAPACITY>,
 }
 
-impl Memory {
+impl<S: Varying> Memory<S> {
     /// Deflection at which the present branch closes a loop.
-    fn closure(&self) -> Option<f64> {
+    fn closure(&self) -> Option<S> {
         match &*self.turned {
             [] => None,
             [first] => Some(-first.z),
@@ -102,7 +103,7 @@ impl Memory {
     }
 
     /// Turns at a point; if there is no room for it, a loop is forgotten.
-    fn turn(&mut self, point: TurningPoint) {
+    fn turn(&mut self, point: TurningPoint<S>) {
         if self.turned.len() == CAPACITY {
             self.forget_slightest_loop();
         }
@@ -112,7 +113,7 @@ impl Memory {
 
     /// Forgets the two points without which the branches change least: those that almost repeat their neighbours.
     fn forget_slightest_loop(&mut self) {
-        let z = |index: usize| self.turned[index].z;
+        let z = |index: usize| self.turned[index].z.value();
         let change = |first: usize| (z(first) - z(first + 2)).abs() * (z(first - 1) - z(first + 1)).abs();
         let slightest = (1..CAPACITY - 2).min_by(|a, b| change(*a).total_cmp(&change(*b))).unwrap_or(1);
         self.turned.remove(slightest..slightest + 2);
@@ -126,7 +127,7 @@ impl Memory {
 }
 
 impl BristleLaw for Leuven {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::Distance]
@@ -148,42 +149,41 @@ impl BristleLaw for Leuven {
         self.curve.static_force.value.max(1.0) / (self.stiffness + self.hysteresis_force * self.steepness).value
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory) -> (S, S) {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Memory<S::Held>) -> (S, S) {
         let hysteresis = self.hysteresis(z, contact.level, memory);
         let limit = self.limit(contact);
         let rate = self.rate(contact, limit, hysteresis) + fading_rate(z, limit);
         (hysteresis + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: f64, memory: &Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: S, memory: &Memory<S>, out: &mut Indicators<S>) {
         const DEAD_BAND: f64 = 1e-9; // m/s
         const RELATIVE_DEAD_BAND: f64 = 1e-6;
         if memory.direction != 0.0 {
-            let here = contact.held::<Real>();
-            let hysteresis = self.hysteresis(Real::of(z), here.level, memory);
-            let rate = self.rate(&here, self.limit(&here), hysteresis).value;
-            out[Event::Stop] = memory.direction * rate + (DEAD_BAND + RELATIVE_DEAD_BAND * contact.velocity.abs());
+            let hysteresis = self.hysteresis(z, contact.level, memory);
+            let rate = self.rate(contact, self.limit(contact), hysteresis);
+            out[Event::Stop] = rate * memory.direction + (contact.velocity.abs() * RELATIVE_DEAD_BAND + DEAD_BAND);
         }
         if let Some(closure) = memory.closure() {
-            out[Event::Distance] = memory.direction * (closure - z);
+            out[Event::Distance] = (closure - z) * memory.direction;
         }
     }
 
-    fn switch(&self, event: Event, _contact: &Contact<f64>, z: &mut f64, memory: &mut Memory) {
+    fn switch<S: Varying>(&self, event: Event, _contact: &Contact<S>, z: &mut S, memory: &mut Memory<S>) {
         if event == Event::Stop {
-            memory.turn(TurningPoint { z: *z, saturation: self.saturation(Real::of(*z), memory).value });
+            memory.turn(TurningPoint { z: *z, saturation: self.saturation(*z, memory) });
         } else {
             memory.close_loop();
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, z: f64, memory: &mut Memory) -> bool {
-        if self.limit(&contact.held::<Real>()).value <= 0.0 {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, z: S, memory: &mut Memory<S>) -> bool {
+        if self.limit(contact).value() <= 0.0 {
             *memory = Memory::default();
             return true;
         }
         if memory.direction == 0.0 {
-            memory.direction = sign(z);
+            memory.direction = sign(z.value());
         }
         false
     }
@@ -203,15 +203,15 @@ impl Leuven {
     }
 
     /// The hysteresis force `F_h` in N.
-    fn hysteresis<S: Scalar>(&self, z: S, level: S, memory: &Memory) -> S {
+    fn hysteresis<S: Scalar>(&self, z: S, level: S, memory: &Memory<S::Held>) -> S {
         z * self.stiffness + level * self.saturation(z, memory) * self.hysteresis_force
     }
 
     /// The saturating part of `F_h` on the present branch, as a fraction of `lambda*f1`.
-    fn saturation<S: Scalar>(&self, z: S, memory: &Memory) -> S {
+    fn saturation<S: Scalar>(&self, z: S, memory: &Memory<S::Held>) -> S {
         match memory.turned.last() {
             None => self.virgin_saturation(z),
-            Some(turn) => self.virgin_saturation((z - turn.z) * 0.5) * 2.0 + turn.saturation,
+            Some(turn) => self.virgin_saturation((z - S::held(turn.z)) * 0.5) * 2.0 + S::held(turn.saturation),
         }
     }
 
@@ -226,6 +226,7 @@ impl Leuven {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
     use crate::variables::ParameterSet;
 
     const AT_REST: Contact<f64> =
@@ -234,7 +235,7 @@ mod tests {
     /// The default law, moved along a path of `z` by its own events.
     struct Path {
         law: Leuven,
-        memory: Memory,
+        memory: Memory<Real>,
         z: f64,
     }
 
@@ -249,9 +250,9 @@ mod tests {
         /// Moves `z` and returns the hysteresis force there.
         fn to(&mut self, z: f64) -> f64 {
             if (z - self.z) * self.memory.direction < 0.0 {
-                self.law.switch(Event::Stop, &AT_REST, &mut self.z, &mut self.memory);
+                self.law.switch(Event::Stop, &AT_REST.still(), &mut Real::of(self.z), &mut self.memory);
             }
-            while self.memory.closure().is_some_and(|closure| self.memory.direction * (closure - z) < 0.0) {
+            while self.memory.closure().is_some_and(|closure| self.memory.direction * (closure.value - z) < 0.0) {
                 self.memory.close_loop();
             }
             self.z = z;
@@ -318,14 +319,14 @@ mod tests {
             _ => 2e-9,
         };
         let mut ends = [3e-6, -3e-6];
-        let mut memory = Memory { direction: 1.0, ..Memory::default() };
+        let mut memory: Memory<Real> = Memory { direction: 1.0, ..Memory::default() };
         for index in 0..CAPACITY {
-            memory.turned.push(TurningPoint { z: ends[index % 2], saturation: 0.0 });
+            memory.turned.push(TurningPoint { z: Real::of(ends[index % 2]), saturation: Real::of(0.0) });
             ends[index % 2] -= retreat(index) * sign(ends[index % 2]);
         }
         let before = memory.clone();
         memory.forget_slightest_loop();
-        let is_left = |point: &TurningPoint| memory.turned.contains(point);
+        let is_left = |point: &TurningPoint<Real>| memory.turned.contains(point);
         let forgotten: Vec<_> = (0..CAPACITY).filter(|index| !is_left(&before.turned[*index])).collect();
         assert!(matches!(forgotten[..], [60, 61] | [61, 62]), "{forgotten:?}");
     }
@@ -335,9 +336,9 @@ mod tests {
         let mut path = Path::new();
         path.nest(7);
         let bytes = postcard::to_allocvec(&path.memory).unwrap();
-        assert_eq!(postcard::from_bytes::<Memory>(&bytes).unwrap(), path.memory);
-        let longer = postcard::to_allocvec(&(1.0, vec![TurningPoint::default(); CAPACITY + 1])).unwrap();
-        assert!(postcard::from_bytes::<Memory>(&longer).is_err());
+        assert_eq!(postcard::from_bytes::<Memory<Real>>(&bytes).unwrap(), path.memory);
+        let longer = postcard::to_allocvec(&(1.0, vec![TurningPoint::<Real>::default(); CAPACITY + 1])).unwrap();
+        assert!(postcard::from_bytes::<Memory<Real>>(&longer).is_err());
     }
 
     /// The hysteresis scales with the level as a whole, so that loops close at any level.
@@ -346,7 +347,7 @@ mod tests {
         let mut path = Path::new();
         path.nest(2);
         path.to(1e-6);
-        let closure = path.memory.closure().unwrap();
+        let closure = path.memory.closure().unwrap().value;
         let before = path.force(closure, 0.4);
         path.memory.close_loop();
         assert!((path.force(closure, 0.4) - before).abs() < 1e-14);

@@ -5,7 +5,7 @@ use crate::friction::parts::curve::{StribeckCurve, faded};
 use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, stiffness, velocity, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{Field, Notice, ParameterError, Tunable};
 
@@ -65,7 +65,7 @@ impl Field for Decay {
 }
 
 impl BristleLaw for LuGre {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     const RELAXES_BY_SECANT: bool = true;
 

@@ -6,7 +6,7 @@ use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
 use crate::friction::parts::elements::{self, Load, MAX_ELEMENTS, Modes};
 use crate::friction::parts::parameters::{force, stiffness, viscous};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::Tunable;
 
@@ -45,13 +45,13 @@ const BEYOND: f64 = 1e-11;
 
 /// Modes of the elements, and where their springs are anchored while they stick, in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<S> {
     modes: Modes,
-    anchors: [f64; MAX_ELEMENTS],
+    anchors: [S; MAX_ELEMENTS],
 }
 
 impl FrictionLaw for MaxwellSlip {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::BreakAway]
@@ -65,25 +65,25 @@ impl FrictionLaw for MaxwellSlip {
         true
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
         Memory { modes: Modes::default(), anchors: [contact.position; MAX_ELEMENTS] }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         let elements = (0..self.count).map(|element| self.element_force(element, contact, memory));
         elements.fold(contact.velocity * self.viscous, |sum, force| sum + force)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
         memory.modes.indicators(contact.velocity, self.loads(contact, memory), out);
     }
 
-    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch<S: Varying>(&self, event: Event, contact: &Contact<S>, _v: &mut S, _z: &mut [S], memory: &mut Memory<S>) {
         if event == Event::Stop {
             for element in 0..self.count {
                 if memory.modes.slip(element).is_some() {
-                    let force = self.element_force(element, &contact.held::<Real>(), memory).value;
-                    memory.anchors[element] = contact.position - force / self.stiffness[element].value;
+                    let force = self.element_force(element, contact, memory);
+                    memory.anchors[element] = contact.position - force / self.stiffness[element];
                 }
             }
             memory.modes.stick();
@@ -94,16 +94,17 @@ impl FrictionLaw for MaxwellSlip {
         }
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
         let mut has_changed = false;
         for element in 0..self.count {
             if memory.modes.slip(element).is_some() {
                 continue;
             }
-            let force = self.spring_force(element, &contact.held::<Real>(), memory).value;
-            let limit = contact.level * self.limit[element].value;
-            if limit == 0.0 || (force.abs() > limit && force * contact.velocity <= 0.0) {
-                memory.anchors[element] = contact.position - limit.copysign(force) / self.stiffness[element].value;
+            let force = self.spring_force(element, contact, memory).value();
+            let limit = contact.level * self.limit[element];
+            if limit.value() == 0.0 || (force.abs() > limit.value() && force * contact.velocity.value() <= 0.0) {
+                let side = 1.0f64.copysign(force);
+                memory.anchors[element] = contact.position - limit * side / self.stiffness[element];
                 has_changed = true;
             }
         }
@@ -112,7 +113,7 @@ impl FrictionLaw for MaxwellSlip {
 }
 
 impl MaxwellSlip {
-    fn element_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
+    fn element_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory<S::Held>) -> S {
         let limit = contact.level * self.limit[element];
         match memory.modes.slip(element) {
             _ if limit.value() == 0.0 => S::zero(),
@@ -121,8 +122,8 @@ impl MaxwellSlip {
         }
     }
 
-    fn spring_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory) -> S {
-        (contact.position - memory.anchors[element]) * self.stiffness[element]
+    fn spring_force<S: Scalar>(&self, element: usize, contact: &Contact<S>, memory: &Memory<S::Held>) -> S {
+        (contact.position - S::held(memory.anchors[element])) * self.stiffness[element]
     }
 
     /// The load of an element that sticks; one without any strength has no events.
@@ -130,18 +131,21 @@ impl MaxwellSlip {
     /// It slips once the position resolves that the limit is passed, and holds the limit until then. A carriage that comes to rest
     /// against a stop with springs at their limits changes the sign of its velocity with the rounding of the forces; no element
     /// slips for that.
-    fn load(&self, element: usize, contact: &Contact<f64>, memory: &Memory) -> Load {
-        match contact.level * self.limit[element].value {
-            0.0 => Load { force: 0.0, limit: 1.0 },
-            limit => {
-                let resolution = f64::EPSILON * contact.position.abs().max(memory.anchors[element].abs());
-                let force = self.spring_force(element, &contact.held::<Real>(), memory).value;
-                Load { force, limit: (1.0 + BEYOND) * limit + RESOLVED * resolution * self.stiffness[element].value }
-            }
+    fn load<S: Varying>(&self, element: usize, contact: &Contact<S>, memory: &Memory<S>) -> Load<S> {
+        let limit = contact.level * self.limit[element];
+        if limit.value() == 0.0 {
+            return Load { force: S::zero(), limit: S::of(1.0) };
         }
+        let resolution = f64::EPSILON * contact.position.value().abs().max(memory.anchors[element].value().abs());
+        let rounding = RESOLVED * resolution * self.stiffness[element].value;
+        Load { force: self.spring_force(element, contact, memory), limit: limit * (1.0 + BEYOND) + rounding }
     }
 
-    fn loads<'a>(&'a self, contact: &'a Contact<f64>, memory: &'a Memory) -> impl Iterator<Item = Load> + Clone + 'a {
+    fn loads<'a, S: Varying>(
+        &'a self,
+        contact: &'a Contact<S>,
+        memory: &'a Memory<S>,
+    ) -> impl Iterator<Item = Load<S>> + Clone + 'a {
         (0..self.count).map(|element| self.load(element, contact, memory))
     }
 }

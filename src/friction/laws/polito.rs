@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{check_forces, damping, exponent, force, static_force, stribeck_velocity};
 use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{Meaning, ParameterError, Tunable};
 
@@ -65,7 +65,7 @@ pub struct Memory {
 }
 
 impl FrictionLaw for Polito {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -92,8 +92,11 @@ impl FrictionLaw for Polito {
         self.accelerating.is_gentle()
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
-        Memory { mode: Mode::at(contact, contact.velocity, self.break_away_at(contact)), branch: Branch::Accelerating }
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory {
+        Memory {
+            mode: Mode::at(contact, contact.velocity, self.break_away(contact.level)),
+            branch: Branch::Accelerating,
+        }
     }
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
@@ -105,10 +108,10 @@ impl FrictionLaw for Polito {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        memory.mode.indicators(contact, || self.break_away_at(contact), out);
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, out: &mut Indicators<S>) {
+        memory.mode.indicators(contact, || self.break_away(contact.level), out);
         if let (Mode::Sliding(direction), Drive::Force) = (memory.mode, contact.drive) {
-            let push = direction * contact.applied;
+            let push = contact.applied * direction;
             let [rising, falling] = self.branches(contact, direction);
             match memory.branch {
                 Branch::Accelerating => out[Event::Fall] = push - rising,
@@ -121,9 +124,16 @@ impl FrictionLaw for Polito {
         }
     }
 
-    fn switch(&self, event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
+    fn switch<S: Varying>(
+        &self,
+        event: Event,
+        contact: &Contact<S>,
+        velocity: &mut S,
+        _z: &mut [S],
+        memory: &mut Memory,
+    ) {
         if matches!(event, Event::Stop | Event::BreakAway) {
-            memory.mode = memory.mode.switched(contact, velocity, self.break_away_at(contact));
+            memory.mode = memory.mode.switched(contact, velocity, self.break_away(contact.level));
             memory.branch = Branch::Accelerating;
         } else if let Mode::Sliding(direction) = memory.mode {
             memory.branch = self.consistent(contact, direction, memory.branch, event);
@@ -131,15 +141,15 @@ impl FrictionLaw for Polito {
     }
 
     /// A prescribed motion says itself whether it accelerates: its applied force is far beyond both branches.
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory) -> bool {
         let before = *memory;
-        memory.mode = Mode::at(contact, contact.velocity, self.break_away_at(contact));
-        let accelerates = contact.velocity * contact.applied >= 0.0;
+        memory.mode = Mode::at(contact, contact.velocity, self.break_away(contact.level));
+        let accelerates = (contact.velocity * contact.applied).value() >= 0.0;
         memory.branch = if accelerates { Branch::Accelerating } else { Branch::Decelerating };
         *memory != before
     }
 
-    fn is_sticking(memory: &Memory) -> bool {
+    fn is_sticking<S: Varying>(memory: &Memory) -> bool {
         memory.mode == Mode::Stuck
     }
 }
@@ -149,14 +159,9 @@ impl Polito {
         level * self.accelerating.static_force
     }
 
-    fn break_away_at(&self, contact: &Contact<f64>) -> f64 {
-        self.break_away(Real::of(contact.level)).value
-    }
-
     /// `F1` and `F2` in a direction of sliding.
-    fn branches(&self, contact: &Contact<f64>, direction: f64) -> [f64; 2] {
-        let contact = contact.held::<Real>();
-        [self.rising(&contact, direction), self.falling(&contact, direction)].map(Real::value)
+    fn branches<S: Scalar>(&self, contact: &Contact<S>, direction: f64) -> [S; 2] {
+        [self.rising(contact, direction), self.falling(contact, direction)]
     }
 
     /// `F1` at the speed in the direction of sliding.
@@ -171,9 +176,9 @@ impl Polito {
     }
 
     /// The branch to go to at an event of the present one.
-    fn consistent(&self, contact: &Contact<f64>, direction: f64, present: Branch, event: Event) -> Branch {
+    fn consistent<S: Scalar>(&self, contact: &Contact<S>, direction: f64, present: Branch, event: Event) -> Branch {
         let [rising, falling] = self.branches(contact, direction);
-        let unique = falling <= rising;
+        let unique = falling.value() <= rising.value();
         match (present, event) {
             (Branch::Accelerating, _) if unique => Branch::Steady,
             (Branch::Accelerating, _) => Branch::Decelerating,

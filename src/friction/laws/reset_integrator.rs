@@ -5,7 +5,7 @@ use crate::friction::law::Contact;
 use crate::friction::parts::bounded::Mode;
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, length, stiffness, viscous};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{Tunable, Variable, units};
 
@@ -41,7 +41,7 @@ parameters! {
 }
 
 impl BristleLaw for ResetIntegrator {
-    type Memory = Mode;
+    type Memory<S: Varying> = Mode;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::Distance]
@@ -61,12 +61,12 @@ impl BristleLaw for ResetIntegrator {
         (strain * stiffness + rate * self.damping + contact.velocity * self.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z, self.limit_at(contact), out);
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: S, mode: &Mode, out: &mut Indicators<S>) {
+        mode.indicate(contact.velocity, z, self.limit(contact.level), out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        *mode = mode.switched(z, self.limit_at(contact));
+    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, z: &mut S, mode: &mut Mode) {
+        *mode = mode.switched(z, self.limit(contact.level));
     }
 }
 
@@ -74,9 +74,5 @@ impl ResetIntegrator {
     /// Strain in m at which the bond yields at a load level.
     fn limit<S: Scalar>(&self, level: S) -> S {
         level * self.yield_strain
-    }
-
-    fn limit_at(&self, contact: &Contact<f64>) -> f64 {
-        self.limit(Real::of(contact.level)).value
     }
 }

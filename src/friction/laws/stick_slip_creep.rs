@@ -7,7 +7,7 @@ use crate::friction::parts::fading::{divisor, fading_rate};
 use crate::friction::parts::one_bristle::BristleLaw;
 use crate::friction::parts::parameters::{damping, length};
 use crate::friction::parts::ramp::{Ramp, cubic};
-use crate::numbers::{Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable};
 
@@ -40,7 +40,7 @@ parameters! {
 }
 
 impl BristleLaw for StickSlipCreep {
-    type Memory = Mode;
+    type Memory<S: Varying> = Mode;
 
     fn events(&self) -> &'static [Event] {
         &[Event::Stop, Event::Distance]
@@ -67,12 +67,12 @@ impl BristleLaw for StickSlipCreep {
         (share * stiction + (-share + 1.0) * kinetic + v * self.ramp.viscous, rate)
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: f64, mode: &Mode, out: &mut Indicators) {
-        mode.indicate(contact.velocity, z, self.displacement.value, out);
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: S, mode: &Mode, out: &mut Indicators<S>) {
+        mode.indicate(contact.velocity, z, S::tuned(self.displacement), out);
     }
 
-    fn switch(&self, _event: Event, _contact: &Contact<f64>, z: &mut f64, mode: &mut Mode) {
-        *mode = mode.switched(z, self.displacement.value);
+    fn switch<S: Varying>(&self, _event: Event, _contact: &Contact<S>, z: &mut S, mode: &mut Mode) {
+        *mode = mode.switched(z, S::tuned(self.displacement));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, FrictionLaw, Stiction};
 use crate::friction::parts::anchored::{Limits, Mode, Spring};
 use crate::friction::parts::parameters::{check_forces, coulomb_force, damping, static_force, stiffness, viscous};
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable};
 
@@ -39,7 +39,7 @@ parameters! {
 }
 
 impl FrictionLaw for StickSlipSpring {
-    type Memory = Mode;
+    type Memory<S: Varying> = Mode<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Elastic
@@ -57,11 +57,11 @@ impl FrictionLaw for StickSlipSpring {
         check_forces(self.static_force, "Fc", self.coulomb_force)
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Mode {
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode<S> {
         Spring::start(contact, self.limits(contact))
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode<S::Held>, _rates: &mut [S]) -> S {
         match *mode {
             Mode::Sticking { place, load } => self.spring.force(contact, place, load),
             Mode::Sliding { direction } => {
@@ -70,24 +70,21 @@ impl FrictionLaw for StickSlipSpring {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode<S>, out: &mut Indicators<S>) {
         self.spring.indicate(*mode, contact, self.limits(contact), out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, _v: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, _v: &mut S, _z: &mut [S], mode: &mut Mode<S>) {
         *mode = self.spring.switched(*mode, contact, self.limits(contact));
     }
 
-    fn is_sticking(mode: &Mode) -> bool {
+    fn is_sticking<S: Varying>(mode: &Mode<S>) -> bool {
         matches!(mode, Mode::Sticking { .. })
     }
 }
 
 impl StickSlipSpring {
-    fn limits(&self, contact: &Contact<f64>) -> Limits {
-        Limits {
-            break_away: contact.level * self.static_force.value,
-            sliding: contact.level * self.coulomb_force.value,
-        }
+    fn limits<S: Scalar>(&self, contact: &Contact<S>) -> Limits<S> {
+        Limits { break_away: contact.level * self.static_force, sliding: contact.level * self.coulomb_force }
     }
 }

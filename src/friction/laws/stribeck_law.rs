@@ -7,7 +7,7 @@ use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
 use crate::friction::parts::curve::StribeckCurve;
 use crate::friction::parts::parameters::{dwell_time, force, viscous};
 use crate::friction::parts::stick_slip::Mode;
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::parameters;
 use crate::variables::{ParameterError, Tunable, Variable, units};
 
@@ -57,14 +57,14 @@ parameters! {
 
 /// The mode, and since when it rests.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<S> {
     mode: Mode,
     /// Time in s at which the last rest began.
-    since: f64,
+    since: S,
 }
 
 impl FrictionLaw for Stribeck {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -92,15 +92,15 @@ impl FrictionLaw for Stribeck {
         self.curve.is_gentle()
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Memory {
-        let break_away = self.break_away_after(contact, f64::INFINITY);
-        Memory { mode: Mode::at(contact, contact.velocity, break_away), since: f64::NEG_INFINITY }
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Memory<S> {
+        let break_away = self.break_away(contact.level, S::of(f64::INFINITY));
+        Memory { mode: Mode::at(contact, contact.velocity, break_away), since: S::of(f64::NEG_INFINITY) }
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory, _rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S::Held>, _rates: &mut [S]) -> S {
         match memory.mode {
             Mode::Stuck => {
-                let dwell = contact.time.value() - memory.since;
+                let dwell = contact.time - S::held(memory.since);
                 Mode::holding_force(contact, self.break_away(contact.level, dwell))
             }
             Mode::Sliding(direction) => {
@@ -109,18 +109,26 @@ impl FrictionLaw for Stribeck {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], memory: &Memory, out: &mut Indicators) {
-        let break_away = || self.break_away_after(contact, contact.time - memory.since);
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &Memory<S>, out: &mut Indicators<S>) {
+        let break_away = || self.break_away(contact.level, contact.time - memory.since);
         memory.mode.indicators(contact, break_away, out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], memory: &mut Memory) {
-        let mode = memory.mode.switched(contact, velocity, self.break_away_after(contact, 0.0));
+    fn switch<S: Varying>(
+        &self,
+        _event: Event,
+        contact: &Contact<S>,
+        velocity: &mut S,
+        _z: &mut [S],
+        memory: &mut Memory<S>,
+    ) {
+        let mode = memory.mode.switched(contact, velocity, self.break_away(contact.level, S::zero()));
         *memory = Memory { mode, since: contact.time };
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], memory: &mut Memory) -> bool {
-        let mode = Mode::at(contact, contact.velocity, self.break_away_after(contact, contact.time - memory.since));
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], memory: &mut Memory<S>) -> bool {
+        let break_away = self.break_away(contact.level, contact.time - memory.since);
+        let mode = Mode::at(contact, contact.velocity, break_away);
         if mode == memory.mode {
             return false;
         }
@@ -128,24 +136,20 @@ impl FrictionLaw for Stribeck {
         true
     }
 
-    fn is_sticking(memory: &Memory) -> bool {
+    fn is_sticking<S: Varying>(memory: &Memory<S>) -> bool {
         memory.mode == Mode::Stuck
     }
 }
 
 impl Stribeck {
-    fn break_away_after(&self, contact: &Contact<f64>, dwell: f64) -> f64 {
-        self.break_away(Real::of(contact.level), dwell).value
-    }
-
     /// Largest force in N that holds the mass after a time at rest in s.
-    fn break_away<S: Scalar>(&self, level: S, dwell: f64) -> S {
+    fn break_away<S: Scalar>(&self, level: S, dwell: S) -> S {
         let fresh = self.curve.static_force;
-        let force = if self.rested_force.value == 0.0 || dwell == 0.0 {
-            fresh
+        let force = if self.rested_force.value == 0.0 || dwell.value() == 0.0 {
+            S::tuned(fresh)
         } else {
             // In a form that has its limits at 0 and at infinity.
-            fresh + (self.rested_force - fresh) / (self.dwell_time / dwell + 1.0)
+            S::tuned(self.rested_force - fresh) / (S::tuned(self.dwell_time) / dwell + 1.0) + fresh
         };
         let grown = self.static_level(level) * force;
         if self.has_one_level() { grown } else { grown.max(level * self.curve.coulomb_force) }
@@ -177,6 +181,7 @@ impl Stribeck {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
     use crate::variables::ParameterSet;
 
     fn law(rested_force: f64, kappa_ratio: f64) -> Stribeck {
@@ -184,15 +189,15 @@ mod tests {
     }
 
     fn break_away(law: &Stribeck, level: f64, dwell: f64) -> f64 {
-        law.break_away(Real::of(level), dwell).value
+        law.break_away(Real::of(level), Real::of(dwell)).value
     }
 
     fn dry(law: &Stribeck, speed: f64, level: f64) -> f64 {
         law.dry(Real::of(speed), Real::of(level)).value
     }
 
-    fn contact(time: f64, velocity: f64, applied: f64, level: f64) -> Contact<f64> {
-        Contact { time, position: 0.0, velocity, applied, level, drive: Drive::Force }
+    fn contact(time: f64, velocity: f64, applied: f64, level: f64) -> Contact<Real> {
+        Contact { time, position: 0.0, velocity, applied, level, drive: Drive::Force }.still()
     }
 
     /// Half of the growth is done after `gamma`, two thirds after twice that, all of it before the first break-away.
@@ -202,14 +207,14 @@ mod tests {
         for (dwell, expected) in [(0.0, 10.0), (0.5, 13.0), (1.0, 14.0), (f64::INFINITY, 16.0)] {
             assert_eq!(break_away(&law, 1.0, dwell), expected, "after {dwell} s");
         }
-        let reserve = |memory: &Memory, time: f64| {
+        let reserve = |memory: &Memory<Real>, time: f64| {
             let mut out = Indicators::default();
             law.indicators(&contact(time, 0.0, -9.0, 1.0), &[], memory, &mut out);
-            out[Event::BreakAway]
+            out[Event::BreakAway].value
         };
         let mut memory = law.start(&contact(3.0, 0.0, 0.0, 1.0));
         assert_eq!(reserve(&memory, 3.0), 16.0 - 9.0);
-        let mut velocity = 0.0;
+        let mut velocity = Real::of(0.0);
         law.switch(Event::BreakAway, &contact(3.0, 0.0, 17.0, 1.0), &mut velocity, &mut [], &mut memory);
         assert!(!Stribeck::is_sticking(&memory));
         law.switch(Event::Stop, &contact(4.0, 0.0, -9.0, 1.0), &mut velocity, &mut [], &mut memory);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive};
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::variables::{Field, Tunable};
 
 /// A spring that is anchored at its limit is loaded by this fraction less, so that rounding does not break it at once.
@@ -15,13 +15,13 @@ const BELOW_LIMIT: f64 = 1e-12;
 
 /// Sticking on an anchor or sliding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Mode {
+pub enum Mode<S> {
     /// Held by the spring-damper.
     Sticking {
         /// Position in m where the mass stuck.
-        place: f64,
+        place: S,
         /// Load in N that the spring took over there: exactly that, however stiff the spring.
-        load: f64,
+        load: S,
     },
     /// Sliding.
     Sliding {
@@ -33,11 +33,11 @@ pub enum Mode {
 
 /// Friction magnitudes in N that decide on the mode.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct Limits<S> {
     /// Largest force while sticking.
-    pub break_away: f64,
+    pub break_away: S,
     /// Sliding force at zero velocity.
-    pub sliding: f64,
+    pub sliding: S,
 }
 
 /// The spring-damper.
@@ -62,65 +62,72 @@ impl Field for Spring {
 
 impl Spring {
     /// The mode of a mass that was not in contact before; where there is no stiction, it slides.
-    pub fn start(contact: &Contact<f64>, limits: Limits) -> Mode {
-        if limits.break_away > 0.0 {
-            Mode::Sticking { place: contact.position, load: 0.0 }
+    pub fn start<S: Varying>(contact: &Contact<S>, limits: Limits<S>) -> Mode<S> {
+        if limits.break_away.value() > 0.0 {
+            Mode::Sticking { place: contact.position, load: S::zero() }
         } else {
             Mode::Sliding { direction: direction(contact, 1.0) }
         }
     }
 
     /// Force in N while sticking.
-    pub fn force<S: Scalar>(&self, contact: &Contact<S>, place: f64, load: f64) -> S {
-        (contact.position - place) * self.stiffness + contact.velocity * self.damping + load
-    }
-
-    fn load(&self, contact: &Contact<f64>, place: f64, load: f64) -> f64 {
-        self.force(&contact.held::<Real>(), place, load).value
+    pub fn force<S: Scalar>(&self, contact: &Contact<S>, place: S::Held, load: S::Held) -> S {
+        (contact.position - S::held(place)) * self.stiffness + contact.velocity * self.damping + S::held(load)
     }
 
     /// Sets the event indicator: the reserve until break-away, or the speed.
-    pub fn indicate(&self, mode: Mode, contact: &Contact<f64>, limits: Limits, out: &mut Indicators) {
-        let has_stiction = limits.break_away > 0.0;
+    pub fn indicate<S: Varying>(
+        &self,
+        mode: Mode<S>,
+        contact: &Contact<S>,
+        limits: Limits<S>,
+        out: &mut Indicators<S>,
+    ) {
+        let (has_stiction, due) = (limits.break_away.value() > 0.0, S::of(-f64::MIN_POSITIVE));
         match mode {
             Mode::Sticking { place, load } if has_stiction => {
-                out[Event::BreakAway] = limits.break_away - self.load(contact, place, load).abs();
+                out[Event::BreakAway] = limits.break_away - self.force(contact, place, load).abs();
             }
-            Mode::Sticking { .. } => out[Event::BreakAway] = -f64::MIN_POSITIVE,
-            Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = -f64::MIN_POSITIVE,
-            Mode::Sliding { direction } => out[Event::Stop] = direction * contact.velocity,
+            Mode::Sticking { .. } => out[Event::BreakAway] = due,
+            Mode::Sliding { .. } if is_at_rest(contact) && has_stiction => out[Event::Stop] = due,
+            Mode::Sliding { direction } => out[Event::Stop] = contact.velocity * direction,
         }
     }
 
     /// The mode after an event of the present one.
-    pub fn switched(&self, mode: Mode, contact: &Contact<f64>, limits: Limits) -> Mode {
-        if limits.break_away <= 0.0 {
+    pub fn switched<S: Varying>(&self, mode: Mode<S>, contact: &Contact<S>, limits: Limits<S>) -> Mode<S> {
+        if limits.break_away.value() <= 0.0 {
             let previous = if let Mode::Sliding { direction } = mode { direction } else { 1.0 };
             return Mode::Sliding { direction: direction(contact, -previous) };
         }
         match mode {
             // At rest the break-away force fell below the present one: the spring yields, and the motion will tell.
-            Mode::Sticking { place, load } if contact.velocity == 0.0 => {
-                Self::anchored(contact, sign(self.load(contact, place, load)), limits.break_away, limits)
+            Mode::Sticking { place, load } if contact.velocity.value() == 0.0 => {
+                let direction = sign(self.force(contact, place, load).value());
+                Self::anchored(contact, direction, limits.break_away, limits)
             }
-            Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity) },
+            Mode::Sticking { .. } => Mode::Sliding { direction: sign(contact.velocity.value()) },
             Mode::Sliding { direction } => Self::anchored(contact, direction, limits.sliding, limits),
         }
     }
 
     /// Sticking with a force in a direction.
-    fn anchored(contact: &Contact<f64>, direction: f64, force: f64, limits: Limits) -> Mode {
-        let load = direction * force.min(limits.break_away * (1.0 - BELOW_LIMIT));
+    fn anchored<S: Varying>(contact: &Contact<S>, direction: f64, force: S, limits: Limits<S>) -> Mode<S> {
+        let load = force.min(limits.break_away * (1.0 - BELOW_LIMIT)) * direction;
         Mode::Sticking { place: contact.position, load }
     }
 }
 
 /// Whether a prescribed motion rests, where sliding ends even though the velocity does not cross 0.
-fn is_at_rest(contact: &Contact<f64>) -> bool {
-    contact.drive == Drive::Motion && contact.velocity == 0.0
+fn is_at_rest<S: Scalar>(contact: &Contact<S>) -> bool {
+    contact.drive == Drive::Motion && contact.velocity.value() == 0.0
 }
 
 /// Direction of motion; at rest that of the applied force, or else the one given.
-fn direction(contact: &Contact<f64>, otherwise: f64) -> f64 {
-    [contact.velocity, contact.applied].map(sign).into_iter().find(|sign| *sign != 0.0).unwrap_or(otherwise)
+fn direction<S: Scalar>(contact: &Contact<S>, otherwise: f64) -> f64 {
+    [contact.velocity, contact.applied]
+        .map(|it| sign(it.value()))
+        .into_iter()
+        .find(|sign| *sign != 0.0)
+        .unwrap_or(otherwise)
 }

@@ -39,22 +39,22 @@ impl Mode {
 
     /// Sets the event indicator: the reserve until the limit, which does not matter while the motion turns away from
     /// it; or the speed towards it.
-    pub fn indicate(self, velocity: f64, z: f64, limit: f64, out: &mut Indicators) {
+    pub fn indicate<S: Scalar>(self, velocity: S, z: S, limit: S, out: &mut Indicators<S>) {
         match self {
             Self::Following => {
-                out[Event::Distance] = (limit * (1.0 - AT_LIMIT) - z.abs()).max(-sign(z) * velocity);
+                out[Event::Distance] = (limit * (1.0 - AT_LIMIT) - z.abs()).max(velocity * -sign(z.value()));
             }
-            Self::Limited(direction) => out[Event::Stop] = direction * velocity,
+            Self::Limited(direction) => out[Event::Stop] = velocity * direction,
         }
     }
 
     /// The mode after an event of the present one.
-    pub fn switched(self, z: &mut f64, limit: f64) -> Self {
+    pub fn switched<S: Scalar>(self, z: &mut S, limit: S) -> Self {
         let direction = match self {
-            Self::Following => sign(*z),
+            Self::Following => sign(z.value()),
             Self::Limited(direction) => direction,
         };
-        *z = direction * limit;
+        *z = limit * direction;
         match self {
             Self::Following => Self::Limited(direction),
             Self::Limited(_) => Self::Following,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::law::Contact;
 use crate::friction::parts::list::List;
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 
 /// No three points are within this fraction of the delay.
 const RESOLUTION: usize = 64;
@@ -17,17 +17,17 @@ const LONGEST_STEP: f64 = 0.25;
 
 /// A point of the motion. The velocity may jump there if it is prescribed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Point {
-    time: f64,
-    position: f64,
+struct Point<S> {
+    time: S,
+    position: S,
     /// Velocity on arrival.
-    before: f64,
+    before: S,
     /// Velocity on departure.
-    after: f64,
+    after: S,
 }
 
-impl Point {
-    fn new(contact: &Contact<f64>) -> Self {
+impl<S: Scalar> Point<S> {
+    fn new(contact: &Contact<S>) -> Self {
         let &Contact { time, position, velocity, .. } = contact;
         Self { time, position, before: velocity, after: velocity }
     }
@@ -42,56 +42,60 @@ impl Point {
 /// than a 64th, so that an oscillation of frequency `f` comes back with an error of at most
 /// `0.0081*(2*pi*f*delay/32)^3 = 6.2e-5*(f*delay)^3` of its amplitude.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DelayLine {
-    points: List<Point, CAPACITY>,
+#[serde(bound(serialize = "", deserialize = ""))]
+pub struct DelayLine<S: Varying> {
+    points: List<Point<S>, CAPACITY>,
 }
 
-impl DelayLine {
+/// Longest step in s that the solver may take: the delayed time must not be beyond the last point.
+pub fn max_step(delay: f64) -> f64 {
+    if delay > 0.0 { LONGEST_STEP * delay } else { f64::INFINITY }
+}
+
+impl<H: Varying> DelayLine<H> {
     /// A line on which the velocity has always been the present one.
-    pub fn new(contact: &Contact<f64>) -> Self {
+    pub fn new(contact: &Contact<H>) -> Self {
         Self { points: List::new([Point::new(contact)]) }
     }
 
-    /// Longest step in s that the solver may take: the delayed time must not be beyond the last point.
-    pub fn max_step(delay: f64) -> f64 {
-        if delay > 0.0 { LONGEST_STEP * delay } else { f64::INFINITY }
-    }
-
     /// The velocity in m/s a delay before the contact's time.
-    pub fn velocity<S: Scalar>(&self, contact: &Contact<S>, delay: f64) -> S {
+    pub fn velocity<S: Scalar<Held = H>>(&self, contact: &Contact<S>, delay: f64) -> S {
         if delay <= 0.0 {
             return contact.velocity;
         }
         let time = contact.time - delay;
-        let Some(next) = self.points.iter().position(|point| point.time > time.value()) else {
-            return S::constant(self.points.last().map_or(0.0, |point| point.after));
+        let Some(next) = self.points.iter().position(|point| point.time.value() > time.value()) else {
+            return self.points.last().map_or(S::zero(), |point| S::held(point.after));
         };
         if next == 0 {
-            return S::constant(self.points[0].before);
+            return S::held(self.points[0].before);
         }
         let (from, to) = (self.points[next - 1], self.points[next]);
         let length = to.time - from.time;
         let mean = (to.position - from.position) / length;
-        let share = (time - from.time) / length;
+        let share = (time - S::held(from.time)) / S::held(length);
         let rest = -share + 1.0;
-        rest * from.after + share * to.before + share * rest * (6.0 * mean - 3.0 * (from.after + to.before))
+        let bend = mean * 6.0 - (from.after + to.before) * 3.0;
+        rest * S::held(from.after) + share * S::held(to.before) + share * rest * S::held(bend)
     }
 
     /// Takes in the present point.
-    pub fn follow(&mut self, contact: &Contact<f64>, delay: f64) {
+    pub fn follow(&mut self, contact: &Contact<H>, delay: f64) {
         let point = Point::new(contact);
         let count = self.points.len();
         match &mut *self.points {
-            [.., last] if last.time >= point.time => last.after = point.after,
-            [.., before, last] if count == CAPACITY || point.time - before.time < delay / RESOLUTION as f64 => {
+            [.., last] if last.time.value() >= point.time.value() => last.after = point.after,
+            [.., before, last]
+                if count == CAPACITY || (point.time - before.time).value() < delay / RESOLUTION as f64 =>
+            {
                 *last = point
             }
             _ => self.points.push(point),
         }
         // Points are kept a little longer than they are needed: steps that divide the delay would otherwise end just where a point
         // is forgotten, and there the line has no derivative by the time of that point.
-        let begin = contact.time - delay * (1.0 + SPARE);
-        let oldest = self.points.iter().skip(1).take_while(|next| next.time <= begin).count();
+        let begin = contact.time.value() - delay * (1.0 + SPARE);
+        let oldest = self.points.iter().skip(1).take_while(|next| next.time.value() <= begin).count();
         self.points.remove(0..oldest);
     }
 }
@@ -104,12 +108,12 @@ mod tests {
 
     const DELAY: f64 = 5e-3;
 
-    fn contact(time: f64, position: f64, velocity: f64) -> Contact<f64> {
-        Contact { time, position, velocity, applied: 0.0, level: 1.0, drive: Drive::Force }
+    fn contact(time: f64, position: f64, velocity: f64) -> Contact<Real> {
+        Contact { time, position, velocity, applied: 0.0, level: 1.0, drive: Drive::Force }.still()
     }
 
-    fn velocity(line: &DelayLine, contact: &Contact<f64>) -> f64 {
-        line.velocity(&contact.held::<Real>(), DELAY).value
+    fn velocity(line: &DelayLine<Real>, contact: &Contact<Real>) -> f64 {
+        line.velocity(contact, DELAY).value
     }
 
     /// Largest deviation from the delayed motion `x = 1 - cos(w*t)` for steps of a size.
@@ -122,7 +126,7 @@ mod tests {
             line.follow(&motion(time), DELAY);
             for share in [0.0, 0.3, 0.7] {
                 let now = motion(time + share * step);
-                let expected = motion((now.time - DELAY).max(0.0)).velocity;
+                let expected = motion((now.time.value - DELAY).max(0.0)).velocity.value;
                 worst = worst.max((velocity(&line, &now) - expected).abs());
             }
         }

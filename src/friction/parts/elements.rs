@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::MAX_STATES;
-use crate::numbers::sign;
+use crate::numbers::{Scalar, sign};
 use crate::system::UNUSED;
 use crate::variables::Variable;
 
@@ -34,17 +34,17 @@ pub struct Modes {
 
 /// An element as it is loaded: the force it carries, and the largest it can carry, in N.
 #[derive(Clone, Copy, Debug)]
-pub struct Load {
+pub struct Load<S> {
     /// Force in N.
-    pub force: f64,
+    pub force: S,
     /// Limit in N, not negative.
-    pub limit: f64,
+    pub limit: S,
 }
 
-impl Load {
+impl<S: Scalar> Load<S> {
     /// Positive while an element may stick: below the limit, or while the motion unloads it.
-    fn reserve(self, velocity: f64) -> f64 {
-        let unloading = -sign(self.force) * velocity;
+    fn reserve(self, velocity: S) -> S {
+        let unloading = velocity * -sign(self.force.value());
         (self.limit * (1.0 - AT_LIMIT) - self.force.abs()).max(unloading)
     }
 }
@@ -56,14 +56,14 @@ impl Modes {
     }
 
     /// Sets two indicators: until the slipping elements stick again, and until the next one slips.
-    pub fn indicators(&self, velocity: f64, loads: impl Iterator<Item = Load>, out: &mut Indicators) {
+    pub fn indicators<S: Scalar>(&self, velocity: S, loads: impl Iterator<Item = Load<S>>, out: &mut Indicators<S>) {
         match self.direction {
             0.0 => {}
-            _ if velocity == 0.0 => out[Event::Stop] = -f64::MIN_POSITIVE,
-            direction => out[Event::Stop] = direction * velocity,
+            _ if velocity.value() == 0.0 => out[Event::Stop] = S::of(-f64::MIN_POSITIVE),
+            direction => out[Event::Stop] = velocity * direction,
         }
         let reserves = self.reserves(velocity, loads);
-        out[Event::BreakAway] = reserves.fold(UNUSED, |least, (_, reserve)| least.min(reserve));
+        out[Event::BreakAway] = reserves.fold(S::of(UNUSED), |least, (_, reserve)| least.min(reserve));
     }
 
     /// Handles the end of slipping.
@@ -72,20 +72,24 @@ impl Modes {
     }
 
     /// Lets the elements slip that have no reserve, at least the one that has least.
-    pub fn slip_next(&mut self, velocity: f64, loads: impl Iterator<Item = Load> + Clone) {
-        let least = self.reserves(velocity, loads.clone()).min_by(|(_, a), (_, b)| a.total_cmp(b));
+    pub fn slip_next<S: Scalar>(&mut self, velocity: S, loads: impl Iterator<Item = Load<S>> + Clone) {
+        let least = self.reserves(velocity, loads.clone()).min_by(|(_, a), (_, b)| a.value().total_cmp(&b.value()));
         let Some((weakest, least)) = least else { return };
-        let force = loads.clone().nth(weakest).map_or(0.0, |load| load.force);
-        self.direction = if velocity == 0.0 { sign(force) } else { sign(velocity) };
+        let force = loads.clone().nth(weakest).map_or(0.0, |load| load.force.value());
+        self.direction = if velocity.value() == 0.0 { sign(force) } else { sign(velocity.value()) };
         let mut slips = self.slips;
         for (element, reserve) in self.reserves(velocity, loads) {
-            slips[element] = reserve <= least.max(0.0);
+            slips[element] = reserve.value() <= least.value().max(0.0);
         }
         self.slips = slips;
     }
 
     /// The sticking elements and their reserves.
-    fn reserves(&self, velocity: f64, loads: impl Iterator<Item = Load>) -> impl Iterator<Item = (usize, f64)> {
+    fn reserves<S: Scalar>(
+        &self,
+        velocity: S,
+        loads: impl Iterator<Item = Load<S>>,
+    ) -> impl Iterator<Item = (usize, S)> {
         let sticking = loads.enumerate().filter(|(element, _)| !self.slips[*element]);
         sticking.map(move |(element, load)| (element, load.reserve(velocity)))
     }
@@ -94,21 +98,22 @@ impl Modes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
-    fn loads(forces: [f64; 3]) -> impl Iterator<Item = Load> + Clone {
-        forces.into_iter().map(|force| Load { force, limit: 1.0 })
+    fn loads(forces: [f64; 3]) -> impl Iterator<Item = Load<Real>> + Clone {
+        forces.into_iter().map(|force| Load { force: Real::of(force), limit: Real::of(1.0) })
     }
 
     fn indicators(modes: &Modes, velocity: f64, forces: [f64; 3]) -> Indicators {
         let mut out = Indicators::default();
-        modes.indicators(velocity, loads(forces), &mut out);
+        modes.indicators(Real::of(velocity), loads(forces), &mut out);
         out
     }
 
     #[test]
     fn elements_that_reach_the_limit_together_slip_together() {
         let mut modes = Modes::default();
-        modes.slip_next(0.1, loads([1.0, 0.5, 1.0]));
+        modes.slip_next(Real::of(0.1), loads([1.0, 0.5, 1.0]));
         assert_eq!([0, 1, 2].map(|element| modes.slip(element)), [Some(1.0), None, Some(1.0)]);
     }
 
@@ -122,9 +127,9 @@ mod tests {
     #[test]
     fn slipping_ends_at_rest_and_at_reversal_only() {
         let mut modes = Modes::default();
-        modes.slip_next(0.1, loads([1.0, 0.0, 0.0]));
-        assert!(indicators(&modes, 1e-9, [1.0, 0.0, 0.0])[Event::Stop] > 0.0);
-        assert!(indicators(&modes, 0.0, [1.0, 0.0, 0.0])[Event::Stop] < 0.0);
-        assert!(indicators(&modes, -1e-9, [1.0, 0.0, 0.0])[Event::Stop] < 0.0);
+        modes.slip_next(Real::of(0.1), loads([1.0, 0.0, 0.0]));
+        assert!(indicators(&modes, 1e-9, [1.0, 0.0, 0.0])[Event::Stop].value > 0.0);
+        assert!(indicators(&modes, 0.0, [1.0, 0.0, 0.0])[Event::Stop].value < 0.0);
+        assert!(indicators(&modes, -1e-9, [1.0, 0.0, 0.0])[Event::Stop].value < 0.0);
     }
 }

@@ -1,7 +1,7 @@
 //! Laws that are a function of velocity.
 
 use crate::friction::law::{Contact, FrictionLaw};
-use crate::numbers::Scalar;
+use crate::numbers::{Scalar, Varying};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// A law without states, modes and stiction.
@@ -27,7 +27,7 @@ wrapper! {
 }
 
 impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()
@@ -37,7 +37,7 @@ impl<L: VelocityLaw> FrictionLaw for OfVelocity<L> {
         L::IS_GENTLE
     }
 
-    fn start(&self, _contact: &Contact<f64>) {}
+    fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, _z: &[S], _memory: &(), _rates: &mut [S]) -> S {
         self.0.force(contact.velocity, contact.level)

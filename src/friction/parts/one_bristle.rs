@@ -6,13 +6,13 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw};
-use crate::numbers::{Dual, Scalar};
+use crate::numbers::{Dual, Scalar, Varying};
 use crate::variables::{Notice, ParameterError, ParameterSet};
 
 /// A law whose friction is that of one bristle, which is without deflection at first.
 pub trait BristleLaw: ParameterSet {
     /// What the law remembers apart from the deflection; its default is what a run starts with.
-    type Memory: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned + Send;
+    type Memory<S: Varying>: Clone + Default + PartialEq + Debug + Serialize + DeserializeOwned + Send;
 
     /// Whether the secant `(v - dz/dt)/z` tells the rate of relaxation: the deflection follows the velocity `v` but for a
     /// share that grows with it, about in proportion. It saves an evaluation.
@@ -50,17 +50,24 @@ pub trait BristleLaw: ParameterSet {
     fn scale(&self) -> f64;
 
     /// The friction force in N, and the rate of the deflection `z` in m/s.
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Self::Memory) -> (S, S);
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, memory: &Self::Memory<S::Held>) -> (S, S);
 
     /// Sets the event indicators that the present mode uses.
-    fn indicators(&self, _contact: &Contact<f64>, _z: f64, _memory: &Self::Memory, _out: &mut Indicators) {}
+    fn indicators<S: Varying>(
+        &self,
+        _contact: &Contact<S>,
+        _z: S,
+        _memory: &Self::Memory<S>,
+        _out: &mut Indicators<S>,
+    ) {
+    }
 
     /// Handles an event, whose indicator fell below zero; may set the deflection.
-    fn switch(&self, _event: Event, _contact: &Contact<f64>, _z: &mut f64, _memory: &mut Self::Memory) {}
+    fn switch<S: Varying>(&self, _event: Event, _contact: &Contact<S>, _z: &mut S, _memory: &mut Self::Memory<S>) {}
 
     /// Lets the memory follow an accepted step; must leave the indicators as they are. Returns whether the force may have
     /// changed.
-    fn follow(&self, _contact: &Contact<f64>, _z: f64, _memory: &mut Self::Memory) -> bool {
+    fn follow<S: Varying>(&self, _contact: &Contact<S>, _z: S, _memory: &mut Self::Memory<S>) -> bool {
         false
     }
 }
@@ -74,7 +81,7 @@ wrapper! {
 }
 
 impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
-    type Memory = L::Memory;
+    type Memory<S: Varying> = L::Memory<S>;
 
     fn follows(&self) -> &'static [Drive] {
         self.0.follows()
@@ -100,11 +107,12 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.notice()
     }
 
-    fn relaxation(&self, contact: &Contact<f64>, [z, rate]: [f64; 2], memory: &L::Memory) -> f64 {
+    fn relaxation<S: Varying>(&self, contact: &Contact<S>, state: [S; 2], memory: &L::Memory<S>) -> f64 {
+        let (contact, [z, rate]) = (contact.values(), state.map(S::value));
         if L::RELAXES_BY_SECANT && z.abs() > SMALL * self.0.scale() {
             return (contact.velocity - rate) / z;
         }
-        let (_, rate) = self.0.force(&contact.held(), Dual::<1>::variable(z, 0), memory);
+        let (_, rate) = self.0.force(&contact.still(), Dual::<1, S>::variable(z, 0), memory);
         -rate.slope[0]
     }
 
@@ -112,25 +120,32 @@ impl<L: BristleLaw> FrictionLaw for OneBristle<L> {
         self.0.scale()
     }
 
-    fn start(&self, _contact: &Contact<f64>) -> L::Memory {
+    fn start<S: Varying>(&self, _contact: &Contact<S>) -> L::Memory<S> {
         L::Memory::default()
     }
 
-    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &L::Memory, rates: &mut [S]) -> S {
+    fn force<S: Scalar>(&self, contact: &Contact<S>, z: &[S], memory: &L::Memory<S::Held>, rates: &mut [S]) -> S {
         let (force, rate) = self.0.force(contact, z[0], memory);
         rates[0] = rate;
         force
     }
 
-    fn indicators(&self, contact: &Contact<f64>, z: &[f64], memory: &L::Memory, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &L::Memory<S>, out: &mut Indicators<S>) {
         self.0.indicators(contact, z[0], memory, out);
     }
 
-    fn switch(&self, event: Event, contact: &Contact<f64>, _v: &mut f64, z: &mut [f64], memory: &mut L::Memory) {
+    fn switch<S: Varying>(
+        &self,
+        event: Event,
+        contact: &Contact<S>,
+        _v: &mut S,
+        z: &mut [S],
+        memory: &mut L::Memory<S>,
+    ) {
         self.0.switch(event, contact, &mut z[0], memory);
     }
 
-    fn follow(&self, contact: &Contact<f64>, z: &[f64], memory: &mut L::Memory) -> bool {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, z: &[S], memory: &mut L::Memory<S>) -> bool {
         self.0.follow(contact, z[0], memory)
     }
 }

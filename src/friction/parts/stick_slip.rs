@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
-use crate::numbers::{Real, Scalar, sign};
+use crate::numbers::{Scalar, Varying, sign};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The mode of a set-valued law.
@@ -21,11 +21,12 @@ pub enum Mode {
 
 impl Mode {
     /// The mode at a velocity: at rest, the applied force decides.
-    pub fn at(contact: &Contact<f64>, velocity: f64, break_away: f64) -> Self {
+    pub fn at<S: Scalar>(contact: &Contact<S>, velocity: S, break_away: S) -> Self {
+        let [velocity, applied, break_away] = [velocity, contact.applied, break_away].map(S::value);
         if velocity != 0.0 {
             Self::Sliding(sign(velocity))
-        } else if contact.drive == Drive::Force && contact.applied.abs() > break_away {
-            Self::Sliding(sign(contact.applied))
+        } else if contact.drive == Drive::Force && applied.abs() > break_away {
+            Self::Sliding(sign(applied))
         } else {
             Self::Stuck
         }
@@ -49,19 +50,19 @@ impl Mode {
     /// Sets the indicator of the present mode: the reserve until break-away, a force that is asked for while stuck alone,
     /// or the speed.
     #[inline(always)]
-    pub fn indicators(self, contact: &Contact<f64>, break_away: impl FnOnce() -> f64, out: &mut Indicators) {
+    pub fn indicators<S: Scalar>(self, contact: &Contact<S>, break_away: impl FnOnce() -> S, out: &mut Indicators<S>) {
         match (self, contact.drive) {
             (_, Drive::Motion) => {}
             (Self::Stuck, Drive::Force) => out[Event::BreakAway] = break_away() - contact.applied.abs(),
-            (Self::Sliding(direction), Drive::Force) => out[Event::Stop] = direction * contact.velocity,
+            (Self::Sliding(direction), Drive::Force) => out[Event::Stop] = contact.velocity * direction,
         }
     }
 
     /// The mode after an event of the present one; sets the velocity to exactly 0.
-    pub fn switched(self, contact: &Contact<f64>, velocity: &mut f64, break_away: f64) -> Self {
-        *velocity = 0.0;
+    pub fn switched<S: Scalar>(self, contact: &Contact<S>, velocity: &mut S, break_away: S) -> Self {
+        *velocity = S::zero();
         match self {
-            Self::Stuck => Self::Sliding(sign(contact.applied)),
+            Self::Stuck => Self::Sliding(sign(contact.applied.value())),
             Self::Sliding(_) => Self::at(contact, *velocity, break_away),
         }
     }
@@ -95,13 +96,13 @@ wrapper! {
 }
 
 impl<L: SetValued> StickSlip<L> {
-    fn break_away_at(&self, contact: &Contact<f64>) -> f64 {
-        self.0.break_away(Real::of(contact.level)).value
+    fn break_away_at<S: Scalar>(&self, contact: &Contact<S>) -> S {
+        self.0.break_away(contact.level)
     }
 }
 
 impl<L: SetValued> FrictionLaw for StickSlip<L> {
-    type Memory = Mode;
+    type Memory<S: Varying> = Mode;
 
     fn stiction(&self) -> Stiction {
         Stiction::Exact
@@ -123,7 +124,7 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         self.0.is_gentle()
     }
 
-    fn start(&self, contact: &Contact<f64>) -> Mode {
+    fn start<S: Varying>(&self, contact: &Contact<S>) -> Mode {
         Mode::at(contact, contact.velocity, self.break_away_at(contact))
     }
 
@@ -134,21 +135,21 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
         }
     }
 
-    fn indicators(&self, contact: &Contact<f64>, _z: &[f64], mode: &Mode, out: &mut Indicators) {
+    fn indicators<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &Mode, out: &mut Indicators<S>) {
         mode.indicators(contact, || self.break_away_at(contact), out);
     }
 
-    fn switch(&self, _event: Event, contact: &Contact<f64>, velocity: &mut f64, _z: &mut [f64], mode: &mut Mode) {
+    fn switch<S: Varying>(&self, _event: Event, contact: &Contact<S>, velocity: &mut S, _z: &mut [S], mode: &mut Mode) {
         *mode = mode.switched(contact, velocity, self.break_away_at(contact));
     }
 
-    fn follow(&self, contact: &Contact<f64>, _z: &[f64], mode: &mut Mode) -> bool {
+    fn follow<S: Varying>(&self, contact: &Contact<S>, _z: &[S], mode: &mut Mode) -> bool {
         let before = *mode;
         *mode = Mode::at(contact, contact.velocity, self.break_away_at(contact));
         *mode != before
     }
 
-    fn is_sticking(mode: &Mode) -> bool {
+    fn is_sticking<S: Varying>(mode: &Mode) -> bool {
         *mode == Mode::Stuck
     }
 }

@@ -22,7 +22,7 @@ use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, Indicators, MAX_STATES};
 use crate::mechanics::GRAVITY;
 use crate::model::{Experiment, Functions, Model, Panel, Start};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
 use crate::system::{Indicator, Sample, System, Tables, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
@@ -119,13 +119,8 @@ impl<L: FrictionLaw> DrivenSlider<L> {
         }
     }
 
-    /// The same in plain numbers.
-    fn contact_at<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1]) -> Contact<f64> {
-        self.contact(Real::of(time), &Real::all(x), &Inputs::read(&Real::all(u))).plain()
-    }
-
     /// Velocity on the tray: the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory<S::Held>>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 
@@ -143,8 +138,8 @@ impl<L: FrictionLaw> DrivenSlider<L> {
 impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
     type Parameters = Parameters;
     type State = State;
-    type Memory = Memory<L::Memory>;
-    type Indicators = Indicators;
+    type Memory<S: Varying> = Memory<L::Memory<S>>;
+    type Indicators<S: Varying> = Indicators<S>;
 
     fn tables() -> Tables {
         variables::tables::<L>()
@@ -160,11 +155,11 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         &self.p
     }
 
-    fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
-        let mut x = [0.0; N];
-        State::Position.set(&mut x, self.p.position0);
-        State::Velocity.set(&mut x, self.p.velocity0);
-        let friction = self.friction.start(&self.contact_at(0.0, &x, u));
+    fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
+        let mut x = [S::zero(); N];
+        State::Position.set(&mut x, S::of(self.p.position0));
+        State::Velocity.set(&mut x, S::of(self.p.velocity0));
+        let friction = self.friction.start(&self.contact(S::zero(), &x, &Inputs::read(u)));
         let walk = self.walk.map_or(walk::State::AT_REST, |walk| walk.start(0.0));
         (x, Memory { friction, walk, peak: self.peak_after(0.0) })
     }
@@ -182,7 +177,7 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         time: S,
         x: &[S; N],
         u: &[S; 1],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
     ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
@@ -193,41 +188,48 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         rates
     }
 
-    fn indicators<const N: usize>(
+    fn indicators<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 1],
-        memory: &Memory<L::Memory>,
-    ) -> Indicators {
-        self.friction.indicators(&self.contact_at(time, x, u), x, &memory.friction)
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory<S>>,
+    ) -> Indicators<S> {
+        self.friction.indicators(&self.contact(time, x, &Inputs::read(u)), x, &memory.friction)
     }
 
     fn has_events(&self) -> bool {
         self.friction.has_events()
     }
 
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; 1],
-        memory: &mut Memory<L::Memory>,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
     ) {
-        let contact = self.contact_at(time, x, u);
+        let contact = self.contact(time, x, &Inputs::read(u));
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
-        self.friction.follow(|| self.contact_at(time, x, u), x, &mut memory.friction)
+    fn follow<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
+    ) -> bool {
+        self.friction.follow(|| self.contact(time, x, &Inputs::read(u)), x, &mut memory.friction)
     }
 
     /// Where the tray turns back the force on a stuck slider is largest: a step ends there, lest it miss a break-away.
-    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
-        let walk =
-            self.walk.map_or(Sample::NEVER, |walk| Sample::periodic(walk.next_step(&memory.walk), walk.time_step));
-        walk.earlier(Sample::exact(self.peak_time(memory.peak))).earlier(self.friction.next_sample(&memory.friction))
+    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
+        let of_walk = |walk: Walk| Sample::periodic(walk.next_step(&memory.walk), walk.time_step);
+        let turn = Sample::exact(S::of(self.peak_time(memory.peak)));
+        let of_friction = self.friction.next_sample::<S>(&memory.friction);
+        self.walk.map_or(Sample::never(), of_walk).earlier(turn).earlier(of_friction)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -246,12 +248,19 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         true
     }
 
-    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
-        self.friction.sample(|| self.contact_at(time, x, u), time, x, &mut memory.friction);
-        if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= time) {
+    fn sample<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
+    ) {
+        let (contact, now) = (|| self.contact(time, x, &Inputs::read(u)), time.value());
+        self.friction.sample(contact, now, x, &mut memory.friction);
+        if let Some(walk) = self.walk.filter(|walk| walk.next_step(&memory.walk) <= now) {
             walk.step(&mut memory.walk);
         }
-        if self.peak_time(memory.peak) <= time {
+        if self.peak_time(memory.peak) <= now {
             memory.peak += 1.0;
         }
     }
@@ -262,8 +271,8 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         scales
     }
 
-    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
-        memory.peak.is_finite() && memory.walk.is_finite() && self.friction.fits(&memory.friction)
+    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
+        memory.peak.is_finite() && memory.walk.is_finite() && self.friction.fits::<S>(&memory.friction)
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -271,7 +280,7 @@ impl<L: FrictionLaw> System<1> for DrivenSlider<L> {
         time: S,
         x: &[S; N],
         u: &[S; 1],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
         computed: &mut [S],
     ) {
         let u = &Inputs::read(u);

@@ -24,7 +24,7 @@ use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, ContactLaw, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::mechanics::{GRAVITY, OneSided};
 use crate::model::{Course, Experiment, Functions, Model, Panel, Signal, Start};
-use crate::numbers::{Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
 use crate::system::{Hints, Indicator, Sample, System, Tables, UNUSED};
 use crate::variables::{Notices, ParameterError, Values};
@@ -193,7 +193,7 @@ impl<L: FrictionLaw> Festoon<L> {
     }
 
     /// Velocities of the trolleys: the states, unless the friction law holds a position.
-    fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> [S; MAX_TROLLEYS] {
+    fn rates<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory<S::Held>>) -> [S; MAX_TROLLEYS] {
         std::array::from_fn(|trolley| {
             self.friction[trolley].rate(x[at(State::Velocity, trolley, N)], &memory.friction[trolley])
         })
@@ -250,35 +250,13 @@ impl<L: FrictionLaw> Festoon<L> {
         }
     }
 
-    /// The contact of a trolley in plain numbers.
-    fn contact_now<const N: usize>(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 2],
-        rates: &[f64; MAX_TROLLEYS],
-        links: &[Link; MAX_TROLLEYS],
-        trolley: usize,
-    ) -> Contact<f64> {
-        let u = Inputs::read(&Real::all(u));
-        self.contact(Real::of(time), &Real::all(x), &u, &Real::all(rates), links, trolley).plain()
-    }
-
-    fn rates_now<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>) -> [f64; MAX_TROLLEYS] {
-        self.rates(&Real::all(x), memory).map(Real::value)
-    }
-
-    fn gap_now<const N: usize>(x: &[f64; N], link: usize) -> f64 {
-        Self::gap(&Real::all(x), link).value
-    }
-
     /// Accelerations of a trolley and its load under a friction force.
     fn motion<S: Scalar, const N: usize>(
         &self,
         contact: &Contact<S>,
         friction_force: S,
         x: &[S; N],
-        memory: &L::Memory,
+        memory: &L::Memory<S::Held>,
         trolley: usize,
     ) -> Motion<S> {
         let p = &self.p;
@@ -291,9 +269,9 @@ impl<L: FrictionLaw> Festoon<L> {
         Motion { acceleration, angular_acceleration }
     }
 
-    fn link_indicator<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>, link: usize) -> f64 {
-        let gap = Self::gap_now(x, link);
-        let (until_taut, until_pressed) = (self.p.rope_length - gap, gap - self.p.buffer_length);
+    fn link_indicator<S: Varying, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory<S>>, link: usize) -> S {
+        let gap = Self::gap(x, link);
+        let (until_taut, until_pressed) = (-gap + self.p.rope_length, gap - self.p.buffer_length);
         match memory.links[link] {
             Link::Loose => until_taut.min(until_pressed),
             Link::Taut => -until_taut,
@@ -305,8 +283,8 @@ impl<L: FrictionLaw> Festoon<L> {
 impl<L: FrictionLaw> System<2> for Festoon<L> {
     type Parameters = Parameters;
     type State = State;
-    type Memory = Memory<L::Memory>;
-    type Indicators = [f64; contact_indicators(MAX_TROLLEYS)];
+    type Memory<S: Varying> = Memory<L::Memory<S>>;
+    type Indicators<S: Varying> = [S; contact_indicators(MAX_TROLLEYS)];
 
     fn tables() -> Tables {
         variables::tables::<L>()
@@ -329,17 +307,18 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         &self.p
     }
 
-    fn start<const N: usize>(&self, u: &[f64; 2]) -> ([f64; N], Self::Memory) {
-        let mut x = [0.0; N];
-        x[CRANE] = self.p.crane_position0;
+    fn start<S: Varying, const N: usize>(&self, u: &[S; 2]) -> ([S; N], Self::Memory<S>) {
+        let mut x = [S::zero(); N];
+        x[CRANE] = S::of(self.p.crane_position0);
         for trolley in 0..self.trolleys() {
-            x[at(State::Position, trolley, N)] = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
-            x[at(State::Angle, trolley, N)] = self.p.angle0;
+            let position = self.p.crane_position0 - (trolley + 1) as f64 * self.p.spacing0;
+            x[at(State::Position, trolley, N)] = S::of(position);
+            x[at(State::Angle, trolley, N)] = S::of(self.p.angle0);
         }
-        let links = std::array::from_fn(|link| self.link_at(Self::gap_now(&x, link)));
-        let still = [0.0; MAX_TROLLEYS];
+        let links = std::array::from_fn(|link| self.link_at(Self::gap(&x, link).value()));
+        let (still, u) = ([S::zero(); MAX_TROLLEYS], Inputs::read(u));
         let friction = std::array::from_fn(|trolley| {
-            let contact = self.contact_now(0.0, &x, u, &still, &links, trolley);
+            let contact = self.contact(S::zero(), &x, &u, &still, &links, trolley);
             self.friction[trolley].start(&contact)
         });
         (x, Memory { friction, links })
@@ -364,7 +343,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         time: S,
         x: &[S; N],
         u: &[S; 2],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
     ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut derivatives = [S::zero(); N];
@@ -383,56 +362,62 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         derivatives
     }
 
-    fn indicators<const N: usize>(
+    fn indicators<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 2],
-        memory: &Memory<L::Memory>,
-    ) -> Self::Indicators {
-        let mut indicators = [UNUSED; contact_indicators(MAX_TROLLEYS)];
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        memory: &Memory<L::Memory<S>>,
+    ) -> Self::Indicators<S> {
+        let mut indicators = [S::of(UNUSED); contact_indicators(MAX_TROLLEYS)];
         for (link, indicator) in indicators.iter_mut().enumerate().take(self.trolleys()) {
             *indicator = self.link_indicator(x, memory, link);
         }
         for trolley in 0..self.trolleys() {
-            let contact = self.contact_now(time, x, u, &self.rates_now(x, memory), &memory.links, trolley);
+            let contact = self.contact(time, x, &Inputs::read(u), &self.rates(x, memory), &memory.links, trolley);
             let of_contact = self.friction[trolley].indicators(&contact, x, &memory.friction[trolley]);
             indicators[contact_indicators(trolley)..][..Event::COUNT].copy_from_slice(of_contact.as_ref());
         }
         indicators
     }
 
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; 2],
-        memory: &mut Memory<L::Memory>,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 2],
+        memory: &mut Memory<L::Memory<S>>,
     ) {
         if event < MAX_TROLLEYS {
-            memory.links[event] = self.link_after(memory.links[event], Self::gap_now(x, event));
+            memory.links[event] = self.link_after(memory.links[event], Self::gap(x, event).value());
             return;
         }
         let (trolley, event) = ((event - MAX_TROLLEYS) / Event::COUNT, (event - MAX_TROLLEYS) % Event::COUNT);
-        let contact = self.contact_now(time, x, u, &self.rates_now(x, memory), &memory.links, trolley);
+        let contact = self.contact(time, x, &Inputs::read(u), &self.rates(x, memory), &memory.links, trolley);
         let (friction, law) = (&self.friction[trolley], &mut memory.friction[trolley]);
         friction.switch(Event::ALL[event], &contact, at(State::Velocity, trolley, N), x, law);
     }
 
-    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) -> bool {
-        let rates = self.rates_now(x, memory);
+    fn follow<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 2],
+        memory: &mut Memory<L::Memory<S>>,
+    ) -> bool {
+        let (rates, u) = (self.rates(x, memory), &Inputs::read(u));
         let mut has_changed = false;
         for trolley in 0..self.trolleys() {
-            let contact = || self.contact_now(time, x, u, &rates, &memory.links, trolley);
+            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
             has_changed |= self.friction[trolley].follow(contact, x, &mut memory.friction[trolley]);
         }
         has_changed
     }
 
-    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
+    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
         let trolleys = self.friction[..self.trolleys()].iter().zip(&memory.friction);
-        trolleys.map(|(friction, law)| friction.next_sample(law)).fold(Sample::NEVER, Sample::earlier)
+        trolleys.map(|(friction, law)| friction.next_sample::<S>(law)).fold(Sample::never(), Sample::earlier)
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -454,11 +439,17 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         self.friction[0].depends_on_time()
     }
 
-    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 2], memory: &mut Memory<L::Memory>) {
-        let rates = self.rates_now(x, memory);
+    fn sample<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 2],
+        memory: &mut Memory<L::Memory<S>>,
+    ) {
+        let (rates, u) = (self.rates(x, memory), &Inputs::read(u));
         for trolley in 0..self.trolleys() {
-            let contact = || self.contact_now(time, x, u, &rates, &memory.links, trolley);
-            self.friction[trolley].sample(contact, time, x, &mut memory.friction[trolley]);
+            let contact = || self.contact(time, x, u, &rates, &memory.links, trolley);
+            self.friction[trolley].sample(contact, time.value(), x, &mut memory.friction[trolley]);
         }
     }
 
@@ -471,8 +462,8 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         scales
     }
 
-    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
-        self.friction.iter().zip(&memory.friction).all(|(friction, law)| friction.fits(law))
+    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
+        self.friction.iter().zip(&memory.friction).all(|(friction, law)| friction.fits::<S>(law))
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -480,7 +471,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         time: S,
         x: &[S; N],
         u: &[S; 2],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
         computed: &mut [S],
     ) {
         let u = &Inputs::read(u);
@@ -526,7 +517,7 @@ impl<L: FrictionLaw> System<2> for Festoon<L> {
         [self.friction[0].law().notice(), None]
     }
 
-    fn hints<const N: usize>(&self, _x: &[f64; N], _memory: &Self::Memory) -> Hints {
+    fn hints<S: Varying, const N: usize>(&self, _x: &[S; N], _memory: &Self::Memory<S>) -> Hints {
         Hints { is_chain: true, ..Hints::default() }
     }
 }

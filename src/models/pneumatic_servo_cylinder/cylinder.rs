@@ -15,6 +15,7 @@ use crate::co_simulation::Simulation;
 use crate::friction::{self, ContactLaw, Drive, Friction, FrictionContact, FrictionLaw, Law, MAX_STATES};
 use crate::mechanics::{EndStops, GRAVITY, OneSided};
 use crate::model::Start;
+use crate::numbers::{Real, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Actuator};
 use crate::pneumatics::chamber::{Chambers, Thermal, ThermalModel, tank_wall};
 use crate::pneumatics::gas::Reservoir;
@@ -57,14 +58,14 @@ pub struct PneumaticServoCylinder<L = Friction, A = Actuator, const EXTENDED: bo
 /// Modes and memories of the cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[doc(hidden)]
-pub struct Memory<F = friction::Memory, A = actuator::Memory> {
+pub struct Memory<F = friction::Memory, A = actuator::Memory, S = Real> {
     pub(super) actuator: A,
     pub(super) friction: F,
-    pub(super) sensors: sensors::Memory,
+    pub(super) sensors: sensors::Memory<S>,
 }
 
 /// The memory of a cylinder with laws and actuators of catalogues.
-pub(super) type MemoryOf<L, A> = Memory<<L as FrictionLaw>::Memory, <A as Actuating>::Memory>;
+pub(super) type MemoryOf<L, A, S> = Memory<<L as FrictionLaw>::Memory<S>, <A as Actuating>::Memory<S>, S>;
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     pub(super) fn of(Parts { parameters: p, options, sensors, actuator, friction }: Parts<L, A>) -> Self {
@@ -123,13 +124,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 
     /// The next point in time at which a part changes by itself.
-    pub(super) fn next_change(&self, memory: &MemoryOf<L, A>) -> Sample {
-        let of_friction = self.friction.next_sample(&memory.friction);
+    pub(super) fn next_change<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
+        let of_friction = self.friction.next_sample::<S>(&memory.friction);
         if !EXTENDED {
             return of_friction;
         }
         let of_sensors = self.sensors.next_sample(&memory.sensors);
-        self.actuator.next_sample(&memory.actuator).earlier(of_friction).earlier(of_sensors)
+        self.actuator.next_sample::<S>(&memory.actuator).earlier(of_friction).earlier(of_sensors)
     }
 }
 

@@ -18,7 +18,7 @@ use super::sensors::{COUNT, Memory, Sensors};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{ByPart, Outputs};
 use crate::friction::{Contact, FrictionLaw, states};
-use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{self, Actuating, Ports, STATES};
 use crate::pneumatics::chamber::{ChamberRates, Thermal};
 use crate::pneumatics::gas::{GAS_CONSTANT, GasState, HEAT_RATIO};
@@ -177,22 +177,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         Contact { time, position: State::Position.get(x), velocity, applied, level, drive: self.friction.drive() }
     }
 
-    /// The same in plain numbers.
-    #[inline(always)]
-    pub(super) fn contact_now<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], rate: f64) -> Contact<f64> {
-        let u = &Inputs::read(&Real::all(u));
-        self.contact(Real::of(time), &Real::all(x), u, Real::of(rate)).plain()
-    }
-
     /// Velocity of the carriage: the state, unless the friction law holds the position.
     #[inline(always)]
-    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A>) -> S {
+    pub(super) fn rate<S: Scalar>(&self, x: &[S], memory: &MemoryOf<L, A, S::Held>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
-    }
-
-    #[inline(always)]
-    pub(super) fn rate_now<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> f64 {
-        self.rate(&Real::all(x), memory).value
     }
 
     /// Rates of position and velocity; writes those of the bristles.
@@ -202,7 +190,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         time: S,
         x: &[S],
         u: &Inputs<S>,
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S::Held>,
         bristles: &[S],
         bristle_rates: &mut [S],
     ) -> [S; 2] {
@@ -349,22 +337,21 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 // What the sensors measure and read, and where their states stand among those of the cylinder.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Takes the samples of the sensors that are due at a time in s.
-    pub(super) fn take_readings<const N: usize>(
+    pub(super) fn take_readings<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &mut MemoryOf<L, A>,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &mut MemoryOf<L, A, S>,
     ) {
-        if !self.sensors.next_sample(&memory.sensors).is_due_at(time) {
+        if !self.sensors.next_sample(&memory.sensors).is_due_at(time.value()) {
             return;
         }
-        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
-        let contact = self.contact(Real::of(time), x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
+        let u = &Inputs::read(u);
+        let contact = self.contact(time, x, u, self.rate(x, memory));
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
         let acceleration = self.friction.rate((contact.applied - friction) * self.per_mass, &memory.friction);
-        let [quantities, lagged] = [self.measured(x, u, acceleration), self.lagged(x)].map(|it| it.map(Real::value));
-        self.sensors.sample(time, quantities, lagged, &mut memory.sensors);
+        self.sensors.sample(time.value(), self.measured(x, u, acceleration), self.lagged(x), &mut memory.sensors);
     }
 
     /// Index of the first state of the sensors among `n` states, if they have any.
@@ -388,7 +375,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 
     /// Writes readings, states and their rates.
     #[inline(always)]
-    pub(super) fn write_sensors<S: Scalar>(&self, x: &[S], quantities: [S; COUNT], memory: &Memory, slots: &mut [S]) {
+    pub(super) fn write_sensors<S: Scalar>(
+        &self,
+        x: &[S],
+        quantities: [S; COUNT],
+        memory: &Memory<S::Held>,
+        slots: &mut [S],
+    ) {
         let (readings, states) = slots.split_at_mut(COUNT);
         if !EXTENDED {
             readings.copy_from_slice(&quantities);
@@ -412,7 +405,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         time: S,
         x: &[S],
         u: &[S; 3],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S::Held>,
         rates: &mut [S],
     ) {
         let u = &Inputs::read(u);
@@ -427,7 +420,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         time: S,
         x: &[S],
         u: &Inputs<S>,
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S::Held>,
         rates: &mut [S],
     ) {
         let bristles = self.friction.states();
@@ -450,27 +443,30 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 // Mass and energy of the cylinder, and what enters it.
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Mass in kg and energy in J.
-    pub(super) fn mass_and_energy<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
-        let x = &Real::all(x);
+    pub(super) fn mass_and_energy<S: Varying, const N: usize>(
+        &self,
+        x: &[S; N],
+        memory: &MemoryOf<L, A, S>,
+    ) -> [f64; QUANTITIES] {
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         let pressure_volume = gas.pressure * self.chambers.volume(self.lengths(State::Position.get(x)));
         let mass = self.closed(pressure_volume / (gas.temperature * GAS_CONSTANT));
-        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(Real::value)) } else { mass };
+        let mass = if self.has_lines() { mass + self.lines.mass(&self.of_lines(x).map(S::value)) } else { mass };
         let inner_energy = self.closed(pressure_volume) / (HEAT_RATIO - 1.0);
-        let kinetic_energy = 0.5 * self.p.moving_mass * rate * rate;
-        [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(Real::value)
+        let kinetic_energy = rate * (0.5 * self.p.moving_mass) * rate;
+        [mass, if self.has_gas_energy() { inner_energy + kinetic_energy } else { kinetic_energy }].map(S::value)
     }
 
     /// Mass flow in kg/s and power in W into the cylinder.
-    pub(super) fn mass_flow_and_power<const N: usize>(
+    pub(super) fn mass_flow_and_power<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
-        let (x, u) = (&Real::all(x), &Inputs::read(&Real::all(u)));
+        let u = &Inputs::read(u);
         let rate = self.rate(x, memory);
         let gas = self.gas(x);
         // What leaks past the piston stays inside, or leaves an open chamber B.
@@ -483,17 +479,17 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         };
         let enthalpy_flow = self.closed(inflow.carried) * (GAS_CONSTANT * HEAT_RATIO / (HEAT_RATIO - 1.0));
         let heat = self.closed(self.chambers.heat(gas.temperature, self.lengths(State::Position.get(x))));
-        let work = self.outer_force(Real::of(time), x, u, memory) * rate;
-        [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }].map(Real::value)
+        let work = self.outer_force(time, x, u, memory) * rate;
+        [mass_flow, if self.has_gas_energy() { enthalpy_flow + heat + work } else { work }].map(S::value)
     }
 
     /// Force in N on the carriage that brings energy from outside.
-    fn outer_force(&self, time: Real, x: &[Real], u: &Inputs<Real>, memory: &MemoryOf<L, A>) -> Real {
+    fn outer_force<S: Varying>(&self, time: S, x: &[S], u: &Inputs<S>, memory: &MemoryOf<L, A, S>) -> S {
         let contact = self.contact(time, x, u, self.rate(x, memory));
-        let friction = self.friction.force(&contact, x, &memory.friction, &mut [Real::zero(); MOST]);
+        let friction = self.friction.force(&contact, x, &memory.friction, &mut [S::zero(); MOST]);
         let [area_a, area_b] = self.chambers.areas;
         let gas = self.closed(Pair([x[PRESSURE_A] * area_a, -x[PRESSURE_B] * area_b]));
-        contact.applied - friction - if self.has_gas_energy() { gas } else { Real::zero() }
+        contact.applied - friction - if self.has_gas_energy() { gas } else { S::zero() }
     }
 
     /// Whether there are hoses or a vessel, whose mass counts, but not their energy: they exchange heat at will.
@@ -517,7 +513,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         time: S,
         x: &[S],
         u: &Inputs<S>,
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S::Held>,
         computed: &mut [S],
     ) {
         let (position, rate) = (State::Position.get(x), self.rate(x, memory));

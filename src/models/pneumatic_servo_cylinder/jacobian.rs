@@ -13,19 +13,19 @@ use super::leaks::Leaks;
 use super::lines::{HOSE, LINE_STATES, METER, VESSEL, VOLUMES};
 use super::states::{Inputs, MOST, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B};
 use crate::friction::FrictionLaw;
-use crate::numbers::{Dual, Number, Pair};
+use crate::numbers::{Dual, Number, Pair, Varying};
 use crate::pneumatics::actuator::{Actuating, FLOW, STATES};
 use crate::pneumatics::hose::COLUMNS;
 use crate::system::{Couplings, System, jacobian_by_couplings, jacobian_by_duals};
 
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<L, A, EXTENDED> {
     /// Writes the entries of the Jacobian that can differ from zero, and returns the derivatives.
-    pub(super) fn linearise<const N: usize>(
+    pub(super) fn linearise<S: Varying, const N: usize>(
         &self,
         time: f64,
         x: &[f64; N],
         u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
         // The parts are independent only without lines and sensors, and without leakage between the chambers.
@@ -41,34 +41,34 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         self.linearise_actuator(x, inputs, memory, jacobian, &mut derivatives);
         self.linearise_chambers(x, inputs, memory, jacobian, &mut derivatives);
         match self.friction.count() {
-            0 => self.linearise_motion::<4, N>(time, x, u, memory, jacobian, &mut derivatives),
-            1 => self.linearise_motion::<5, N>(time, x, u, memory, jacobian, &mut derivatives),
-            _ => self.linearise_motion::<6, N>(time, x, u, memory, jacobian, &mut derivatives),
+            0 => self.linearise_motion::<S, 4, N>(time, x, u, memory, jacobian, &mut derivatives),
+            1 => self.linearise_motion::<S, 5, N>(time, x, u, memory, jacobian, &mut derivatives),
+            _ => self.linearise_motion::<S, 6, N>(time, x, u, memory, jacobian, &mut derivatives),
         }
         derivatives
     }
 
-    fn linearise_actuator<const N: usize>(
+    fn linearise_actuator<S: Varying, const N: usize>(
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
         let states: [usize; STATES] = std::array::from_fn(|place| place);
-        let seeded = states.map(|place| Dual::<STATES>::variable(x[place], place));
+        let seeded = states.map(|place| Dual::<STATES, S>::variable(x[place], place));
         let rates = self.actuator.rates(seeded, Dual::constant(u.valve_voltage), &memory.actuator);
         scatter(states.into_iter().zip(rates), &states, jacobian, derivatives);
     }
 
     /// The rows of both chambers. The flow into each depends on the two states of the actuator and its own two, the rates on
     /// position and velocity as well.
-    fn linearise_chambers<const N: usize>(
+    fn linearise_chambers<S: Varying, const N: usize>(
         &self,
         x: &[f64; N],
         u: &Inputs<f64>,
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
@@ -76,13 +76,13 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
         const ALL: usize = FED + 2;
         // Each chamber in the directions of its own states.
         let seeded =
-            |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<FED>::variable(x[i], direction)));
+            |states: [usize; 2], direction: usize| Pair(states.map(|i| Dual::<FED, S>::variable(x[i], direction)));
         let gas = self
             .chambers
             .gas(seeded([PRESSURE_A, PRESSURE_B], STATES), seeded([TEMPERATURE_A, TEMPERATURE_B], STATES + 1));
         let feeding = std::array::from_fn(|place| Dual::variable(x[place], place));
         let inflow = self.inflow(feeding, Dual::constant(u.supply_pressure), gas);
-        let position_ = Dual::<ALL>::variable(State::Position.get(x), FED);
+        let position_ = Dual::<ALL, S>::variable(State::Position.get(x), FED);
         let rate = self.friction.rate(Dual::variable(State::Velocity.get(x), FED + 1), &memory.friction);
         let rates = self.gas_rates(gas.map(Pair::widened), position_, rate, inflow.map(Pair::widened));
         let (Pair(pressures), Pair(temperatures)) = (rates.pressure, rates.temperature);
@@ -95,12 +95,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
     }
 
     /// The rows of position, velocity and bristles, which depend on these and on the pressures: `D` states.
-    fn linearise_motion<const D: usize, const N: usize>(
+    fn linearise_motion<S: Varying, const D: usize, const N: usize>(
         &self,
         time: f64,
         x: &[f64; N],
         u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
         derivatives: &mut [f64; N],
     ) {
@@ -112,7 +112,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
             State::FRICTION,
             State::FRICTION + 1,
         ];
-        let mut seeded = x.map(Dual::<D>::constant);
+        let mut seeded = x.map(Dual::<D, S>::constant);
         for (direction, state) in states[..D].iter().enumerate() {
             seeded[*state].slope[direction] = 1.0;
         }
@@ -129,8 +129,8 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> PneumaticServoCylinder<
 }
 
 /// Writes derivatives and their slopes into rows and into the columns of the states they were taken for.
-fn scatter<const D: usize, const N: usize>(
-    rows: impl Iterator<Item = (usize, Dual<D>)>,
+fn scatter<S, const D: usize, const N: usize>(
+    rows: impl Iterator<Item = (usize, Dual<D, S>)>,
     states: &[usize],
     jacobian: &mut [[f64; N]; N],
     derivatives: &mut [f64; N],
@@ -282,6 +282,7 @@ mod couplings {
     use crate::friction::{Friction, LAWS};
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::MODEL;
+    use crate::numbers::{Real, Scalar};
     use crate::pneumatics::actuator::Actuator;
     use crate::session::build;
     use crate::system::{System, jacobian_by_couplings, jacobian_by_duals};
@@ -332,7 +333,8 @@ mod couplings {
     fn jacobian_by_couplings_is_that_of_the_whole() {
         for case in cases() {
             let (cylinder, u) = (cylinder(&case), [6.5, 3.0, 7e5]);
-            let (mut x, memory) = cylinder.start::<MOST>(&u);
+            let (x, memory) = cylinder.start::<Real, MOST>(&Real::all(&u));
+            let mut x = x.map(Real::value);
             for (place, state) in x.iter_mut().enumerate() {
                 // Away from where anything is equal, or at rest.
                 *state = if *state > 1e4 {
@@ -353,7 +355,7 @@ mod couplings {
                     let [second, third] = Extended::GROUPS;
                     let is_between = column >= second && row < second || column < second && row >= third;
                     assert!(
-                        cylinder.hints(&x, &memory).is_chain || !is_between || expected == 0.0,
+                        cylinder.hints(&Real::all(&x), &memory).is_chain || !is_between || expected == 0.0,
                         "{case:?}: {row}, {column}"
                     );
                     // The parts sum in another order.
@@ -387,6 +389,7 @@ mod tests {
     use crate::friction::{LAWS, MAX_STATES};
     use crate::model::Start;
     use crate::models::pneumatic_servo_cylinder::{MODEL, Memory};
+    use crate::numbers::{Real, Scalar};
     use crate::session::build;
     use crate::system::System;
     use crate::variables::{Role, Variable};
@@ -407,7 +410,8 @@ mod tests {
         let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
         let (cylinder, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("legal parameters");
         let u: [f64; 3] = std::array::from_fn(|place| inputs[place]);
-        let (mut x, memory) = cylinder.start::<N>(&u);
+        let (x, memory) = cylinder.start::<Real, N>(&Real::all(&u));
+        let mut x = x.map(Real::value);
         for spool in [-0.4, 0.3] {
             // A spool, or the pressure behind the regulator.
             x[FLOW] = if x[FLOW] > 1e3 { 4e5 } else { spool };

@@ -163,14 +163,14 @@ impl Lines {
 
     /// The states at the start: hoses at the pressures of the chambers, the vessel at that of the supply, all at rest, the meter
     /// at 0.
-    pub fn start(&self, pressures: [f64; 2], supply: f64) -> [f64; LINE_STATES] {
+    pub fn start<S: Scalar>(&self, pressures: [S; 2], supply: S) -> [S; LINE_STATES] {
         let start = |place: usize| match place {
             VESSEL => supply,
-            METER => 0.0,
+            METER => S::zero(),
             _ if place % HOSE < VOLUMES => pressures[place / HOSE],
-            _ => 0.0,
+            _ => S::zero(),
         };
-        std::array::from_fn(|place| if self.has(place) { start(place) } else { 0.0 })
+        std::array::from_fn(|place| if self.has(place) { start(place) } else { S::zero() })
     }
 
     /// Mass in kg of the air in them.
@@ -477,7 +477,7 @@ mod tests {
         let both = Lines::of([hose(), hose()], Some(vessel), true, 293.15);
         let one = Lines::of([None, hose()], None, false, 293.15);
         for (lines, pressures) in [(both, 2 * COLUMNS + 1), (one, COLUMNS)] {
-            let start = lines.start([2e5, 3e5], 7e5);
+            let start = lines.start([2e5, 3e5].map(Real::of), Real::of(7e5)).map(Real::value);
             assert!(lines.are_filled(&start));
             let notices = |place: &usize| {
                 let mut states = start;

@@ -67,6 +67,7 @@ mod tests {
     use super::*;
     use crate::model::Start;
     use crate::models::checks;
+    use crate::numbers::{Real, Scalar};
     use crate::session::build;
     use crate::system::System;
     use crate::variables::Variable;
@@ -116,19 +117,21 @@ mod tests {
     #[test]
     fn rates_are_refreshed_where_the_voltage_alone_has_changed() {
         let parameters: Vec<f64> = MODEL.table().parameters().filter_map(|it| it.start).collect();
-        let before = [6.0, 1.0, 6e5];
-        let start = Start { time: 0.0, parameters: &parameters, inputs: &before, tolerance: None };
+        let inputs = [6.0, 1.0, 6e5];
+        let start = Start { time: 0.0, parameters: &parameters, inputs: &inputs, tolerance: None };
         let (equations, _) = build::<PneumaticServoCylinder, 3>(&start, &[]).expect("the defaults fit");
-        let (x, memory) = equations.start::<{ State::OTHERS }>(&before);
+        let before = inputs.map(Real::of);
+        let (x, memory) = equations.start::<Real, { State::OTHERS }>(&before);
         for (inputs, is_refreshed) in
-            [([6.5, 1.0, 6e5], true), (before, true), ([6.5, 1.5, 6e5], false), ([6.0, 1.0, 5e5], false)]
+            [([6.5, 1.0, 6e5], true), (inputs, true), ([6.5, 1.5, 6e5], false), ([6.0, 1.0, 5e5], false)]
         {
-            let (mut rates, mut memory) = (equations.driven(0.0, &x, &before, &memory), memory.clone());
+            let (inputs, time) = (inputs.map(Real::of), Real::of(0.0));
+            let (mut rates, mut memory) = (equations.driven(time, &x, &before, &memory), memory.clone());
             let unchanged = rates;
-            equations.follow(0.0, &x, &inputs, &mut memory);
+            equations.follow(time, &x, &inputs, &mut memory);
             assert_eq!(equations.refresh(&x, [&before, &inputs], &memory, &mut rates), is_refreshed, "{inputs:?}");
-            let expected = if is_refreshed { System::rates(&equations, 0.0, &x, &inputs, &memory) } else { unchanged };
-            assert_eq!(rates.map(f64::to_bits), expected.map(f64::to_bits), "{inputs:?}");
+            let expected = if is_refreshed { equations.derivatives(time, &x, &inputs, &memory) } else { unchanged };
+            assert_eq!(rates.map(|it| it.value.to_bits()), expected.map(|it| it.value.to_bits()), "{inputs:?}");
             assert_eq!(equations.indicators_hold([&before, &inputs]), is_refreshed, "{inputs:?}");
         }
     }

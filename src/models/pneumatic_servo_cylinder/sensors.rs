@@ -3,7 +3,7 @@
 //! Their readings stand beside the quantities themselves, and act on nothing. Sensors with a lag have states, in front of
 //! the position; a cylinder whose sensors have none has none of these.
 
-use crate::numbers::{Scalar, random};
+use crate::numbers::{Scalar, Varying, random};
 use crate::parameters;
 use crate::sensor::{self, Quantity, Sensor};
 use crate::system::Sample;
@@ -13,7 +13,7 @@ use crate::variables::{ParameterError, Variable, units};
 pub const COUNT: usize = 4;
 
 /// What the sensors remember.
-pub type Memory = [sensor::Memory; COUNT];
+pub type Memory<S> = [sensor::Memory<S>; COUNT];
 
 const NAMES: [&str; COUNT] = ["position", "pressureA", "pressureB", "force"];
 const TEXTS: [&str; COUNT] =
@@ -82,19 +82,19 @@ impl Sensors {
     }
 
     /// What they remember at the start, of quantities that have been there for long.
-    pub fn start(&self, quantities: [f64; COUNT]) -> Memory {
+    pub fn start<S: Varying>(&self, quantities: [S; COUNT]) -> Memory<S> {
         let (all, mut seeds) = (self.all(), self.seed);
         std::array::from_fn(|place| all[place].start(quantities[place], random::next(&mut seeds)))
     }
 
     /// The next sample of any of them.
-    pub fn next_sample(&self, memory: &Memory) -> Sample {
+    pub fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
         let samples = self.all().into_iter().zip(memory).map(|(sensor, memory)| sensor.next_sample(memory));
-        samples.fold(Sample::NEVER, Sample::earlier)
+        samples.fold(Sample::never(), Sample::earlier)
     }
 
     /// Takes the samples that are due at a time in s.
-    pub fn sample(&self, time: f64, quantities: [f64; COUNT], lagged: [f64; COUNT], memory: &mut Memory) {
+    pub fn sample<S: Varying>(&self, time: f64, quantities: [S; COUNT], lagged: [S; COUNT], memory: &mut Memory<S>) {
         for (place, (sensor, memory)) in self.all().into_iter().zip(memory).enumerate() {
             if sensor.next_sample(memory).is_due_at(time) {
                 sensor.sample(quantities[place], lagged[place], memory);
@@ -111,7 +111,12 @@ impl Sensors {
     }
 
     /// The readings.
-    pub fn readings<S: Scalar>(&self, quantities: [S; COUNT], lagged: [S; COUNT], memory: &Memory) -> [S; COUNT] {
+    pub fn readings<S: Scalar>(
+        &self,
+        quantities: [S; COUNT],
+        lagged: [S; COUNT],
+        memory: &Memory<S::Held>,
+    ) -> [S; COUNT] {
         let all = self.all();
         std::array::from_fn(|place| all[place].reading(quantities[place], lagged[place], &memory[place]))
     }

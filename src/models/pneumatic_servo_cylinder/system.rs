@@ -9,7 +9,7 @@ use super::sensors::{self, Sensors};
 use super::states::{Inputs, PRESSURE_A, PRESSURE_B, State, TEMPERATURE_A, TEMPERATURE_B, of_actuator};
 use super::variables::{self, Outputs};
 use crate::friction::{Event, FrictionLaw, Indicators};
-use crate::numbers::{Number, Pair, Real, Scalar};
+use crate::numbers::{Number, Pair, Real, Scalar, Varying};
 use crate::pneumatics::actuator::{Actuating, STATES};
 use crate::pneumatics::{gas, orifice};
 use crate::sensor;
@@ -25,8 +25,8 @@ const FRICTION_ALLOWANCE: f64 = 10.0;
 impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for PneumaticServoCylinder<L, A, EXTENDED> {
     type Parameters = Parameters;
     type State = State;
-    type Memory = MemoryOf<L, A>;
-    type Indicators = Indicators;
+    type Memory<S: Varying> = MemoryOf<L, A, S>;
+    type Indicators<S: Varying> = Indicators<S>;
 
     const RESIDUALS: usize = variables::RESIDUALS;
 
@@ -50,30 +50,29 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         &self.p
     }
 
-    fn start<const N: usize>(&self, inputs: &[f64; 3]) -> ([f64; N], Self::Memory) {
+    fn start<S: Varying, const N: usize>(&self, inputs: &[S; 3]) -> ([S; N], Self::Memory<S>) {
         let u = Inputs::read(inputs);
-        let mut x = [0.0; N];
-        State::Position.set(&mut x, self.p.position0);
-        State::Velocity.set(&mut x, self.p.velocity0);
-        (x[PRESSURE_A], x[PRESSURE_B]) = (self.p.pressure0_a, self.p.pressure0_b);
+        let mut x = [S::zero(); N];
+        State::Position.set(&mut x, S::of(self.p.position0));
+        State::Velocity.set(&mut x, S::of(self.p.velocity0));
+        (x[PRESSURE_A], x[PRESSURE_B]) = (S::of(self.p.pressure0_a), S::of(self.p.pressure0_b));
         if EXTENDED {
             for (place, opens) in [PRESSURE_A, PRESSURE_B].into_iter().zip(self.options.opens()) {
-                x[place] = if opens { self.p.ambient_pressure } else { x[place] };
+                x[place] = if opens { S::of(self.p.ambient_pressure) } else { x[place] };
             }
         }
-        (x[TEMPERATURE_A], x[TEMPERATURE_B]) = (self.p.ambient_temperature, self.p.ambient_temperature);
+        [x[TEMPERATURE_A], x[TEMPERATURE_B]] = [S::of(self.p.ambient_temperature); 2];
         if EXTENDED && self.lines.are_used() {
             let states = self.lines.start([x[PRESSURE_A], x[PRESSURE_B]], u.supply_pressure);
             self.put_lines(&states, &mut x);
         }
         let (states, actuator) = self.actuator.start(u.valve_voltage);
         x[..STATES].copy_from_slice(&states);
-        let (there, u) = (Real::all(&x), Inputs::read(&Real::all(inputs)));
-        let contact = self.contact(Real::zero(), &there, &u, State::Velocity.get(&there));
-        let friction = self.friction.start(&contact.plain());
-        let force = self.friction.force(&contact, &there, &friction, &mut [Real::zero(); N]);
+        let contact = self.contact(S::zero(), &x, &u, State::Velocity.get(&x));
+        let friction = self.friction.start(&contact);
+        let force = self.friction.force(&contact, &x, &friction, &mut [S::zero(); N]);
         let acceleration = self.friction.rate((contact.applied - force) * self.per_mass, &friction);
-        let quantities = self.measured(&there, &u, acceleration).map(Real::value);
+        let quantities = self.measured(&x, &u, acceleration);
         if EXTENDED && self.sensors.states() > 0 {
             x[Self::first_of_sensors(N)..][..sensors::COUNT].copy_from_slice(&quantities);
         }
@@ -128,7 +127,7 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         time: S,
         x: &[S; N],
         u: &[S; 3],
-        memory: &Self::Memory,
+        memory: &Self::Memory<S::Held>,
         computed: &mut [S],
     ) {
         self.write_outputs(time, x, &Inputs::read(u), memory, computed);
@@ -151,15 +150,21 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         time: S,
         x: &[S; N],
         u: &[S; 3],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S::Held>,
     ) -> [S; N] {
         let mut rates = [S::zero(); N];
         self.write_rates(time, x, u, memory, &mut rates);
         rates
     }
 
-    fn indicators<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> Indicators {
-        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
+    fn indicators<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
+    ) -> Indicators<S> {
+        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
         self.friction.indicators(&contact, x, &memory.friction)
     }
 
@@ -167,29 +172,36 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         self.friction.has_events()
     }
 
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; 3],
-        memory: &mut MemoryOf<L, A>,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 3],
+        memory: &mut MemoryOf<L, A, S>,
     ) {
-        let contact = self.contact_now(time, x, u, self.rate_now(x, memory));
+        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
         self.friction.switch(Event::ALL[event], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) -> bool {
-        self.actuator.follow(Inputs::read(u).valve_voltage, &mut memory.actuator);
+    fn follow<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &mut MemoryOf<L, A, S>,
+    ) -> bool {
+        let u = &Inputs::read(u);
+        self.actuator.follow(u.valve_voltage, &mut memory.actuator);
         // The velocity is worked out only for a law that asks for it.
         if !self.friction.follows() {
             return false;
         }
-        let rate = self.rate_now(x, memory);
-        self.friction.follow(|| self.contact_now(time, x, u, rate), x, &mut memory.friction)
+        let rate = self.rate(x, memory);
+        self.friction.follow(|| self.contact(time, x, u, rate), x, &mut memory.friction)
     }
 
-    fn next_sample(&self, memory: &MemoryOf<L, A>) -> Sample {
+    fn next_sample<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> Sample<S> {
         self.next_change(memory)
     }
 
@@ -213,11 +225,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         self.sensors.rounded()
     }
 
-    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
+    fn sample<S: Varying, const N: usize>(&self, time: S, x: &mut [S; N], u: &[S; 3], memory: &mut MemoryOf<L, A, S>) {
         if EXTENDED {
             // One part at a time, the earliest; the others follow when they are the earliest.
             let next = self.next_change(memory);
-            if self.actuator.next_sample(&memory.actuator) == next {
+            if self.actuator.next_sample::<S>(&memory.actuator) == next {
                 let mut states = of_actuator(x);
                 self.actuator.sample(&mut states, Inputs::read(u).valve_voltage, &mut memory.actuator);
                 x[..STATES].copy_from_slice(&states);
@@ -228,11 +240,11 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
                 return;
             }
         }
-        let rate = self.rate_now(x, memory);
-        self.friction.sample(|| self.contact_now(time, x, u, rate), time, x, &mut memory.friction);
+        let (rate, u) = (self.rate(x, memory), &Inputs::read(u));
+        self.friction.sample(|| self.contact(time, x, u, rate), time.value(), x, &mut memory.friction);
     }
 
-    fn arrive<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &mut MemoryOf<L, A>) {
+    fn arrive<S: Varying, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 3], memory: &mut MemoryOf<L, A, S>) {
         if EXTENDED {
             self.take_readings(time, x, u, memory);
         }
@@ -294,62 +306,69 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         scales
     }
 
-    fn content<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> [f64; QUANTITIES] {
+    fn content<S: Varying, const N: usize>(&self, x: &[S; N], memory: &MemoryOf<L, A, S>) -> [f64; QUANTITIES] {
         self.mass_and_energy(x, memory)
     }
 
-    fn inflow<const N: usize>(
+    fn inflow<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
     ) -> [f64; QUANTITIES] {
         self.mass_flow_and_power(time, x, u, memory)
     }
 
-    fn fits(&self, memory: &MemoryOf<L, A>) -> bool {
-        self.actuator.fits(&memory.actuator)
-            && self.friction.fits(&memory.friction)
+    fn fits<S: Varying>(&self, memory: &MemoryOf<L, A, S>) -> bool {
+        self.actuator.fits::<S>(&memory.actuator)
+            && self.friction.fits::<S>(&memory.friction)
             && memory.sensors.iter().all(sensor::Memory::is_sound)
     }
 
     // What makes runs faster.
 
-    fn at_hand<const N: usize>(&self, place: usize, x: &[f64; N], memory: &Self::Memory) -> Option<f64> {
+    fn at_hand<S: Varying, const N: usize>(&self, place: usize, x: &[S; N], memory: &Self::Memory<S>) -> Option<S> {
         const POSITION: usize = Outputs::PLACES.position;
         const VELOCITY: usize = Outputs::PLACES.velocity;
         const IN_A: usize = Outputs::PLACES.pressure_a;
         const IN_B: usize = Outputs::PLACES.pressure_b;
         match place {
             POSITION => Some(State::Position.get(x)),
-            VELOCITY => Some(self.rate_now(x, memory)),
+            VELOCITY => Some(self.rate(x, memory)),
             IN_A => Some(x[PRESSURE_A]),
             IN_B => Some(x[PRESSURE_B]),
             _ => None,
         }
     }
 
-    fn driven<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 3], memory: &MemoryOf<L, A>) -> [f64; N] {
-        let (mut rates, u) = ([Real::zero(); N], Inputs::read(&Real::all(u)));
-        self.driven_rates(Real::of(time), &Real::all(x), &u, memory, &mut rates);
-        rates.map(Real::value)
+    fn driven<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
+    ) -> [S; N] {
+        let mut rates = [S::zero(); N];
+        self.driven_rates(time, x, &Inputs::read(u), memory, &mut rates);
+        rates
     }
 
-    fn jacobian<const N: usize>(
+    fn jacobian<S: Varying, const N: usize>(
         &self,
         time: f64,
         x: &[f64; N],
         u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         jacobian: &mut [[f64; N]; N],
     ) -> [f64; N] {
         self.linearise(time, x, u, memory, jacobian)
     }
 
-    fn hints<const N: usize>(&self, x: &[f64; N], memory: &MemoryOf<L, A>) -> Hints {
+    fn hints<S: Varying, const N: usize>(&self, x: &[S; N], memory: &MemoryOf<L, A, S>) -> Hints {
         let longest = |steps: &ExplicitSteps| {
-            let of_motion = steps.longest(self.stops.touched(State::Position.get(x)), State::Velocity.get(x));
+            let [position, velocity] = [State::Position, State::Velocity].map(|state| state.get(x).value());
+            let of_motion = steps.longest(self.stops.touched(position), velocity);
             if !EXTENDED {
                 return of_motion;
             }
@@ -359,71 +378,70 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
         };
         Hints {
             explicit: self.explicit.as_ref().map(longest),
-            is_fast: EXTENDED && self.actuator.is_hasty(&memory.actuator),
+            is_fast: EXTENDED && self.actuator.is_hasty::<S>(&memory.actuator),
             is_chain: EXTENDED && self.lines.are_used(),
         }
     }
 
-    fn indicators_hold(&self, inputs: [&[f64; 3]; 2]) -> bool {
+    fn indicators_hold<S: Varying>(&self, inputs: [&[S; 3]; 2]) -> bool {
         act_on_actuator_alone(inputs) && !self.friction.follows()
     }
 
-    fn refresh<const N: usize>(
+    fn refresh<S: Varying, const N: usize>(
         &self,
-        x: &[f64; N],
-        inputs: [&[f64; 3]; 2],
-        memory: &MemoryOf<L, A>,
-        derivatives: &mut [f64; N],
+        x: &[S; N],
+        inputs: [&[S; 3]; 2],
+        memory: &MemoryOf<L, A, S>,
+        derivatives: &mut [S; N],
     ) -> bool {
         if !act_on_actuator_alone(inputs) {
             return false;
         }
-        let voltage = Real::of(Inputs::read(inputs[1]).valve_voltage);
-        let rates = self.actuator.rates(Real::all(&of_actuator(x)), voltage, &memory.actuator);
-        derivatives[..STATES].copy_from_slice(&rates.map(Real::value));
+        let rates = self.actuator.rates(of_actuator(x), Inputs::read(inputs[1]).valve_voltage, &memory.actuator);
+        derivatives[..STATES].copy_from_slice(&rates);
         true
     }
 
-    fn relaxation<const N: usize>(
+    fn relaxation<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        rates: &[f64; N],
-        u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        time: S,
+        x: &[S; N],
+        rates: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
     ) -> f64 {
-        let contact = || self.contact_now(time, x, u, self.rate_now(x, memory));
+        let contact = || self.contact(time, x, &Inputs::read(u), self.rate(x, memory));
         self.friction.relaxation(contact, [x, rates], &memory.friction)
     }
 
-    fn is_smooth<const N: usize>(
+    fn is_smooth<S: Varying, const N: usize>(
         &self,
         [x, end]: [&[f64; N]; 2],
         u: [&[f64; 3]; 2],
-        memory: &MemoryOf<L, A>,
+        memory: &MemoryOf<L, A, S>,
         step: f64,
     ) -> bool {
         let [u, u_end] = u.map(Inputs::read);
         let states = [of_actuator(x), of_actuator(end)];
         self.piece(x, &u) == self.piece(end, &u_end)
-            && self.actuator.stays_in_piece(states, u.valve_voltage, &memory.actuator, step)
+            && self.actuator.stays_in_piece::<S>(states, u.valve_voltage, &memory.actuator, step)
     }
 
     fn stride(&self, size: f64) -> Stride {
         Stride { size, half: self.actuator.half(size) }
     }
 
-    fn led<const N: usize>(
+    fn led<S: Varying, const N: usize>(
         &self,
-        x: &[f64; N],
-        u: &[f64; 3],
-        memory: &MemoryOf<L, A>,
+        x: &[S; N],
+        u: &[S; 3],
+        memory: &MemoryOf<L, A, S>,
         stride: &Stride,
-    ) -> Led<[f64; N]> {
+    ) -> Led<[S; N]> {
         let voltage = Inputs::read(u).valve_voltage;
         let Led { middle, end, bend } = self.actuator.later(of_actuator(x), voltage, &memory.actuator, stride);
-        let placed = |own: [f64; STATES]| {
-            let mut all = [0.0; N];
+        let placed = |own: [S; STATES]| {
+            let mut all = [S::zero(); N];
             all[..STATES].copy_from_slice(&own);
             all
         };
@@ -432,10 +450,10 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
 }
 
 /// Whether inputs differ in nothing but the voltage: it, and the play that follows it, act on the actuator alone.
-fn act_on_actuator_alone(inputs: [&[f64; 3]; 2]) -> bool {
-    let [from, to] =
-        inputs.map(Inputs::read).map(|u: Inputs<f64>| [u.external_force, u.supply_pressure].map(f64::to_bits));
-    from == to
+fn act_on_actuator_alone<S: Scalar>(inputs: [&[S; 3]; 2]) -> bool {
+    let others = |u: Inputs<S>| [u.external_force, u.supply_pressure];
+    let [from, to] = inputs.map(Inputs::read).map(others);
+    from == to && from.map(|it| it.value().to_bits()) == to.map(|it| it.value().to_bits())
 }
 
 /// A smooth piece of the equations.

@@ -322,21 +322,21 @@ impl PositionController {
         let p = Parameters::checked(start.parameters, &[])?;
         let values: [f64; Inputs::LEN] = std::array::from_fn(|i| start.inputs[i]);
         let memory = Memory { start: start.time, count: 0, last: Last::none(&Inputs::read(&values)) };
-        let inputs = Held::new(start.time, values, [0.0; Inputs::LEN]);
+        let inputs = Held::new(start.time, Real::all(&values), [0.0; Inputs::LEN]);
         Ok(Self { p, time: start.time, inputs, memory, trail: None })
     }
 
-    fn next_sample(&self) -> Sample {
+    fn next_sample(&self) -> Sample<Real> {
         Sample::periodic(self.memory.start + self.memory.count as f64 * self.p.sample_time, self.p.sample_time)
     }
 
     /// Takes the sample that is due.
     fn sample(&mut self) {
-        let due = self.next_sample().time;
+        let due = self.next_sample().time.value;
         self.time = self.time.max(due);
         self.mark_move();
         self.mark(|controller| Mark::Samples(due - controller.memory.start));
-        self.p.take(&self.inputs.at(self.time), &mut self.memory.last);
+        self.p.take(&self.inputs.at(self.time).map(Real::value), &mut self.memory.last);
         self.memory.count += 1;
     }
 
@@ -384,7 +384,7 @@ impl Simulation for PositionController {
 
     fn set_inputs(&mut self, values: &[f64], slopes: &[f64]) {
         let array = |values: &[f64]| std::array::from_fn(|i| values[i]);
-        self.inputs = Held::new(self.time, array(values), array(slopes));
+        self.inputs = Held::new(self.time, Real::all(&array(values)), array(slopes));
     }
 
     fn retune(&mut self, parameters: &[f64]) -> Result<(), ParameterError> {

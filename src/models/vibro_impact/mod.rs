@@ -23,7 +23,7 @@ use self::variables::{Inputs, Outputs, Parameters, State};
 use crate::co_simulation::Simulation;
 use crate::friction::{self, Contact, Drive, Event, Friction, FrictionContact, FrictionLaw, MAX_STATES};
 use crate::model::{Experiment, Functions, Model, Panel, Start};
-use crate::numbers::{Number, Real, Scalar};
+use crate::numbers::{Scalar, Varying};
 use crate::start_sized;
 use crate::system::{Indicator, Sample, System, Tables, UNUSED, references};
 use crate::variables::{Notices, ParameterError, Tunable, Values};
@@ -171,25 +171,8 @@ impl<L: FrictionLaw> VibroImpact<L> {
         }
     }
 
-    /// The contact in plain numbers.
-    fn contact_now<const N: usize>(
-        &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 1],
-        rate: f64,
-        touches: bool,
-    ) -> Contact<f64> {
-        let u = Inputs::read(&Real::all(u));
-        self.contact(Real::of(time), &Real::all(x), &u, Real::of(rate), touches).plain()
-    }
-
-    fn rate_now<const N: usize>(&self, x: &[f64; N], memory: &Memory<L::Memory>) -> f64 {
-        self.rate(&Real::all(x), memory).value
-    }
-
     /// Velocity of the body: the state, unless the friction law holds the position.
-    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory>) -> S {
+    fn rate<S: Scalar, const N: usize>(&self, x: &[S; N], memory: &Memory<L::Memory<S::Held>>) -> S {
         self.friction.rate(State::Velocity.get(x), &memory.friction)
     }
 }
@@ -197,8 +180,8 @@ impl<L: FrictionLaw> VibroImpact<L> {
 impl<L: FrictionLaw> System<1> for VibroImpact<L> {
     type Parameters = Parameters;
     type State = State;
-    type Memory = Memory<L::Memory>;
-    type Indicators = [f64; CONTACT + Event::COUNT];
+    type Memory<S: Varying> = Memory<L::Memory<S>>;
+    type Indicators<S: Varying> = [S; CONTACT + Event::COUNT];
 
     fn tables() -> Tables {
         variables::tables::<L>()
@@ -215,14 +198,14 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         &self.p
     }
 
-    fn start<const N: usize>(&self, u: &[f64; 1]) -> ([f64; N], Self::Memory) {
-        let mut x = [0.0; N];
-        State::Position.set(&mut x, self.p.position0);
-        State::Velocity.set(&mut x, self.p.velocity0);
-        State::InternalPosition.set(&mut x, self.p.position0 + self.p.displacement0);
-        State::InternalVelocity.set(&mut x, self.p.velocity0 + self.p.displacement_rate0);
+    fn start<S: Varying, const N: usize>(&self, u: &[S; 1]) -> ([S; N], Self::Memory<S>) {
+        let mut x = [S::zero(); N];
+        State::Position.set(&mut x, S::of(self.p.position0));
+        State::Velocity.set(&mut x, S::of(self.p.velocity0));
+        State::InternalPosition.set(&mut x, S::of(self.p.position0 + self.p.displacement0));
+        State::InternalVelocity.set(&mut x, S::of(self.p.velocity0 + self.p.displacement_rate0));
         let touches = self.p.displacement0 > self.coupling.gap;
-        let contact = self.contact_now(0.0, &x, u, State::Velocity.get(&x), touches);
+        let contact = self.contact(S::zero(), &x, &Inputs::read(u), State::Velocity.get(&x), touches);
         (x, Memory { friction: self.friction.start(&contact), touches, impacts: 0 })
     }
 
@@ -241,7 +224,7 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         time: S,
         x: &[S; N],
         u: &[S; 1],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
     ) -> [S; N] {
         let u = &Inputs::read(u);
         let mut rates = [S::zero(); N];
@@ -255,52 +238,65 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         rates
     }
 
-    fn indicators<const N: usize>(
+    fn indicators<S: Varying, const N: usize>(
         &self,
-        time: f64,
-        x: &[f64; N],
-        u: &[f64; 1],
-        memory: &Memory<L::Memory>,
-    ) -> Self::Indicators {
-        let mut indicators = [UNUSED; CONTACT + Event::COUNT];
-        let (d, _) = self.displacement(&Real::all(x), Real::zero());
-        let (d, gap) = (d.value, self.coupling.gap);
-        indicators[IMPACT] = if memory.touches { d - gap } else { gap - d };
-        let contact = self.contact_now(time, x, u, self.rate_now(x, memory), memory.touches);
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &Memory<L::Memory<S>>,
+    ) -> Self::Indicators<S> {
+        let mut indicators = [S::of(UNUSED); CONTACT + Event::COUNT];
+        let (d, _) = self.displacement(x, S::zero());
+        let gap = self.coupling.gap;
+        indicators[IMPACT] = if memory.touches { d - gap } else { -d + gap };
+        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory), memory.touches);
         indicators[CONTACT..].copy_from_slice(self.friction.indicators(&contact, x, &memory.friction).as_ref());
         indicators
     }
 
-    fn switch<const N: usize>(
+    fn switch<S: Varying, const N: usize>(
         &self,
         event: usize,
-        time: f64,
-        x: &mut [f64; N],
-        u: &[f64; 1],
-        memory: &mut Memory<L::Memory>,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
     ) {
         if event == IMPACT {
             memory.touches = !memory.touches;
             memory.impacts = memory.impacts.saturating_add(u32::from(memory.touches));
             return;
         }
-        let contact = self.contact_now(time, x, u, self.rate_now(x, memory), memory.touches);
+        let contact = self.contact(time, x, &Inputs::read(u), self.rate(x, memory), memory.touches);
         self.friction.switch(Event::ALL[event - CONTACT], &contact, State::Velocity.at(N), x, &mut memory.friction);
     }
 
-    fn follow<const N: usize>(&self, time: f64, x: &[f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) -> bool {
-        let (rate, touches) = (self.rate_now(x, memory), memory.touches);
-        let contact = || self.contact_now(time, x, u, rate, touches);
+    fn follow<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &[S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
+    ) -> bool {
+        let (rate, touches) = (self.rate(x, memory), memory.touches);
+        let contact = || self.contact(time, x, &Inputs::read(u), rate, touches);
         self.friction.follow(contact, x, &mut memory.friction)
     }
 
-    fn next_sample(&self, memory: &Memory<L::Memory>) -> Sample {
-        self.friction.next_sample(&memory.friction)
+    fn next_sample<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> Sample<S> {
+        self.friction.next_sample::<S>(&memory.friction)
     }
 
-    fn sample<const N: usize>(&self, time: f64, x: &mut [f64; N], u: &[f64; 1], memory: &mut Memory<L::Memory>) {
-        let (rate, touches) = (self.rate_now(x, memory), memory.touches);
-        self.friction.sample(|| self.contact_now(time, x, u, rate, touches), time, x, &mut memory.friction);
+    fn sample<S: Varying, const N: usize>(
+        &self,
+        time: S,
+        x: &mut [S; N],
+        u: &[S; 1],
+        memory: &mut Memory<L::Memory<S>>,
+    ) {
+        let (rate, touches) = (self.rate(x, memory), memory.touches);
+        let contact = || self.contact(time, x, &Inputs::read(u), rate, touches);
+        self.friction.sample(contact, time.value(), x, &mut memory.friction);
     }
 
     fn event_name(&self, event: usize) -> &'static str {
@@ -326,8 +322,8 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         scales
     }
 
-    fn fits(&self, memory: &Memory<L::Memory>) -> bool {
-        self.friction.fits(&memory.friction)
+    fn fits<S: Varying>(&self, memory: &Memory<L::Memory<S>>) -> bool {
+        self.friction.fits::<S>(&memory.friction)
     }
 
     fn outputs<S: Scalar, const N: usize>(
@@ -335,7 +331,7 @@ impl<L: FrictionLaw> System<1> for VibroImpact<L> {
         time: S,
         x: &[S; N],
         u: &[S; 1],
-        memory: &Memory<L::Memory>,
+        memory: &Memory<L::Memory<S::Held>>,
         computed: &mut [S],
     ) {
         let u = &Inputs::read(u);

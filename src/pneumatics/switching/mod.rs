@@ -6,7 +6,7 @@ use super::actuating::{Actuating, Ports, STATES, SUPPLY};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
 use super::valve::{Edges, Port};
-use crate::numbers::{Pair, Real, Scalar};
+use crate::numbers::{Pair, Real, Scalar, Varying};
 use crate::system::{Led, Sample, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
 use crate::{enumeration, outputs, parameters};
@@ -91,7 +91,7 @@ pub struct SwitchingValves {
 }
 
 impl Actuating for SwitchingValves {
-    type Memory = Memory;
+    type Memory<S: Varying> = Memory<S>;
     type Parameters = Parameters;
 
     const COMPUTED: usize = Outputs::<f64>::LEN;
@@ -130,35 +130,42 @@ impl Actuating for SwitchingValves {
         [1.0; STATES]
     }
 
-    fn start(&self, _voltage: f64) -> ([f64; STATES], Memory) {
-        ([0.0; STATES], Memory::default())
+    fn start<S: Varying>(&self, _voltage: S) -> ([S; STATES], Memory<S>) {
+        ([S::zero(); STATES], Memory::default())
     }
 
-    fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory) -> [S; STATES] {
+    fn rates<S: Scalar>(&self, _openings: [S; STATES], _voltage: S, memory: &Memory<S::Held>) -> [S; STATES] {
         self.driver.rates(memory).map(S::constant)
     }
 
     /// Between its happenings each armature rests or moves at a constant speed.
-    fn later(&self, openings: [f64; STATES], _voltage: f64, memory: &Memory, stride: &Stride) -> Led<[f64; STATES]> {
+    fn later<S: Varying>(
+        &self,
+        openings: [S; STATES],
+        _voltage: S,
+        memory: &Memory<S>,
+        stride: &Stride,
+    ) -> Led<[S; STATES]> {
         let rates = self.driver.rates(memory);
-        let after = |time: f64| [0, 1].map(|valve| openings[valve] + rates[valve] * time);
-        Led { middle: after(0.5 * stride.size), end: after(stride.size), bend: [0.0; STATES] }
+        let after = |time: f64| [0, 1].map(|valve| openings[valve] + S::of(rates[valve] * time));
+        Led { middle: after(0.5 * stride.size), end: after(stride.size), bend: [S::zero(); STATES] }
     }
 
     fn piece(&self, _openings: [f64; STATES], ports: &Ports<Real>, pressures: Pair<Real>) -> Pair<Real> {
         edge_pieces([ports.supply_pressure, Real::of(ports.exhaust_pressure)], pressures)
     }
 
-    fn is_hasty(&self, memory: &Memory) -> bool {
+    fn is_hasty<S: Varying>(&self, memory: &Memory<S>) -> bool {
         memory.is_moving()
     }
 
-    fn next_sample(&self, memory: &Memory) -> Sample {
+    fn next_sample<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
         self.driver.next(memory)
     }
 
-    fn sample(&self, openings: &mut [f64; STATES], voltage: f64, memory: &mut Memory) {
-        self.driver.happen(openings, ((voltage - 5.0) / 5.0).clamp(-1.0, 1.0), memory);
+    fn sample<S: Varying>(&self, openings: &mut [S; STATES], voltage: S, memory: &mut Memory<S>) {
+        let duty = ((voltage - 5.0) / 5.0).clamp(S::of(-1.0), S::of(1.0));
+        self.driver.happen(openings, duty, memory);
     }
 
     #[inline(never)]
@@ -178,12 +185,12 @@ impl Actuating for SwitchingValves {
         self.edges.flow(Pair(openings), supply, gas).mass
     }
 
-    fn write<S: Scalar>(&self, openings: [S; STATES], voltage: S, memory: &Memory, slots: &mut [S]) {
+    fn write<S: Scalar>(&self, openings: [S; STATES], voltage: S, memory: &Memory<S::Held>, slots: &mut [S]) {
         let ([opening_a, opening_b], [rate_a, rate_b]) = (openings, self.rates(openings, voltage, memory));
-        Outputs { opening_a, opening_b, rate_a, rate_b, duty: S::constant(memory.duty()) }.write(slots);
+        Outputs { opening_a, opening_b, rate_a, rate_b, duty: S::held(memory.duty()) }.write(slots);
     }
 
-    fn fits(&self, memory: &Memory) -> bool {
+    fn fits<S: Varying>(&self, memory: &Memory<S>) -> bool {
         memory.is_sound()
     }
 }
@@ -199,7 +206,7 @@ mod tests {
         let valves = SwitchingValves::new(Parameters::read(&starts).expect("legal")).expect("legal");
         for (voltage, fits) in [(7.0, true), (f64::NAN, false)] {
             let mut memory = Memory::default();
-            valves.sample(&mut [0.0; STATES], voltage, &mut memory);
+            valves.sample(&mut [Real::of(0.0); STATES], Real::of(voltage), &mut memory);
             assert_eq!(valves.fits(&memory), fits, "{voltage} V");
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::numbers::{Scalar, Varying};
 use crate::system::Sample;
 
 /// A driver that turns a duty cycle into pulses of a fixed frequency, for two coils of which one is driven at a time.
@@ -38,35 +39,35 @@ pub struct Armature {
 
 /// Where the driver is in its period, and what the armatures do.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<S> {
     /// Number of the period that begins next.
     next: u64,
     /// Duty cycle of the present period.
-    duty: f64,
+    duty: S,
     /// When the pulse of the present period ends, unless it lasts on.
-    fall: Option<Moment>,
-    motions: [Motion; 2],
+    fall: Option<Moment<S>>,
+    motions: [Motion<S>; 2],
 }
 
 /// A moment, counted from the beginning of a period: what lies between two of them is known to some roundings of itself,
 /// however late in a run they are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Moment {
+struct Moment<S> {
     /// Number of the period.
     period: u64,
     /// Time in s since its beginning.
-    after: f64,
+    after: S,
 }
 
 /// An armature.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Motion {
+struct Motion<S> {
     /// Whether it opens or is open.
     opens: bool,
     /// When it turns to the other end, if it does.
-    turns: Option<Moment>,
+    turns: Option<Moment<S>>,
     /// When it arrives, if it moves.
-    arrives: Option<Moment>,
+    arrives: Option<Moment<S>>,
 }
 
 /// What happens next.
@@ -77,29 +78,29 @@ enum Happening {
     Period,
 }
 
-impl Default for Memory {
+impl<S: Scalar> Default for Memory<S> {
     /// Both valves closed, before the first period.
     fn default() -> Self {
         let still = Motion { opens: false, turns: None, arrives: None };
-        Self { next: 0, duty: 0.0, fall: None, motions: [still; 2] }
+        Self { next: 0, duty: S::zero(), fall: None, motions: [still; 2] }
     }
 }
 
-impl Moment {
+impl<S: Scalar> Moment<S> {
     /// The beginning of a period.
     fn beginning(period: u64) -> Self {
-        Self { period, after: 0.0 }
+        Self { period, after: S::zero() }
     }
 
     /// The moment a duration in s later.
-    fn later(self, duration: f64) -> Self {
+    fn later(self, duration: S) -> Self {
         Self { after: self.after + duration, ..self }
     }
 }
 
-impl Memory {
+impl<S: Scalar> Memory<S> {
     /// Duty cycle of the present period.
-    pub fn duty(&self) -> f64 {
+    pub fn duty(&self) -> S {
         self.duty
     }
 
@@ -111,41 +112,43 @@ impl Memory {
     /// Whether a driver can have left it.
     pub fn is_sound(&self) -> bool {
         let moments = self.motions.iter().flat_map(|motion| [motion.turns, motion.arrives]).chain([self.fall]);
-        self.duty.abs() <= 1.0 && moments.flatten().all(|moment| moment.after >= 0.0 && moment.after.is_finite())
+        let is_later = |moment: Moment<S>| moment.after.value() >= 0.0 && moment.after.value().is_finite();
+        self.duty.value().abs() <= 1.0 && moments.flatten().all(is_later)
     }
 }
 
 impl Driver {
     /// When something happens next.
-    pub fn next(&self, memory: &Memory) -> Sample {
+    pub fn next<S: Varying>(&self, memory: &Memory<S>) -> Sample<S> {
         self.next_happening(memory).0
     }
 
     /// Time in s of a moment.
-    fn time(&self, moment: Moment) -> f64 {
-        moment.period as f64 / self.frequency + moment.after
+    fn time<S: Scalar>(&self, moment: Moment<S>) -> S {
+        moment.after + moment.period as f64 / self.frequency
     }
 
     /// Whether one moment is before another by more than rounding.
-    fn is_before(&self, first: Moment, second: Moment) -> bool {
+    fn is_before<S: Scalar>(&self, first: Moment<S>, second: Moment<S>) -> bool {
         /// Those of the voltage, the duty cycle, the times made of it, and their difference. The first two are of the size of
         /// a whole period, however short the pulse.
         const ROUNDINGS: f64 = 8.0;
         let periods = (second.period as f64 - first.period as f64) / self.frequency;
-        let magnitude = 1.0 / self.frequency + periods.abs() + first.after + second.after;
-        periods + (second.after - first.after) > ROUNDINGS * f64::EPSILON * magnitude
+        let [first, second] = [first, second].map(|moment| moment.after.value());
+        let magnitude = 1.0 / self.frequency + periods.abs() + first + second;
+        periods + (second - first) > ROUNDINGS * f64::EPSILON * magnitude
     }
 
     /// The next happening. Of several at one time arrivals come first, so that a period finds the armatures where they are,
     /// and turns last, since a period that begins with a pulse ends a pause which is not longer than the delay.
-    fn next_happening(&self, memory: &Memory) -> (Sample, Happening) {
-        let beginning = Moment::beginning(memory.next);
-        let mut first = (Sample::periodic(self.time(beginning), 1.0 / self.frequency), Happening::Period);
+    fn next_happening<S: Varying>(&self, memory: &Memory<S>) -> (Sample<S>, Happening) {
+        let beginning = Moment::<S>::beginning(memory.next);
+        let mut first = (Sample::<S>::periodic(self.time(beginning).value(), 1.0 / self.frequency), Happening::Period);
         for (valve, motion) in memory.motions.iter().enumerate() {
             let turn = motion.turns.filter(|turn| self.is_before(*turn, beginning));
             for (moment, happening) in [(turn, Happening::Turn(valve)), (motion.arrives, Happening::Arrival(valve))] {
                 let Some(time) = moment.map(|moment| self.time(moment)) else { continue };
-                if time <= first.0.time {
+                if time.value() <= first.0.time.value() {
                     first = (Sample::exact(time), happening);
                 }
             }
@@ -154,38 +157,39 @@ impl Driver {
     }
 
     /// Lets the next thing happen: moves openings to their ends, and takes the duty cycle where a period begins.
-    pub fn happen(&self, openings: &mut [f64; 2], duty: f64, memory: &mut Memory) {
+    pub fn happen<S: Varying>(&self, openings: &mut [S; 2], duty: S, memory: &mut Memory<S>) {
         match self.next_happening(memory).1 {
             Happening::Period => self.begin(duty, memory),
             Happening::Turn(valve) => {
                 let (motion, opening) = (&mut memory.motions[valve], &mut openings[valve]);
                 motion.opens = !motion.opens;
-                let closes = memory.fall.map(|fall| fall.later(self.armature.closing_delay));
+                let closes = memory.fall.map(|fall| fall.later(S::of(self.armature.closing_delay)));
                 let turn = std::mem::replace(&mut motion.turns, closes.filter(|_| motion.opens));
-                let end = f64::from(motion.opens);
+                let end = S::of(f64::from(motion.opens));
                 let duration = (end - *opening).abs() * self.armature.travel;
-                motion.arrives = turn.filter(|_| duration > 0.0).map(|turn| turn.later(duration));
+                motion.arrives = turn.filter(|_| duration.value() > 0.0).map(|turn| turn.later(duration));
                 if motion.arrives.is_none() {
                     *opening = end;
                 }
             }
             Happening::Arrival(valve) => {
                 let motion = &mut memory.motions[valve];
-                (openings[valve], motion.arrives) = (f64::from(motion.opens), None);
+                (openings[valve], motion.arrives) = (S::of(f64::from(motion.opens)), None);
             }
         }
     }
 
     /// Begins a period with a duty cycle.
-    fn begin(&self, duty: f64, memory: &mut Memory) {
+    fn begin<S: Varying>(&self, duty: S, memory: &mut Memory<S>) {
         let beginning = Moment::beginning(memory.next);
         (memory.next, memory.duty) = (memory.next + 1, duty);
-        memory.fall = (duty.abs() < 1.0).then(|| beginning.later(duty.abs() / self.frequency));
+        memory.fall = (duty.value().abs() < 1.0).then(|| beginning.later(duty.abs() / self.frequency));
         let Armature { opening_delay, closing_delay, .. } = self.armature;
-        for (motion, has_pulse) in memory.motions.iter_mut().zip([duty > 0.0, duty < 0.0]) {
+        let [opening_delay, closing_delay] = [opening_delay, closing_delay].map(S::of);
+        for (motion, has_pulse) in memory.motions.iter_mut().zip([duty.value() > 0.0, duty.value() < 0.0]) {
             // A coil that has been on through all of the last period has a turn pending, or none.
             let pending = motion.turns.map(|turn| if self.is_before(beginning, turn) { turn } else { beginning });
-            let turn_after = |delay: f64| pending.unwrap_or_else(|| beginning.later(delay));
+            let turn_after = |delay: S| pending.unwrap_or_else(|| beginning.later(delay));
             motion.turns = match (has_pulse, motion.opens) {
                 (true, true) => memory.fall.map(|fall| fall.later(closing_delay)),
                 (true, false) => {
@@ -199,8 +203,8 @@ impl Driver {
     }
 
     /// Rates in 1/s of the openings.
-    pub fn rates(&self, memory: &Memory) -> [f64; 2] {
-        memory.motions.map(|motion| match (motion.arrives.is_some(), motion.opens) {
+    pub fn rates<S: Scalar>(&self, memory: &Memory<S>) -> [f64; 2] {
+        memory.motions.map(|motion: Motion<S>| match (motion.arrives.is_some(), motion.opens) {
             (false, _) => 0.0,
             (true, true) => 1.0 / self.armature.travel,
             (true, false) => -1.0 / self.armature.travel,
@@ -211,6 +215,7 @@ impl Driver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Real;
 
     /// 10 Hz; opens 20 ms after the coil is on, closes 30 ms after it is off, moves for 10 ms.
     const DRIVER: Driver =
@@ -218,17 +223,18 @@ mod tests {
 
     /// Times in ms and openings after everything that happens before a time in s, for a duty cycle.
     fn course(driver: Driver, duty: impl Fn(f64) -> f64, end: f64) -> Vec<(f64, [f64; 2])> {
-        let (mut memory, mut openings, mut last, mut course) = (Memory::default(), [0.0; 2], 0.0, Vec::new());
+        let (mut memory, mut openings) = (Memory::<Real>::default(), [Real::of(0.0); 2]);
+        let (mut last, mut course) = (0.0, Vec::new());
         loop {
-            let time = driver.next(&memory).time;
+            let time = driver.next(&memory).time.value;
             if time > end {
                 return course;
             }
             let rates = driver.rates(&memory);
-            openings.iter_mut().zip(rates).for_each(|(opening, rate)| *opening += rate * (time - last));
-            driver.happen(&mut openings, duty(time), &mut memory);
+            openings.iter_mut().zip(rates).for_each(|(opening, rate)| *opening = *opening + rate * (time - last));
+            driver.happen(&mut openings, Real::of(duty(time)), &mut memory);
             last = time;
-            course.push(((time * 1e3).round(), openings.map(|opening| (opening * 1e9).round() / 1e9)));
+            course.push(((time * 1e3).round(), openings.map(|opening| (opening.value * 1e9).round() / 1e9)));
         }
     }
 
@@ -356,15 +362,16 @@ mod tests {
 
     #[test]
     fn memories_that_no_driver_leaves_are_not_sound() {
-        let sound = Memory { duty: -1.0, ..Memory::default() };
-        assert!(sound.is_sound() && Memory { duty: 1.0, ..sound }.is_sound());
-        let motion = |motion: Motion| Memory { motions: [sound.motions[0], motion], ..sound };
+        let sound = Memory { duty: Real::of(-1.0), ..Memory::default() };
+        let with = |duty: f64| Memory { duty: Real::of(duty), ..sound };
+        assert!(sound.is_sound() && with(1.0).is_sound());
+        let motion = |motion: Motion<Real>| Memory { motions: [sound.motions[0], motion], ..sound };
         let still = sound.motions[1];
-        let [never, early] = [f64::NAN, -1e-3].map(|after| Some(Moment { period: 1, after }));
+        let [never, early] = [f64::NAN, -1e-3].map(|after| Some(Moment { period: 1, after: Real::of(after) }));
         for memory in [
-            Memory { duty: 1.1, ..sound },
-            Memory { duty: -1.1, ..sound },
-            Memory { duty: f64::NAN, ..sound },
+            with(1.1),
+            with(-1.1),
+            with(f64::NAN),
             Memory { fall: never, ..sound },
             Memory { fall: early, ..sound },
             motion(Motion { turns: never, ..still }),

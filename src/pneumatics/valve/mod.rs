@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use super::actuating::{Actuating, BEND_WEIGHT, Ports, SHORT, STATES, SUPPLY, VOLTAGE, simpson_middle};
 use super::gas::GasState;
 use super::orifice::{Inflow, edge_pieces};
-use crate::numbers::{Pair, Real, Scalar};
+use crate::numbers::{Pair, Real, Scalar, Varying};
 use crate::outputs;
 use crate::system::{Led, Stride};
 use crate::variables::{ParameterError, Tunable, Variable, units};
@@ -67,19 +67,19 @@ impl Spool {
     }
 
     /// Velocity and spool in a step towards a set point.
-    fn later(&self, [velocity, spool]: [f64; 2], set_point: f64, stride: &Stride) -> Led<[f64; 2]> {
+    fn later<S: Scalar>(&self, [velocity, spool]: [S; 2], set_point: S, stride: &Stride) -> Led<[S; 2]> {
         let &Stride { size: step, half: [[a, b], [c, d]] } = stride;
-        let moved = |[velocity, distance]: [f64; 2]| [c * distance + d * velocity, a * distance + b * velocity];
+        let moved = |[velocity, distance]: [S; 2]| [distance * c + velocity * d, distance * a + velocity * b];
         let distance = spool - set_point;
         let middle = moved([velocity, distance]);
         let [end_velocity, end] = moved(middle);
         if (self.stiffness + self.damping * self.damping) * step * step < SHORT * SHORT {
-            let placed = |[velocity, distance]: [f64; 2]| [velocity, set_point + distance];
-            return Led { middle: placed(middle), end: placed([end_velocity, end]), bend: [0.0; 2] };
+            let placed = |[velocity, distance]: [S; 2]| [velocity, set_point + distance];
+            return Led { middle: placed(middle), end: placed([end_velocity, end]), bend: [S::zero(); 2] };
         }
         let way = end - distance;
         // The equation of motion, integrated over the step.
-        let mean = (velocity - end_velocity - self.damping * way) / (self.stiffness * step);
+        let mean = (velocity - end_velocity - way * self.damping) / (self.stiffness * step);
         let effective = [simpson_middle(velocity, way / step, end_velocity), simpson_middle(distance, mean, end)];
         Led {
             middle: [effective[0], set_point + effective[1]],
@@ -128,21 +128,22 @@ impl Valve {
     ///
     /// Its derivative is 1 while the command pushes (2 where the loop closes), also where it has just come to rest against
     /// the set point (the derivative of the side that was pushed), and 0 inside the play.
-    pub fn play<S: Scalar>(&self, before: f64, command: S) -> S {
+    pub fn play<S: Scalar>(&self, before: S, command: S) -> S {
         let width = S::constant(self.hysteresis);
         let (low, high) = (command - width.min(-command + 1.0), command + width.min(command + 1.0));
-        if low.value() >= before {
+        if low.value() >= before.value() {
             low
-        } else if high.value() <= before {
+        } else if high.value() <= before.value() {
             high
         } else {
-            S::constant(before)
+            before
         }
     }
 
     /// The set point a run starts with: the command, as far as the play around 0 reaches.
-    pub fn initial_play(&self, command: f64) -> f64 {
-        command.clamp(-self.hysteresis, self.hysteresis)
+    pub fn initial_play<S: Scalar>(&self, command: S) -> S {
+        let width = S::constant(self.hysteresis);
+        command.clamp(-width, width)
     }
 }
 
@@ -184,7 +185,7 @@ const ALLOWANCE: f64 = 30.0;
 
 impl Actuating for ProportionalValve {
     /// Set point of the spool: the state of the hysteresis.
-    type Memory = f64;
+    type Memory<S: Varying> = S;
     type Parameters = Parameters;
 
     const COMPUTED: usize = Outputs::<f64>::LEN;
@@ -223,12 +224,12 @@ impl Actuating for ProportionalValve {
         [ALLOWANCE * self.bandwidth, ALLOWANCE]
     }
 
-    fn start(&self, voltage: f64) -> ([f64; STATES], f64) {
-        ([0.0; STATES], self.valve.initial_play(self.valve.command(Real::of(voltage)).value))
+    fn start<S: Varying>(&self, voltage: S) -> ([S; STATES], S) {
+        ([S::zero(); STATES], self.valve.initial_play(self.valve.command(voltage)))
     }
 
-    fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &f64) -> [S; STATES] {
-        [self.valve.spool.acceleration(self.set_point(voltage, *set_point), spool, velocity), velocity]
+    fn rates<S: Scalar>(&self, [velocity, spool]: [S; STATES], voltage: S, set_point: &S::Held) -> [S; STATES] {
+        [self.valve.spool.acceleration(self.set_point(voltage, S::held(*set_point)), spool, velocity), velocity]
     }
 
     fn half(&self, step: f64) -> [[f64; STATES]; STATES] {
@@ -236,14 +237,14 @@ impl Actuating for ProportionalValve {
     }
 
     #[inline(always)]
-    fn later(&self, states: [f64; STATES], _voltage: f64, set_point: &f64, stride: &Stride) -> Led<[f64; STATES]> {
+    fn later<S: Varying>(&self, states: [S; STATES], _voltage: S, set_point: &S, stride: &Stride) -> Led<[S; STATES]> {
         let led = self.valve.spool.later(states, *set_point, stride);
         let [_, spool] = led.bend;
-        Led { bend: [0.0, BEND_WEIGHT * spool], ..led }
+        Led { bend: [S::zero(), spool * BEND_WEIGHT], ..led }
     }
 
-    fn follow(&self, voltage: f64, set_point: &mut f64) {
-        *set_point = self.set_point(Real::of(voltage), *set_point).value;
+    fn follow<S: Varying>(&self, voltage: S, set_point: &mut S) {
+        *set_point = self.set_point(voltage, *set_point);
     }
 
     #[inline(always)]
@@ -264,12 +265,12 @@ impl Actuating for ProportionalValve {
     /// Between two zeros of its velocity the spool moves one way. Where it turns within a step, it goes no further from its
     /// set point than its energy allows.
     #[inline(always)]
-    fn stays_in_piece(&self, ends: [[f64; STATES]; 2], voltage: f64, set_point: &f64, step: f64) -> bool {
+    fn stays_in_piece<S: Varying>(&self, ends: [[f64; STATES]; 2], voltage: f64, set_point: &S, step: f64) -> bool {
         let [[velocity, spool], [end_velocity, _]] = ends;
         if velocity * end_velocity > 0.0 && step < self.valve.spool.shortest_way() {
             return true;
         }
-        let set_point = self.set_point(Real::of(voltage), *set_point).value;
+        let set_point = self.set_point(Real::of(voltage), Real::of(set_point.value())).value;
         let reach = self.valve.spool.reach(set_point - spool, velocity);
         [-reach, reach].iter().all(|far| self.opening.piece(set_point + far) == self.opening.piece(spool))
     }
@@ -279,21 +280,21 @@ impl Actuating for ProportionalValve {
         self.supply.flow(self.opening.at(spool), supply, gas).mass
     }
 
-    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &f64, slots: &mut [S]) {
+    fn write<S: Scalar>(&self, states: [S; STATES], voltage: S, set_point: &S::Held, slots: &mut [S]) {
         let [spool_velocity, spool] = states;
         let [spool_acceleration, _] = self.rates(states, voltage, set_point);
-        let command = self.set_point(voltage, *set_point);
+        let command = self.set_point(voltage, S::held(*set_point));
         Outputs { spool, spool_velocity, spool_acceleration, valve_command: command }.write(slots);
     }
 
-    fn fits(&self, set_point: &f64) -> bool {
-        set_point.is_finite()
+    fn fits<S: Varying>(&self, set_point: &S) -> bool {
+        set_point.value().is_finite()
     }
 }
 
 impl ProportionalValve {
     /// Set point of the spool under a voltage.
-    fn set_point<S: Scalar>(&self, voltage: S, before: f64) -> S {
+    fn set_point<S: Scalar>(&self, voltage: S, before: S) -> S {
         self.valve.play(before, self.valve.command(voltage))
     }
 }
@@ -312,7 +313,7 @@ mod tests {
     }
 
     fn play(before: f64, command: f64) -> f64 {
-        VALVE.play(before, Real::of(command)).value
+        VALVE.play(Real::of(before), Real::of(command)).value
     }
 
     #[test]
@@ -333,7 +334,7 @@ mod tests {
     /// At rest against the play the derivative is that of the side that was pushed; inside the play it is 0.
     #[test]
     fn play_has_the_derivative_of_the_side_that_is_pushed() {
-        let slope = |before: f64, command: f64| VALVE.play(before, Dual::<1>::variable(command, 0)).slope[0];
+        let slope = |before: f64, command: f64| VALVE.play(Dual::<1>::of(before), Dual::variable(command, 0)).slope[0];
         for command in [0.3, -0.4] {
             let followed = play(0.0, command);
             assert_eq!([slope(0.0, command), slope(followed, command)], [1.0, 1.0]);
@@ -357,7 +358,7 @@ mod tests {
             let spool = Spool::new(100.0, damping);
             for step in [1e-3, 1e-2] {
                 let start = [40.0, -0.3];
-                let Led { middle, end, .. } = spool.later(start, 0.2, &stride(&spool, step));
+                let Led { middle, end, .. } = later(&spool, start, 0.2, step);
                 let (mut x, mut sums, h) = (start, [0.0; 2], step / STEPS as f64);
                 let rates = |[v, s]: [f64; 2]| [spool.acceleration(Real::of(0.2), Real::of(s), Real::of(v)).value, v];
                 for _ in 0..STEPS {
@@ -379,7 +380,7 @@ mod tests {
             }
         }
         let rest = Led { middle: [0.0, 0.2], end: [0.0, 0.2], bend: [0.0; 2] };
-        assert_eq!(VALVE.spool.later([0.0, 0.2], 0.2, &stride(&VALVE.spool, 1e-3)), rest);
+        assert_eq!(later(&VALVE.spool, [0.0, 0.2], 0.2, 1e-3), rest);
     }
 
     /// A spool that overshoots into the opening and comes back within a step, and one that does not get there.
@@ -389,10 +390,10 @@ mod tests {
         let edge = 0.08;
         for (set_point, stays) in [(0.98 * edge, false), (0.4 * edge, true)] {
             let spool = valve.valve.spool;
-            let Led { end, .. } = spool.later([0.0; 2], set_point, &stride(&spool, 0.02));
+            let Led { end, .. } = later(&spool, [0.0; 2], set_point, 0.02);
             assert!(end[1] < edge);
             let voltage = 5.0 + 5.0 * set_point;
-            let memory = valve.set_point(Real::of(voltage), 0.0).value;
+            let memory = valve.set_point(Real::of(voltage), Real::of(0.0));
             assert_eq!(valve.stays_in_piece([[0.0; 2], end], voltage, &memory, 0.02), stays, "{set_point}");
         }
     }
@@ -404,13 +405,16 @@ mod tests {
         let mut valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
         valve.valve.spool = Spool::new(100.0, 0.1);
         let (edge, start, period) = (0.08, [0.2 * TAU * 100.0, 0.0], 0.01 / (1.0f64 - 0.01).sqrt());
-        let after = |time: f64| valve.valve.spool.later(start, 0.0, &stride(&valve.valve.spool, time)).end;
+        let after = |time: f64| later(&valve.valve.spool, start, 0.0, time).end;
         let [end_velocity, end] = after(period);
         assert!(after(0.25 * period)[1] > edge && end_velocity > 0.0 && end.abs() < edge);
-        assert!(!valve.stays_in_piece([start, after(period)], 5.0, &0.0, period));
-        let [short, long] = [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], 5.0, &0.0, step));
+        assert!(!valve.stays_in_piece([start, after(period)], 5.0, &Real::of(0.0), period));
+        let [short, long] = [0.0049, 0.0051].map(|step| valve.stays_in_piece([start; 2], 5.0, &Real::of(0.0), step));
         assert!(short && !long, "half a period is 5 ms");
-        assert!(!valve.stays_in_piece([start, [0.0, after(0.25 * period)[1]]], 5.0, &0.0, 0.25 * period), "at its end");
+        assert!(
+            !valve.stays_in_piece([start, [0.0, after(0.25 * period)[1]]], 5.0, &Real::of(0.0), 0.25 * period),
+            "at its end"
+        );
     }
 
     /// What the spool does besides a parabola counts as an error, with its weight; the velocity has no effect of its own.
@@ -420,7 +424,8 @@ mod tests {
         let (start, step) = ([0.0, -0.3], 1.0 / valve.bandwidth);
         let later = |size: f64| {
             let stride = Stride { size, half: valve.half(size) };
-            valve.later(start, 5.0, &0.2, &stride)
+            let Led { middle, end, bend } = valve.later(Real::all(&start), Real::of(5.0), &Real::of(0.2), &stride);
+            Led { middle: values(middle), end: values(end), bend: values(bend) }
         };
         let (whole, [_, truth]) = (later(step), later(0.5 * step).end);
         let [_, middle] = whole.middle;
@@ -429,8 +434,15 @@ mod tests {
         assert_eq!(of_velocity, 0.0);
     }
 
-    fn stride(spool: &Spool, size: f64) -> Stride {
-        Stride { size, half: spool.propagator(0.5 * size) }
+    fn values(numbers: [Real; 2]) -> [f64; 2] {
+        numbers.map(Real::value)
+    }
+
+    /// A step of a size in s towards a set point.
+    fn later(spool: &Spool, start: [f64; 2], set_point: f64, size: f64) -> Led<[f64; 2]> {
+        let stride = Stride { size, half: spool.propagator(0.5 * size) };
+        let Led { middle, end, bend } = spool.later(Real::all(&start), Real::of(set_point), &stride);
+        Led { middle: values(middle), end: values(end), bend: values(bend) }
     }
 
     fn starts() -> Vec<Tunable> {
@@ -442,12 +454,12 @@ mod tests {
     fn play_of_no_width_hands_on_the_command() {
         let direct = Valve { hysteresis: 0.0, ..VALVE };
         let command = Dual::<1>::variable(0.2, 0);
-        assert_eq!(direct.play(0.2, command), command);
+        assert_eq!(direct.play(Dual::of(0.2), command), command);
     }
     #[test]
     fn set_point_that_is_no_number_fits_no_valve() {
         let valve = ProportionalValve::new(Parameters::read(&starts()).expect("legal")).expect("legal");
-        assert!(valve.fits(&-0.5));
-        assert!([f64::NAN, f64::INFINITY].iter().all(|set_point| !valve.fits(set_point)));
+        assert!(valve.fits(&Real::of(-0.5)));
+        assert!([f64::NAN, f64::INFINITY].iter().all(|set_point| !valve.fits(&Real::of(*set_point))));
     }
 }

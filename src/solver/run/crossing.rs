@@ -1,6 +1,7 @@
 //! Events: found within a step, located, handled.
 
 use super::{Mark, Run, smallest_step};
+use crate::numbers::Varying;
 use crate::solver::array;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
@@ -16,21 +17,21 @@ const GUESS: f64 = 1e-3;
 /// Trial steps to locate an event; one is enough as a rule.
 const MAX_REFINEMENTS: usize = 60;
 
-impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Whether an indicator is negative in the middle of a step at both ends of which it is not.
-    pub(super) fn dips_between(&self, h: f64, end: &[f64; N]) -> bool {
+    pub(super) fn dips_between(&self, h: f64, end: &[S; N]) -> bool {
         let slope = &self.linearisation.derivatives;
         // The parabola through the start, its slope, and the end, at half the step.
-        let middle = array(|i| 0.75 * self.x[i] + 0.25 * (end[i] + h * slope[i]));
+        let middle = array(|i| self.x[i] * 0.75 + (end[i] + slope[i] * h) * 0.25);
         let between = self.indicators_at(self.time + 0.5 * h, &middle);
         let pairs = between.as_ref().iter().zip(self.indicators.as_ref());
-        pairs.into_iter().any(|(between, before)| *between < 0.0 && *before > 0.0)
+        pairs.into_iter().any(|(between, before)| between.value() < 0.0 && before.value() > 0.0)
     }
 
     /// Ends the step where the first indicator turns negative, and switches.
     // Few steps end so: a function of its own, which leaves what all do short.
     #[inline(never)]
-    pub(super) fn step_to_event(&mut self, h: f64, end: &[f64; N], after: &H::Indicators) -> Result<(), StepError> {
+    pub(super) fn step_to_event(&mut self, h: f64, end: &[S; N], after: &H::Indicators<S>) -> Result<(), StepError> {
         let (event, bracket, guess) = match self.first_crossing(h, end, after) {
             Ok(crossing) => crossing,
             Err(event) => return self.leave_limit(event, h, end),
@@ -43,7 +44,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// An indicator starts at zero and seems to fall at once: either a shorter step shows it rise first, or it shows no
     /// change at all, or the step is so short that the event is now.
-    fn leave_limit(&mut self, event: usize, h: f64, end: &[f64; N]) -> Result<(), StepError> {
+    fn leave_limit(&mut self, event: usize, h: f64, end: &[S; N]) -> Result<(), StepError> {
         let factor = if self.settings.is_adaptive() { 0.5 } else { 0.1 };
         if h * factor > 2.0 * smallest_step(self.time) {
             self.leaving = Some(event);
@@ -55,22 +56,24 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// The indicator that crosses zero first, its bracket within the step, and where it seems to cross; or one that is
     /// at zero from the start and nowhere positive.
-    fn first_crossing(&self, h: f64, end: &[f64; N], after: &H::Indicators) -> Result<(usize, Bracket, f64), usize> {
+    fn first_crossing(&self, h: f64, end: &[S; N], after: &H::Indicators<S>) -> Result<(usize, Bracket, f64), usize> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
-        let end_slope = self.system.rates(end_time, end, &self.inputs.at(end_time), &self.memory);
-        let start_slope = &self.linearisation.derivatives;
-        let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };
+        let end_slope = self.system.derivatives(S::of(end_time), end, &self.inputs.at(end_time), &self.memory);
+        let ends = [&self.x, &self.linearisation.derivatives, end, &end_slope].map(|it| it.map(S::value));
+        let [start, start_slope, end, end_slope] = &ends;
+        let path = Hermite { start, start_slope, end, end_slope, h };
         let value_at = |event: usize, fraction: f64| {
-            self.indicators_at(self.time + fraction * h, &path.at(fraction)).as_ref()[event]
+            self.indicators_at(self.time + fraction * h, &path.at(fraction).map(S::of)).as_ref()[event].value()
         };
         let mut first: Option<(usize, Bracket, f64)> = None;
-        for (event, (start, end)) in self.indicators.as_ref().iter().zip(after.as_ref()).enumerate() {
-            if *end >= 0.0 {
+        let values = self.indicators.as_ref().iter().zip(after.as_ref());
+        for (event, [start, end]) in values.map(|(start, end)| [start.value(), end.value()]).enumerate() {
+            if end >= 0.0 {
                 continue;
             }
-            let low = if *start > 0.0 {
-                (0.0, *start)
+            let low = if start > 0.0 {
+                (0.0, start)
             } else {
                 // The trivial root at the start (the velocity after break-away) does not count.
                 EARLY
@@ -83,24 +86,24 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             if first.is_some_and(|(.., earliest)| value_at(event, earliest / h) > 0.0) {
                 continue;
             }
-            let bracket = Bracket::new(low, (1.0, *end));
+            let bracket = Bracket::new(low, (1.0, end));
             let crossing = h * root(bracket, GUESS, |fraction| value_at(event, fraction));
             if first.is_none_or(|(.., earliest)| crossing < earliest) {
-                first = Some((event, Bracket::new((low.0 * h, low.1), (h, *end)), crossing));
+                first = Some((event, Bracket::new((low.0 * h, low.1), (h, end)), crossing));
             }
         }
         first.ok_or(0)
     }
 
     /// Narrows the bracket by steps of the scheme itself, until one ends near the event or just behind it.
-    fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, end: [f64; N]) -> (f64, [f64; N]) {
+    fn refine(&mut self, event: usize, mut bracket: Bracket, guess: f64, end: [S; N]) -> (f64, [S; N]) {
         let resolution = (bracket.end() * 1e-3 * self.settings.tolerance).max(smallest_step(self.time));
         let mut best = (bracket.end(), end);
         let mut at = guess;
         for _ in 0..MAX_REFINEMENTS {
             let Ok(end) = self.trial(at) else { break };
             self.attempts += 1;
-            let value = self.indicators_at(self.time + at, &end).as_ref()[event];
+            let value = self.indicators_at(self.time + at, &end).as_ref()[event].value();
             if let Some(found) = self.crossing_near_the_end(event, (at, value), &end, resolution) {
                 return found;
             }
@@ -122,13 +125,15 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         &self,
         event: usize,
         (h, value): (f64, f64),
-        end: &[f64; N],
+        end: &[S; N],
         resolution: f64,
-    ) -> Option<(f64, [f64; N])> {
-        let end_time = self.time + h;
-        let [start_slope, end_slope] = self.slopes(end_time, end);
-        let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
-        let value_at = |at: f64| self.indicators_at(self.time + at, &path.at(at / h)).as_ref()[event];
+    ) -> Option<(f64, [S; N])> {
+        let (end_time, states) = (self.time + h, end);
+        let [start, end] = [&self.x, end].map(|it| it.map(S::value));
+        let [start_slope, end_slope] = self.slopes(end_time, &end);
+        let path = Hermite { start: &start, start_slope: &start_slope, end: &end, end_slope: &end_slope, h };
+        let value_at =
+            |at: f64| self.indicators_at(self.time + at, &path.at(at / h).map(S::of)).as_ref()[event].value();
         let other = if value > 0.0 { h * (1.0 + NEAR) } else { h * (1.0 - NEAR) };
         let points = [(h, value), (other, value_at(other))];
         let [low, high] = if value > 0.0 { points } else { [points[1], points[0]] };
@@ -141,7 +146,8 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             bracket.narrow(at, value_at(at));
         }
         let at = bracket.end();
-        Some((at, path.at(at / h)))
+        let values = path.at(at / h);
+        Some((at, array(|i| states[i].chain(values[i], 1.0))))
     }
 
     /// Switches at an event, or pauses before it.
@@ -156,7 +162,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
         self.mark(|| Mark::Switches(event));
         let u = self.inputs.at(self.time);
-        self.system.switch(event, self.time, &mut self.x, &u, &mut self.memory);
+        self.system.switch(event, S::of(self.time), &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;
         (self.is_linearised, self.arrived_with) = (false, None);
         self.settle()
@@ -177,21 +183,21 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 }
 
 /// Switches until all indicators are valid, and returns them.
-pub(super) fn settle<H: System<U>, const N: usize, const U: usize>(
+pub(super) fn settle<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,
     time: f64,
-    x: &mut [f64; N],
-    u: &[f64; U],
-    memory: &mut H::Memory,
+    x: &mut [S; N],
+    u: &[S; U],
+    memory: &mut H::Memory<S>,
     counters: &mut Counters,
-) -> Result<H::Indicators, StepError> {
+) -> Result<H::Indicators<S>, StepError> {
     let mut last = None;
     for _ in 0..MAX_SWITCHES {
-        let indicators = system.indicators(time, x, u, memory);
-        let Some(event) = indicators.as_ref().iter().position(|value| *value < 0.0) else {
+        let indicators = system.indicators(S::of(time), x, u, memory);
+        let Some(event) = indicators.as_ref().iter().position(|indicator| indicator.value() < 0.0) else {
             return Ok(indicators);
         };
-        system.switch(event, time, x, u, memory);
+        system.switch(event, S::of(time), x, u, memory);
         counters.events += 1;
         last = Some(event);
     }

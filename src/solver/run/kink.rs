@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Run;
+use crate::numbers::Varying;
 use crate::solver::event::Hermite;
 use crate::system::System;
 
@@ -35,12 +36,13 @@ impl Kink {
     }
 }
 
-impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// The first kink that a step of a size in s meets.
     #[inline(always)]
-    pub(super) fn kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Option<Kink> {
-        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
-        let is_smooth = self.system.is_smooth([&self.x, end], [&u, &u_end], &self.memory, h);
+    pub(super) fn kink(&self, h: f64, end_time: f64, end: &[S; N]) -> Option<Kink> {
+        let [u, u_end] = [self.time, end_time].map(|time| self.inputs.at(time).map(S::value));
+        let (x, end) = (&self.x.map(S::value), &end.map(S::value));
+        let is_smooth = self.system.is_smooth([x, end], [&u, &u_end], &self.memory, h);
         if is_smooth { None } else { Some(self.first_kink(h, end_time, end)) }
     }
 
@@ -48,12 +50,13 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     #[cold]
     #[inline(never)]
     fn first_kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Kink {
-        let (u, u_end) = (self.inputs.at(self.time), self.inputs.at(end_time));
+        let inputs = |time: f64| self.inputs.at(time).map(S::value);
+        let (u, u_end, x) = (inputs(self.time), inputs(end_time), &self.x.map(S::value));
         let [start_slope, end_slope] = self.slopes(end_time, end);
-        let path = Hermite { start: &self.x, start_slope: &start_slope, end, end_slope: &end_slope, h };
+        let path = Hermite { start: x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let narrowed = |[smooth, place]: [f64; 2], at: f64| {
-            let u_at = self.inputs.at(self.time + at * h);
-            let is_smooth = self.system.is_smooth([&self.x, &path.at(at)], [&u, &u_at], &self.memory, at * h);
+            let u_at = inputs(self.time + at * h);
+            let is_smooth = self.system.is_smooth([x, &path.at(at)], [&u, &u_at], &self.memory, at * h);
             if is_smooth { [at, place] } else { [smooth, at] }
         };
         let mut bracket = [0.0, 1.0];
@@ -69,7 +72,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             bracket = narrowed(bracket, 0.5 * (bracket[0] + bracket[1]));
         }
         let place = bracket[1];
-        let u_place = self.inputs.at(self.time + place * h);
+        let u_place = inputs(self.time + place * h);
         let rest = (1.0 - place) * h;
         let is_last = self.system.is_smooth([&path.at(place), end], [&u_place, &u_end], &self.memory, rest);
         Kink { place, is_last }

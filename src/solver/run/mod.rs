@@ -17,6 +17,7 @@ use super::balance::Balance;
 use super::error::StepError;
 use super::settings::Settings;
 use super::trial::Linearisation;
+use crate::numbers::{Real, Varying};
 use crate::system::{Counters, Held, Hints, Place, QUANTITIES, System};
 use crate::variables::StateSet;
 
@@ -52,16 +53,16 @@ impl Progress {
     }
 }
 
-/// A running hybrid system.
-pub struct Run<H: System<U>, const N: usize, const U: usize> {
+/// A running hybrid system, in numbers `S`.
+pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> {
     system: H,
     settings: Settings,
     /// Magnitudes of the states.
     scales: [f64; N],
     time: f64,
-    x: [f64; N],
-    memory: H::Memory,
-    inputs: Held<U>,
+    x: [S; N],
+    memory: H::Memory<S>,
+    inputs: Held<U, S>,
     /// Step size to try next, carried across communication points.
     step: f64,
     choice: Choice,
@@ -71,7 +72,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize> {
     is_midpoint: bool,
     counters: Counters,
     balance: Balance,
-    linearisation: Linearisation<N>,
+    linearisation: Linearisation<N, S>,
     /// Whether the linearisation is that of the present states, memory and inputs.
     is_linearised: bool,
     /// What is known of the sizes of explicit steps.
@@ -79,7 +80,7 @@ pub struct Run<H: System<U>, const N: usize, const U: usize> {
     /// Error of the step tried last.
     error: [f64; N],
     /// Derivatives at the end of the explicit step tried last.
-    end_slope: [f64; N],
+    end_slope: [S; N],
     /// Error of the explicit step tried last if it crosses a kink.
     bend: [f64; N],
     /// What the system says of the present mode.
@@ -88,9 +89,9 @@ pub struct Run<H: System<U>, const N: usize, const U: usize> {
     beyond: f64,
     /// The inputs at the end of an explicit step that has just been accepted, if the derivatives of the linearisation
     /// are those of that point: the next step may start from them.
-    arrived_with: Option<[f64; U]>,
+    arrived_with: Option<[S; U]>,
     /// Indicators at the present states, memory and inputs.
-    indicators: H::Indicators,
+    indicators: H::Indicators<S>,
     /// Whether states and memory have followed the present inputs.
     is_settled: bool,
     /// Whether the indicators are those of the present inputs, once the memory has followed these.
@@ -119,7 +120,7 @@ const fn with_friction(place: Option<Place>, n: usize, others: usize) -> Option<
 const MAX_STEP: f64 = 0.1;
 const FIRST_STEP: f64 = 1e-5;
 
-impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Indices of the states that [relax](System::RELAXING) and [turn](System::TURNING).
     const RELAXING: Option<usize> = with_friction(H::RELAXING, N, H::State::OTHERS);
     const TURNING: Option<usize> = with_friction(H::TURNING, N, H::State::OTHERS);
@@ -131,17 +132,17 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     pub(crate) fn boxed(
         system: H,
         settings: Settings,
-        begin: Box<([f64; N], H::Memory)>,
-        inputs: [f64; U],
+        begin: Box<([S; N], H::Memory<S>)>,
+        inputs: [S; U],
     ) -> Box<Self> {
         let (x, memory) = *begin;
         Box::new(Self::new(system, settings, 0.0, x, memory, inputs))
     }
 
     /// A run from given states and memory.
-    pub fn new(system: H, settings: Settings, time: f64, x: [f64; N], memory: H::Memory, inputs: [f64; U]) -> Self {
+    pub fn new(system: H, settings: Settings, time: f64, x: [S; N], memory: H::Memory<S>, inputs: [S; U]) -> Self {
         let (balance, scales) = (Balance::new(system.content(&x, &memory)), system.scales());
-        let indicators = system.indicators(time, &x, &inputs, &memory);
+        let indicators = system.indicators(S::of(time), &x, &inputs, &memory);
         Self {
             system,
             settings,
@@ -156,11 +157,11 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             is_explicit: false,
             is_midpoint: false,
             counters: Counters::default(),
-            linearisation: Linearisation { derivatives: [0.0; N], jacobian: SMatrix::zeros(), time_slopes: None },
+            linearisation: Linearisation { derivatives: [S::zero(); N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
             strides: Strides::UNKNOWN,
             error: [0.0; N],
-            end_slope: [0.0; N],
+            end_slope: [S::zero(); N],
             bend: [0.0; N],
             hints: Hints::default(),
             beyond: 0.0,
@@ -212,8 +213,8 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The event indicators with the present modes, memory and inputs: exactly 0 at an event.
-    pub fn indicators(&self) -> H::Indicators {
-        self.consistent(|x, memory| self.system.indicators(self.time, x, &self.inputs.at(self.time), memory))
+    pub fn indicators(&self) -> H::Indicators<S> {
+        self.consistent(|x, memory| self.system.indicators(S::of(self.time), x, &self.inputs.at(self.time), memory))
     }
 
     /// What the system holds of each conserved quantity beyond what its account allows; 0 if none is kept.
@@ -225,7 +226,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// States and memory as integrated.
-    pub fn state(&self) -> (&[f64; N], &H::Memory) {
+    pub fn state(&self) -> (&[S; N], &H::Memory<S>) {
         (&self.x, &self.memory)
     }
 
@@ -235,7 +236,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes back to states, memory and progress of a run of the same system.
-    pub fn restore(&mut self, x: [f64; N], memory: &mut H::Memory, progress: Progress) {
+    pub fn restore(&mut self, x: [S; N], memory: &mut H::Memory<S>, progress: Progress) {
         self.x = x;
         // Kilobytes, which would be copied over the stack otherwise.
         std::mem::swap(&mut self.memory, memory);
@@ -247,7 +248,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Sets the inputs and their slopes from now on.
-    pub fn set_inputs(&mut self, values: [f64; U], slopes: [f64; U]) {
+    pub fn set_inputs(&mut self, values: [S; U], slopes: [f64; U]) {
         let inputs = Held::new(self.time, values, slopes);
         // Inputs that stay as they are leave everything valid.
         let is_same = values == self.inputs.at(self.time) && slopes == self.inputs.slopes();
@@ -261,7 +262,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// The inputs at the current time, and their slopes.
-    pub fn inputs(&self) -> ([f64; U], [f64; U]) {
+    pub fn inputs(&self) -> ([S; U], [f64; U]) {
         (self.inputs.at(self.time), self.inputs.slopes())
     }
 
@@ -269,7 +270,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     ///
     /// If the inputs set off events without end, those before the limit have happened. Where the run has paused before an
     /// event, nothing has happened yet.
-    pub fn consistent<R>(&self, look: impl FnOnce(&[f64; N], &H::Memory) -> R) -> R {
+    pub fn consistent<R>(&self, look: impl FnOnce(&[S; N], &H::Memory<S>) -> R) -> R {
         let settled;
         let (x, memory) = if self.is_settled || self.pending.is_some() {
             (&self.x, &self.memory)
@@ -283,10 +284,10 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// States and memory after they have followed the present inputs, and the events that these set off.
     // A function of its own, which is compiled once for all that look.
     #[inline(never)]
-    fn settled(&self) -> ([f64; N], H::Memory) {
+    fn settled(&self) -> ([S; N], H::Memory<S>) {
         let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
         let u = self.inputs.at(self.time);
-        self.system.follow(self.time, &x, &u, &mut memory);
+        self.system.follow(S::of(self.time), &x, &u, &mut memory);
         let _ = crossing::settle(&self.system, self.time, &mut x, &u, &mut memory, &mut counters);
         (x, memory)
     }
@@ -313,17 +314,18 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
                 return Err(StepError::TooManySteps { time: self.time, limit });
             }
             self.attempts += 1;
-            let sample = self.system.next_sample(&self.memory);
-            if sample.time <= self.time || (self.time == start && sample.is_due_at(start)) {
-                self.sample(sample.time.max(self.time))?;
+            let sample = self.system.next_sample::<S>(&self.memory);
+            let time = sample.time.value();
+            if time <= self.time || (self.time == start && sample.is_due_at(start)) {
+                self.sample(time.max(self.time))?;
             } else {
-                let limit = if sample.is_before(end) { sample.time } else { end };
+                let limit = if sample.is_before(end) { time } else { end };
                 self.attempt(limit.min(self.time + self.system.max_step()))?;
             }
         }
         if self.pending.is_none() {
             self.mark(|| Mark::Arrives);
-            self.system.arrive(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory);
+            self.system.arrive(S::of(self.time), &self.x, &self.inputs.at(self.time), &mut self.memory);
         }
         Ok(())
     }
@@ -360,14 +362,15 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
         self.mark(|| Mark::Samples(time));
-        self.system.sample(time, &mut self.x, &self.inputs.at(self.time), &mut self.memory);
+        self.system.sample(S::of(time), &mut self.x, &self.inputs.at(self.time), &mut self.memory);
         (self.is_linearised, self.arrived_with) = (false, None);
         self.settle()
     }
 
     /// Lets the memory follow the present states and inputs; derivatives that it changes are worked out anew.
     fn follow(&mut self) {
-        if self.system.follow(self.time, &self.x, &self.inputs.at(self.time), &mut self.memory) {
+        let u = self.inputs.at(self.time);
+        if self.system.follow(S::of(self.time), &self.x, &u, &mut self.memory) {
             (self.is_linearised, self.arrived_with) = (false, None);
         }
     }
@@ -375,12 +378,14 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     /// Derivatives here and at the end of a step: those of the linearisation and of the stages may lack the states that have a
     /// closed form.
     fn slopes(&self, end_time: f64, end: &[f64; N]) -> [[f64; N]; 2] {
-        let slope = |time: f64, x: &[f64; N]| self.system.rates(time, x, &self.inputs.at(time), &self.memory);
-        [slope(self.time, &self.x), slope(end_time, end)]
+        let slope = |time: f64, x: &[S; N]| {
+            self.system.derivatives(S::of(time), x, &self.inputs.at(time), &self.memory).map(S::value)
+        };
+        [slope(self.time, &self.x), slope(end_time, &end.map(S::of))]
     }
 
-    fn indicators_at(&self, time: f64, x: &[f64; N]) -> H::Indicators {
-        self.system.indicators(time, x, &self.inputs.at(time), &self.memory)
+    fn indicators_at(&self, time: f64, x: &[S; N]) -> H::Indicators<S> {
+        self.system.indicators(S::of(time), x, &self.inputs.at(time), &self.memory)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::kink::Kink;
 use super::{MAX_STEP, Run, smallest_step};
-use crate::numbers::{Dual, Scalar};
+use crate::numbers::{Dual, Scalar, Varying};
 use crate::solver::error::{Course, Rejection, StepError};
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
@@ -34,7 +34,7 @@ pub(super) enum Nonsense {
     Meaningless(&'static str),
 }
 
-impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Tries one step that ends no later than `limit`; accepts it, ends it at an event, or reduces the step size.
     // A function of its own: inlined, it would be optimised once more with what calls it.
     #[inline(never)]
@@ -88,14 +88,14 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         }
         if self.system.has_events() {
             let after = self.indicators_at(end_time, &end);
-            if after.as_ref().iter().any(|value| *value < 0.0) {
+            if after.as_ref().iter().any(|indicator| indicator.value() < 0.0) {
                 return self.step_to_event(h, &end, &after);
             }
             // Within the resolution of the clock the dip would be one of rounding.
             if h > 4.0 * smallest_step(self.time) && self.dips_between(h, &end) {
                 return self.reject(h, 0.5, |_| Rejection::Passed);
             }
-            if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event] == 0.0) {
+            if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event].value() == 0.0) {
                 // The indicator has not left zero, and is negative a little later: but for rounding the event is now.
                 self.accept(h, end_time, &end, error);
                 return self.reach(event);
@@ -140,7 +140,9 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         let (u, is_explicit) = (self.inputs.at(self.time), self.is_explicit);
         let here = &mut self.linearisation;
         if self.settings.is_adaptive() && !is_explicit {
-            here.derivatives = self.system.jacobian(self.time, &self.x, &u, &self.memory, &mut here.jacobian.data.0);
+            let (x, u) = (self.x.map(S::value), u.map(S::value));
+            let rates = self.system.jacobian(self.time, &x, &u, &self.memory, &mut here.jacobian.data.0);
+            here.derivatives = rates.map(S::of);
             self.counters.jacobians += 1;
             self.linearisation.time_slopes =
                 (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(&u));
@@ -148,7 +150,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             let (x, memory) = (&self.x, &self.memory);
             let before = self.arrived_with.take();
             if !before.is_some_and(|before| self.system.refresh(x, [&before, &u], memory, &mut here.derivatives)) {
-                here.derivatives = self.system.rates(self.time, x, &u, memory);
+                here.derivatives = self.system.derivatives(S::of(self.time), x, &u, memory);
             }
         }
         (self.is_linearised, self.arrived_with) = (true, None);
@@ -156,28 +158,26 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Partial derivatives of the states' rates with respect to time, under inputs that vary with it.
     fn time_slopes(&self, u: &[f64; U]) -> [f64; N] {
-        let (mut x, mut inputs) = ([Dual::<1>::of(0.0); N], [Dual::of(0.0); U]);
-        for (number, value) in x.iter_mut().zip(self.x) {
-            number.value = value;
-        }
+        let mut inputs = [Dual::<1, S>::of(0.0); U];
+        let x: [Dual<1, S>; N] = array(|i| Dual::of(self.x[i].value()));
         for (number, (value, slope)) in inputs.iter_mut().zip(u.iter().zip(self.inputs.slopes())) {
-            *number = Dual { value: *value, slope: [slope] };
+            *number = Dual::new(*value, [slope]);
         }
         let rates = self.system.derivatives(Dual::variable(self.time, 0), &x, &inputs, &self.memory);
         array(|i| rates[i].slope[0])
     }
 
     /// The step of size `h` from here, if it leads to states that have a meaning.
-    pub(super) fn trial(&mut self, h: f64) -> Result<[f64; N], Nonsense> {
+    pub(super) fn trial(&mut self, h: f64) -> Result<[S; N], Nonsense> {
         let (system, time, x, inputs, memory) = (&self.system, self.time, &self.x, &self.inputs, &self.memory);
         let here = &self.linearisation;
         let Trial { end, error } = match self.settings.scheme {
             Scheme::Adaptive if self.is_explicit => {
                 let u = inputs.at(time);
                 let relaxing = Self::RELAXING
-                    .and_then(|_| Relaxing::new(system.relaxation(time, x, &here.derivatives, &u, memory), h));
+                    .and_then(|_| Relaxing::new(system.relaxation(S::of(time), x, &here.derivatives, &u, memory), h));
                 let relaxing = Self::RELAXING.zip(relaxing.as_ref());
-                let take = |stages: Stages<H, N, U>| match self.is_midpoint {
+                let take = |stages: Stages<H, S, N, U>| match self.is_midpoint {
                     true => stages.midpoint(),
                     false => stages.classical(),
                 };
@@ -206,35 +206,37 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
             Scheme::RK3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::RK4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let is_bounded: [bool; N] = std::array::from_fn(|i| end[i].abs() <= FAR_OUT * self.scales[i]);
+        let values = end.map(S::value);
+        let is_bounded: [bool; N] = std::array::from_fn(|i| values[i].abs() <= FAR_OUT * self.scales[i]);
         // All at once, since as a rule nothing is out of bounds.
         if !is_bounded.iter().fold(true, |all, state| all & state) {
             return Err(Nonsense::Unbounded(is_bounded.iter().position(|state| !state).unwrap_or_default()));
         }
-        self.system.admit(&end).map_err(Nonsense::Meaningless)?;
+        self.system.admit(&values).map_err(Nonsense::Meaningless)?;
         self.error = error;
         Ok(end)
     }
 
     /// The largest error of a state at the end of a step relative to what is allowed.
-    fn error_norm(&self, end: &[f64; N], errors: &[f64; N]) -> f64 {
+    fn error_norm(&self, end: &[S; N], errors: &[f64; N]) -> f64 {
         // One instruction, where `f64::max` needs several to tell a missing number.
         let larger = |a: f64, b: f64| if a < b { b } else { a };
         // All states side by side, then the largest.
         let relative: [f64; N] =
-            array(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].abs()), end[i].abs()));
+            array(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].value().abs()), end[i].value().abs()));
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
     /// The state whose error is largest.
-    fn least_accurate(&self, end: &[f64; N], errors: &[f64; N]) -> Course {
-        let relative = |i: usize| errors[i].abs() / self.scales[i].max(self.x[i].abs()).max(end[i].abs());
+    fn least_accurate(&self, end: &[S; N], errors: &[f64; N]) -> Course {
+        let magnitude = |i: usize| self.scales[i].max(self.x[i].value().abs()).max(end[i].value().abs());
+        let relative = |i: usize| errors[i].abs() / magnitude(i);
         self.course((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
     }
 
     /// A state at the start of the step.
     fn course(&self, state: usize) -> Course {
-        let (value, rate) = (self.x[state], self.linearisation.derivatives[state]);
+        let [value, rate] = [self.x[state], self.linearisation.derivatives[state]].map(S::value);
         Course { state: state_name(&self.system, state, N), value, rate }
     }
 
@@ -285,7 +287,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
         Ok(())
     }
 
-    fn accept(&mut self, h: f64, end_time: f64, end: &[f64; N], error: f64) {
+    fn accept(&mut self, h: f64, end_time: f64, end: &[S; N], error: f64) {
         let beyond = self.beyond;
         self.move_to(end_time, end, self.is_explicit && !self.inputs.vary());
         self.step = if self.is_midpoint {
@@ -301,7 +303,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
     }
 
     /// Goes to the end of a step, whose slope there may be known.
-    pub(super) fn move_to(&mut self, time: f64, end: &[f64; N], knows_slope: bool) {
+    pub(super) fn move_to(&mut self, time: f64, end: &[S; N], knows_slope: bool) {
         if self.settings.keeps_balance {
             self.keep_balance(time, end);
         }
@@ -319,11 +321,12 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     // Few runs keep one.
     #[inline(never)]
-    fn keep_balance(&mut self, end_time: f64, end: &[f64; N]) {
-        let end_slope = self.system.rates(end_time, end, &self.inputs.at(end_time), &self.memory);
-        let start_slope = &self.linearisation.derivatives;
+    fn keep_balance(&mut self, end_time: f64, end: &[S; N]) {
+        let end_slope = self.system.derivatives(S::of(end_time), end, &self.inputs.at(end_time), &self.memory);
+        let start_slope = &self.linearisation.derivatives.map(S::value);
+        let [start, end, end_slope] = [&self.x, end, &end_slope].map(|it| it.map(S::value));
         let h = end_time - self.time;
-        let path = Hermite { start: &self.x, start_slope, end, end_slope: &end_slope, h };
+        let path = Hermite { start: &start, start_slope, end: &end, end_slope: &end_slope, h };
         self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);
     }
 }

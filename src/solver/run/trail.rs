@@ -1,6 +1,7 @@
 //! What a run has done since somebody asked, mark by mark: for who does it again with numbers of his own.
 
 use super::Run;
+use crate::numbers::{Scalar, Varying};
 use crate::system::System;
 
 /// What a run does to its states and its memory.
@@ -25,7 +26,7 @@ pub enum Mark {
     Arrives,
 }
 
-impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Leaves a trail from now on, or none.
     pub fn leave_trail(&mut self, leaves: bool) {
         self.trail = leaves.then(Vec::new);
@@ -48,7 +49,7 @@ impl<H: System<U>, const N: usize, const U: usize> Run<H, N, U> {
 
     /// Marks a step to states.
     #[inline(always)]
-    pub(super) fn mark_move(&mut self, time: f64, end: &[f64; N]) {
+    pub(super) fn mark_move(&mut self, time: f64, end: &[S; N]) {
         self.mark(|| moved(time, end));
     }
 }
@@ -62,6 +63,6 @@ fn note(trail: &mut Vec<Mark>, mark: Mark) {
 
 #[cold]
 #[inline(never)]
-fn moved(time: f64, end: &[f64]) -> Mark {
-    Mark::Moves { time, end: end.to_vec() }
+fn moved<S: Scalar>(time: f64, end: &[S]) -> Mark {
+    Mark::Moves { time, end: end.iter().map(|state| state.value()).collect() }
 }

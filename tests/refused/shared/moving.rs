@@ -31,10 +31,10 @@ macro_rules! moving {
         impl System<0> for Moving {
             type Parameters = Parameters;
             type State = State;
-            type Memory = ();
-            type Indicators = [f64; $indicators];
+            type Memory<S: Varying> = ();
+            type Indicators<S: Varying> = [S; $indicators];
 
-            const EVENTS: &'static [Event<Self, 0>] = &[$($event),*];
+            const EVENTS: &'static [Event] = &[$($event),*];
 
             fn tables() -> Tables {
                 Tables { inputs: Vec::new(), computed: Outputs::<f64>::table(), parameters: Parameters::table() }
@@ -48,12 +48,16 @@ macro_rules! moving {
                 &self.0
             }
 
-            fn start<const N: usize>(&self, _u: &[f64; 0]) -> ([f64; N], ()) {
-                ([0.0; N], ())
+            fn start<S: Varying, const N: usize>(&self, _u: &[S; 0]) -> ([S; N], ()) {
+                ([S::zero(); N], ())
             }
 
             fn derivatives<S: Scalar, const N: usize>(&self, _time: S, _x: &[S; N], _u: &[S; 0], _memory: &()) -> [S; N] {
                 [S::constant(1.0); N]
+            }
+
+            fn indicators<S: Varying, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 0], _memory: &()) -> [S; $indicators] {
+                [-State::Position.get(x) + 1.0; $indicators]
             }
 
             fn outputs<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], _u: &[S; 0], _memory: &(), computed: &mut [S]) {
@@ -61,7 +65,7 @@ macro_rules! moving {
             }
         }
 
-                pub const MODEL: Model = Model::of::<Moving, 0, $states>(
+        pub const MODEL: Model = Model::of::<Moving, 0, $states>(
             "Moving",
             "What moves",
             Experiment { stop_time: 1.0, step_size: 0.1, signals: &[], panels: &[] },

@@ -21,7 +21,7 @@ parameters! {
 }
 
 impl BristleLaw for LoadedDahl {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     fn scale(&self) -> f64 {
         self.distance.value

@@ -22,7 +22,7 @@ parameters! {
 }
 
 impl FrictionLaw for TwoBristles {
-    type Memory = ();
+    type Memory<S: Varying> = ();
 
     fn states(&self) -> usize {
         2
@@ -37,7 +37,7 @@ impl FrictionLaw for TwoBristles {
         10.0
     }
 
-    fn start(&self, _contact: &Contact<f64>) {}
+    fn start<S: Varying>(&self, _contact: &Contact<S>) {}
 
     fn force<S: Scalar>(&self, contact: &Contact<S>, f: &[S], _memory: &(), rates: &mut [S]) -> S {
         let v = contact.velocity;

@@ -109,14 +109,9 @@ struct Tyre<S> {
 }
 
 impl QuarterCar {
-    /// The friction coefficient in plain numbers, for the events.
-    fn friction(&self, x: &[f64]) -> f64 {
-        self.tyre(|state| Real::of(state.get(x))).friction.value
-    }
-
-    /// What it does at these values of the states.
-    fn tyre<S: Scalar>(&self, at: impl Fn(State) -> S) -> Tyre<S> {
-        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(at));
+    /// What it does at these states.
+    fn tyre<S: Scalar>(&self, x: &[S]) -> Tyre<S> {
+        let (p, [v, w, z]) = (&self.0, [State::Velocity, State::Wheel, State::Deflection].map(|state| state.get(x)));
         let sliding = v - w * p.radius;
         let ratio = sliding / p.stribeck;
         let steady = (-ratio * ratio).exp() * (p.statics - p.coulomb) + p.coulomb;
@@ -125,34 +120,19 @@ impl QuarterCar {
     }
 }
 
+/// Place of the event with which the wheel comes to a halt.
+const LOCKS: usize = 0;
+
 impl System<2> for QuarterCar {
     type Parameters = Parameters;
     type State = State;
     /// The side to which the wheel turns: 1, -1, or 0 while it is locked.
-    type Memory = i32;
-    type Indicators = [f64; 2];
+    type Memory<S: Varying> = i32;
+    type Indicators<S: Varying> = [S; 2];
 
-    const EVENTS: &'static [Event<Self, 2>] = &[
-        Event {
-            name: "wheel.locks",
-            text: "The wheel comes to a halt",
-            nominal: 1.0,
-            indicator: |_, _, x, _, side| if *side == 0 { UNUSED } else { State::Wheel.get(x) * f64::from(*side) },
-            happens: |_, _, x, _, side| {
-                State::Wheel.set(x, 0.0);
-                *side = 0;
-            },
-        },
-        Event {
-            name: "wheel.rolls",
-            text: "The tyre overcomes the brake",
-            nominal: 100.0,
-            indicator: |car, _, x, [torque, load], side| match side {
-                0 => torque - (car.friction(x) * car.0.radius * load).abs(),
-                _ => UNUSED,
-            },
-            happens: |car, _, x, _, side| *side = sign(car.friction(x)) as i32,
-        },
+    const EVENTS: &'static [Event] = &[
+        Event { name: "wheel.locks", text: "The wheel comes to a halt", nominal: 1.0 },
+        Event { name: "wheel.rolls", text: "The tyre overcomes the brake", nominal: 100.0 },
     ];
 
     fn tables() -> Tables {
@@ -172,15 +152,15 @@ impl System<2> for QuarterCar {
         &self.0
     }
 
-    fn start<const N: usize>(&self, _u: &[f64; 2]) -> ([f64; N], i32) {
-        let mut x = [0.0; N];
-        State::Velocity.set(&mut x, self.0.velocity0);
-        State::Wheel.set(&mut x, (1.0 - self.0.slip0) * self.0.velocity0 / self.0.radius);
-        (x, sign(State::Wheel.get(&x)) as i32)
+    fn start<S: Varying, const N: usize>(&self, _u: &[S; 2]) -> ([S; N], i32) {
+        let (mut x, wheel) = ([S::zero(); N], (1.0 - self.0.slip0) * self.0.velocity0 / self.0.radius);
+        State::Velocity.set(&mut x, S::constant(self.0.velocity0));
+        State::Wheel.set(&mut x, S::constant(wheel));
+        (x, sign(wheel) as i32)
     }
 
     fn derivatives<S: Scalar, const N: usize>(&self, _time: S, x: &[S; N], u: &[S; 2], side: &i32) -> [S; N] {
-        let (p, tyre, Inputs { torque, load }) = (&self.0, self.tyre(|state| state.get(x)), Inputs::read(u));
+        let (p, tyre, Inputs { torque, load }) = (&self.0, self.tyre(x), Inputs::read(u));
         let mut rates = [S::zero(); N];
         State::Distance.set(&mut rates, State::Velocity.get(x));
         State::Velocity.set(&mut rates, -tyre.friction * load / p.mass);
@@ -191,8 +171,25 @@ impl System<2> for QuarterCar {
         rates
     }
 
+    fn indicators<S: Varying, const N: usize>(&self, _time: S, x: &[S; N], u: &[S; 2], side: &i32) -> [S; 2] {
+        let (unused, Inputs { torque, load }) = (S::constant(UNUSED), Inputs::read(u));
+        match side {
+            0 => [unused, torque - (self.tyre(x).friction * self.0.radius * load).abs()],
+            _ => [State::Wheel.get(x) * f64::from(*side), unused],
+        }
+    }
+
+    fn switch<S: Varying, const N: usize>(&self, event: usize, _time: S, x: &mut [S; N], _u: &[S; 2], side: &mut i32) {
+        if event == LOCKS {
+            State::Wheel.set(x, S::zero());
+            *side = 0;
+        } else {
+            *side = sign(self.tyre(x).friction.value()) as i32;
+        }
+    }
+
     fn outputs<S: Scalar, const N: usize>(&self, time: S, x: &[S; N], u: &[S; 2], side: &i32, computed: &mut [S]) {
-        let (tyre, rates) = (self.tyre(|state| state.get(x)), self.derivatives(time, x, u, side));
+        let (tyre, rates) = (self.tyre(x), self.derivatives(time, x, u, side));
         let [velocity, wheel] = [State::Velocity, State::Wheel].map(|state| state.get(x));
         let fastest = velocity.abs().max((wheel * self.0.radius).abs());
         let outputs = Outputs {
@@ -210,7 +207,7 @@ impl System<2> for QuarterCar {
         outputs.write(computed);
     }
 
-    fn fits(&self, side: &i32) -> bool {
+    fn fits<S: Varying>(&self, side: &i32) -> bool {
         (-1..=1).contains(side)
     }
 }

@@ -62,7 +62,7 @@ impl ValvePair {
 }
 
 impl Actuating for ValvePair {
-    type Memory = ();
+    type Memory<S: Varying> = ();
     type Parameters = Parameters;
 
     const COMPUTED: usize = Outputs::<f64>::LEN;
@@ -92,8 +92,8 @@ impl Actuating for ValvePair {
         [1.0; STATES]
     }
 
-    fn start(&self, _voltage: f64) -> ([f64; STATES], ()) {
-        ([0.0; STATES], ())
+    fn start<S: Varying>(&self, _voltage: S) -> ([S; STATES], ()) {
+        ([S::zero(); STATES], ())
     }
 
     fn rates<S: Scalar>(&self, [a, b]: [S; STATES], voltage: S, _memory: &()) -> [S; STATES] {
@@ -106,11 +106,11 @@ impl Actuating for ValvePair {
         [[left, 0.0], [0.0, left]]
     }
 
-    fn later(&self, spools: [f64; STATES], voltage: f64, _memory: &(), stride: &Stride) -> Led<[f64; STATES]> {
-        let commands = Self::commands(Real::of(voltage)).map(Real::value);
+    fn later<S: Varying>(&self, spools: [S; STATES], voltage: S, _memory: &(), stride: &Stride) -> Led<[S; STATES]> {
+        let commands = Self::commands(voltage);
         let left = stride.half[0][0];
         let towards = |left: f64| [0, 1].map(|side| commands[side] + (spools[side] - commands[side]) * left);
-        Led { middle: towards(left), end: towards(left * left), bend: [0.0; STATES] }
+        Led { middle: towards(left), end: towards(left * left), bend: [S::zero(); STATES] }
     }
 
     fn feed<S: Scalar>(&self, spools: [S; STATES], ports: &Ports<S>, gas: GasState<Pair<S>>) -> Inflow<Pair<S>> {
