@@ -66,7 +66,16 @@ impl Real {
     }
 }
 
-impl Varying for Real {}
+impl Varying for Real {
+    const VARIES: bool = false;
+
+    fn with(value: f64, _slope: f64) -> Self {
+        Self { value }
+    }
+    fn slope(self) -> f64 {
+        0.0
+    }
+}
 
 impl Serialize for Real {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -79,7 +79,16 @@ pub trait Scalar: Number + AddAssign + SubAssign + Default + PartialEq + Debug +
 /// A number that a discrete state can keep: what happens at events and samples is evaluated with it.
 ///
 /// It is saved as its value.
-pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {}
+pub trait Varying: Scalar<Held = Self> + Serialize + DeserializeOwned {
+    /// Whether it has a slope.
+    const VARIES: bool;
+
+    /// A number with a slope, if it has one.
+    fn with(value: f64, slope: f64) -> Self;
+
+    /// Its slope; 0 if it has none.
+    fn slope(self) -> f64;
+}
 
 impl<S: Scalar> Number for S {
     fn constant(value: f64) -> Self {

@@ -39,7 +39,16 @@ impl From<Dual<1>> for Tangent {
     }
 }
 
-impl Varying for Tangent {}
+impl Varying for Tangent {
+    const VARIES: bool = true;
+
+    fn with(value: f64, slope: f64) -> Self {
+        Self { value, slope }
+    }
+    fn slope(self) -> f64 {
+        self.slope
+    }
+}
 
 impl Serialize for Tangent {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

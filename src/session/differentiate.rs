@@ -5,11 +5,14 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::numbers::{Dual, Real, Scalar, Tangent};
 use crate::system::System;
 
+/// Time in s, states, inputs and discrete state.
+type At<'a, M, const N: usize, const U: usize> = (f64, &'a [f64; N], &'a [f64; U], &'a M);
+
 /// Writes the derivatives of the computed variables of a model, the solver's counters included, in a direction of time,
 /// states and inputs.
 pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
-    at: (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
+    at: At<E::Memory<Real>, N, U>,
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
@@ -20,7 +23,7 @@ pub fn differentiate<E: System<U>, const N: usize, const U: usize>(
 /// The same in a direction in which the parameters, with which the equations have been built, may vary, too.
 pub fn differentiate_varied<E: System<U>, const N: usize, const U: usize>(
     equations: &E,
-    at: (f64, &[f64; N], &[f64; U], &E::Memory<Real>),
+    at: At<E::Memory<Real>, N, U>,
     seeds: (f64, &[f64; N], &[f64; U]),
     computed: &mut [f64],
 ) {
@@ -39,7 +42,7 @@ pub fn still<A: Serialize, B: DeserializeOwned>(memory: &A) -> B {
 /// Evaluates the equations with numbers that are made with slopes, and writes the slopes of what comes out.
 fn write_slopes<E: System<U>, S: Scalar, const N: usize, const U: usize>(
     equations: &E,
-    (time, x, u, memory): (f64, &[f64; N], &[f64; U], &E::Memory<S::Held>),
+    (time, x, u, memory): At<E::Memory<S::Held>, N, U>,
     (time_seed, x_seeds, u_seeds): (f64, &[f64; N], &[f64; U]),
     (number, slope): (impl Fn(f64, f64) -> S, impl Fn(S) -> f64),
     computed: &mut [f64],

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::array;
 use super::event::Hermite;
+use super::{array, numbers};
 use crate::numbers::Varying;
 use crate::system::{Held, QUANTITIES, System};
 
@@ -33,7 +33,7 @@ impl Balance {
     ) {
         for (fraction, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
             let at = time + fraction * path.h;
-            let inflow = system.inflow(S::of(at), &path.at(fraction).map(S::of), &inputs.at(at), memory);
+            let inflow = system.inflow(S::of(at), &numbers(&path.at(fraction)), &inputs.at(at), memory);
             for (sum, rate) in self.received.iter_mut().zip(inflow) {
                 *sum += weight * path.h * rate;
             }

@@ -2,9 +2,9 @@
 
 use nalgebra::SMatrix;
 
-use super::array;
 use super::linear::Solver;
 use super::trial::Trial;
+use super::{array, values};
 use crate::numbers::Varying;
 use crate::system::{Held, System};
 
@@ -27,15 +27,15 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
 ) -> Option<Trial<N, S>> {
     let (end_time, scales) = (time + h, system.scales::<N>());
     let u = inputs.at(end_time).map(S::value);
-    let x = start.map(S::value);
+    let x = values(start);
     let mut end = x;
     let mut jacobian = SMatrix::zeros();
     for _ in 0..MAX_ITERATIONS {
         let derivatives = system.jacobian(end_time, &end, &u, memory, &mut jacobian.data.0);
         *jacobians += 1;
         let residual = array(|i| (x[i] - end[i]) / h + derivatives[i]);
-        let change = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(start, memory).is_chain)?
-            .solve(&residual, H::GROUPS);
+        let solver = Solver::new(&jacobian, 1.0 / h, H::GROUPS, system.hints(start, memory).is_chain)?;
+        let change = solver.solve(&residual, H::GROUPS);
         for i in 0..N {
             end[i] += change[i];
         }
@@ -43,7 +43,15 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
             return None;
         }
         if (0..N).all(|i| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs())) {
-            return Some(Trial { end: end.map(S::of), error: [0.0; N] });
+            let ended = array(|i| S::of(end[i]));
+            if !S::VARIES {
+                return Some(Trial { end: ended, error: [0.0; N] });
+            }
+            // `(I/h - J)*end' = start'/h + f'`, with `f'` by all but the states.
+            let besides = system.derivatives(S::of(end_time), &ended, &inputs.at(end_time), memory);
+            let right = array(|i| start[i].slope() / h + besides[i].slope());
+            let slopes = solver.solve(&right, H::GROUPS);
+            return Some(Trial { end: array(|i| S::with(end[i], slopes[i])), error: [0.0; N] });
         }
     }
     None

@@ -14,6 +14,7 @@ mod runge_kutta;
 mod settings;
 mod trial;
 
+use crate::numbers::Scalar;
 pub use crate::system::{Counters, Scheme, Tuning};
 pub use balance::Balance;
 pub use error::{Course, Rejection, StepError};
@@ -26,6 +27,18 @@ pub use rosenbrock::RODAS;
 pub use run::{Mark, Progress, Run};
 #[doc(hidden)]
 pub use settings::Settings;
+
+/// The values of numbers.
+#[inline(always)]
+fn values<S: Scalar, const N: usize>(numbers: &[S; N]) -> [f64; N] {
+    array(|i| numbers[i].value())
+}
+
+/// Numbers of values, none of which varies.
+#[inline(always)]
+fn numbers<S: Scalar, const N: usize>(values: &[f64; N]) -> [S; N] {
+    array(|i| S::of(values[i]))
+}
 
 /// Numbers made one by one from their indices, as by `std::array::from_fn`: each use of that is several functions to
 /// compile, and all of them again for each system.

@@ -6,6 +6,7 @@
 
 use super::linear::Solver;
 use super::trial::{Linearisation, Trial};
+use super::{array, numbers, values};
 use crate::numbers::Varying;
 use crate::system::{Held, System};
 
@@ -71,45 +72,72 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
     h: f64,
 ) -> Option<Trial<N, S>> {
     let solver = Solver::new(&linearisation.jacobian, 1.0 / (GAMMA * h), H::GROUPS, system.hints(x, memory).is_chain)?;
-    let x = &x.map(S::value);
-    let rates = |fraction: f64, argument: &[f64; N]| {
+    let rates = |fraction: f64, argument: &[S; N]| {
         let stage_time = time + fraction * h;
-        let stage = argument.map(S::of);
-        system.derivatives(S::of(stage_time), &stage, &inputs.at(stage_time), memory).map(S::value)
+        system.derivatives(S::of(stage_time), argument, &inputs.at(stage_time), memory)
     };
-    let in_time = |right: [f64; N], weight: f64| match &linearisation.time_slopes {
+    // With `W = I/(gamma*h) - J` a stage `W*k = r` varies by `W*k' = r' + J'*k`.
+    let solve = |mut right: [S; N]| {
+        let solved = solver.solve(&values(&right), H::GROUPS);
+        if !S::VARIES {
+            return numbers(&solved);
+        }
+        let bent = change_along(|share| {
+            let moved: [S; N] = array(|i| S::with(x[i].value() + share * solved[i], x[i].slope()));
+            system.derivatives(S::of(time), &moved, &inputs.at(time), memory)
+        });
+        right.iter_mut().zip(bent).for_each(|(number, bent)| *number = S::with(0.0, number.slope() + bent));
+        let slopes = solver.solve(&right.map(S::slope), H::GROUPS);
+        array(|i| S::with(solved[i], slopes[i]))
+    };
+    let drift = linearisation.time_slopes.map(|drift| {
+        if !S::VARIES {
+            return numbers(&drift);
+        }
+        let changes = change_along(|share| rates(share, x));
+        array(|i| S::with(drift[i], changes[i] / h))
+    });
+    let in_time = |right: [S; N], weight: f64| match &drift {
         Some(slopes) => combine(&right, [slopes], [weight], h),
         None => right,
     };
     let per_h = 1.0 / h;
-    let k1 = solver.solve(&in_time(linearisation.derivatives.map(S::value), D[0]), H::GROUPS);
+    let k1 = solve(in_time(linearisation.derivatives, D[0]));
     let right = combine(&rates(ALPHA[1], &combine(x, [&k1], A2, 1.0)), [&k1], C2, per_h);
-    let k2 = solver.solve(&in_time(right, D[1]), H::GROUPS);
+    let k2 = solve(in_time(right, D[1]));
     let right = combine(&rates(ALPHA[2], &combine(x, [&k1, &k2], A3, 1.0)), [&k1, &k2], C3, per_h);
-    let k3 = solver.solve(&in_time(right, D[2]), H::GROUPS);
+    let k3 = solve(in_time(right, D[2]));
     let right = combine(&rates(ALPHA[3], &combine(x, [&k1, &k2, &k3], A4, 1.0)), [&k1, &k2, &k3], C4, per_h);
-    let k4 = solver.solve(&in_time(right, D[3]), H::GROUPS);
+    let k4 = solve(in_time(right, D[3]));
     let argument = combine(x, [&k1, &k2, &k3, &k4], A5, 1.0);
-    let k5 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5, per_h), H::GROUPS);
+    let k5 = solve(combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4], C5, per_h));
     let argument = combine(&argument, [&k5], [1.0], 1.0);
-    let k6 = solver.solve(&combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h), H::GROUPS);
+    let k6 = solve(combine(&rates(1.0, &argument), [&k1, &k2, &k3, &k4, &k5], C6, per_h));
     // The last stage is the difference between the solutions of order 4 and 3.
-    Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0).map(S::of), error: k6 })
+    Some(Trial { end: combine(&argument, [&k6], [1.0], 1.0), error: values(&k6) })
+}
+
+/// How the slopes of numbers change along a way, at its begin: the second derivative of a smooth function, by central differences of
+/// the first, which is exact. They are good to some 1e-10.
+fn change_along<S: Varying, const N: usize>(numbers: impl Fn(f64) -> [S; N]) -> [f64; N] {
+    const SHARE: f64 = 1e-5;
+    let (ahead, behind) = (numbers(SHARE), numbers(-SHARE));
+    array(|i| (ahead[i].slope() - behind[i].slope()) / (2.0 * SHARE))
 }
 
 /// A vector plus a weighted sum of vectors, whose weights are multiplied by a factor.
 #[inline(always)]
-fn combine<const N: usize, const M: usize>(
-    base: &[f64; N],
-    vectors: [&[f64; N]; M],
+fn combine<S: Varying, const N: usize, const M: usize>(
+    base: &[S; N],
+    vectors: [&[S; N]; M],
     weights: [f64; M],
     factor: f64,
-) -> [f64; N] {
+) -> [S; N] {
     let mut sum = *base;
     for (vector, weight) in vectors.iter().zip(weights) {
         let weight = weight * factor;
         for i in 0..N {
-            sum[i] += weight * vector[i];
+            sum[i] += vector[i] * weight;
         }
     }
     sum

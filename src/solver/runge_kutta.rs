@@ -1,8 +1,8 @@
 //! Explicit schemes, as tables of Butcher.
 
-use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
+use super::{array, values};
 use crate::numbers::Varying;
 use crate::system::{Held, Led, System};
 
@@ -89,6 +89,12 @@ pub struct Explicit<const N: usize, S> {
 }
 
 impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, N, U> {
+    /// One step of the midpoint rule or of the classical method.
+    #[inline(always)]
+    pub fn taken(&self, is_midpoint: bool) -> Explicit<N, S> {
+        if is_midpoint { self.midpoint() } else { self.classical() }
+    }
+
     /// One step of the classical method, with the error of one of order 3.
     ///
     /// Up to order 2 the last stage agrees with the derivatives at the end, so that half of their difference can be moved
@@ -126,8 +132,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let error = self.relaxed(error, |_, weights| weights.error(drives[3], last_drive));
         let bend = self.placed(array(|i| (outer[i] - inner[i]) * sixth), |led| led.bend);
         let bend = self.relaxed(bend, |_, weights| weights.bend(drives));
-        let [error, bend] = [error, bend].map(|it| it.map(S::value));
-        Explicit { trial: Trial { end, error }, slope, bend }
+        Explicit { trial: Trial { end, error: values(&error) }, slope, bend: values(&bend) }
     }
 
     /// One step of the midpoint rule, half as costly, with its difference from the trapezoidal rule as its error: for a
@@ -149,7 +154,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let drives = [drive_1, drive_2, self.drive(&end, &slope)];
         let error = self.placed(array(|i| ((first[i] + slope[i]) * 0.5 - second[i]) * h), |led| led.bend);
         let error = self.relaxed(error, |_, weights| weights.half_evaluated_error(drives));
-        let error = error.map(S::value);
+        let error = values(&error);
         Explicit { trial: Trial { end, error }, slope, bend: error }
     }
 

@@ -2,9 +2,9 @@
 
 use super::{Mark, Run, smallest_step};
 use crate::numbers::Varying;
-use crate::solver::array;
 use crate::solver::error::{Rejection, StepError};
 use crate::solver::event::{Bracket, Hermite, root};
+use crate::solver::{array, numbers, values};
 use crate::system::{Counters, System};
 
 /// Switches at one instant before it counts as chattering.
@@ -37,7 +37,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             Err(event) => return self.leave_limit(event, h, end),
         };
         let (at, end) = self.refine(event, bracket, guess, *end);
-        self.move_to(self.time + at, &end, false);
+        self.move_to(self.time + at, &end, false, Some(event));
         self.step = if self.settings.is_adaptive() { self.step.min(h) } else { self.settings.step };
         self.reach(event)
     }
@@ -50,7 +50,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             self.leaving = Some(event);
             return self.reject(h, factor, |run| Rejection::AtOnce(run.system.event_name(event)));
         }
-        self.move_to(self.time + h, end, false);
+        self.move_to(self.time + h, end, false, Some(event));
         self.reach(event)
     }
 
@@ -60,15 +60,15 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         const EARLY: [f64; 6] = [1e-3, 0.0625, 0.125, 0.25, 0.5, 0.75];
         let end_time = self.time + h;
         let end_slope = self.system.derivatives(S::of(end_time), end, &self.inputs.at(end_time), &self.memory);
-        let ends = [&self.x, &self.linearisation.derivatives, end, &end_slope].map(|it| it.map(S::value));
+        let ends = [&self.x, &self.linearisation.derivatives, end, &end_slope].map(values);
         let [start, start_slope, end, end_slope] = &ends;
         let path = Hermite { start, start_slope, end, end_slope, h };
         let value_at = |event: usize, fraction: f64| {
-            self.indicators_at(self.time + fraction * h, &path.at(fraction).map(S::of)).as_ref()[event].value()
+            self.indicators_at(self.time + fraction * h, &numbers(&path.at(fraction))).as_ref()[event].value()
         };
         let mut first: Option<(usize, Bracket, f64)> = None;
-        let values = self.indicators.as_ref().iter().zip(after.as_ref());
-        for (event, [start, end]) in values.map(|(start, end)| [start.value(), end.value()]).enumerate() {
+        let indicators = self.indicators.as_ref().iter().zip(after.as_ref());
+        for (event, [start, end]) in indicators.map(|(start, end)| [start.value(), end.value()]).enumerate() {
             if end >= 0.0 {
                 continue;
             }
@@ -129,11 +129,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         resolution: f64,
     ) -> Option<(f64, [S; N])> {
         let (end_time, states) = (self.time + h, end);
-        let [start, end] = [&self.x, end].map(|it| it.map(S::value));
+        let [start, end] = [&self.x, end].map(values);
         let [start_slope, end_slope] = self.slopes(end_time, &end);
         let path = Hermite { start: &start, start_slope: &start_slope, end: &end, end_slope: &end_slope, h };
-        let value_at =
-            |at: f64| self.indicators_at(self.time + at, &path.at(at / h).map(S::of)).as_ref()[event].value();
+        let value_at = |at: f64| self.indicators_at(self.time + at, &numbers(&path.at(at / h))).as_ref()[event].value();
         let other = if value > 0.0 { h * (1.0 + NEAR) } else { h * (1.0 - NEAR) };
         let points = [(h, value), (other, value_at(other))];
         let [low, high] = if value > 0.0 { points } else { [points[1], points[0]] };
@@ -146,8 +145,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             bracket.narrow(at, value_at(at));
         }
         let at = bracket.end();
-        let values = path.at(at / h);
-        Some((at, array(|i| states[i].chain(values[i], 1.0))))
+        let there = path.at(at / h);
+        Some((at, array(|i| states[i].chain(there[i], 1.0))))
     }
 
     /// Switches at an event, or pauses before it.
@@ -161,18 +160,20 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
         self.mark(|| Mark::Switches(event));
-        let u = self.inputs.at(self.time);
-        self.system.switch(event, S::of(self.time), &mut self.x, &u, &mut self.memory);
+        let u = self.inputs_now();
+        self.system.switch(event, self.now(), &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;
         (self.is_linearised, self.arrived_with) = (false, None);
-        self.settle()
+        let outcome = self.settle();
+        self.catch_up();
+        outcome
     }
 
     /// Lets the system switch until all indicators are valid.
     pub(super) fn settle(&mut self) -> Result<(), StepError> {
-        let u = self.inputs.at(self.time);
+        let (now, u) = (self.now(), self.inputs_now());
         let before = self.counters.events;
-        let indicators = settle(&self.system, self.time, &mut self.x, &u, &mut self.memory, &mut self.counters);
+        let indicators = settle(&self.system, now, &mut self.x, &u, &mut self.memory, &mut self.counters);
         if self.counters.events != before {
             (self.is_linearised, self.arrived_with) = (false, None);
         }
@@ -185,7 +186,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 /// Switches until all indicators are valid, and returns them.
 pub(super) fn settle<H: System<U>, S: Varying, const N: usize, const U: usize>(
     system: &H,
-    time: f64,
+    now: S,
     x: &mut [S; N],
     u: &[S; U],
     memory: &mut H::Memory<S>,
@@ -193,14 +194,14 @@ pub(super) fn settle<H: System<U>, S: Varying, const N: usize, const U: usize>(
 ) -> Result<H::Indicators<S>, StepError> {
     let mut last = None;
     for _ in 0..MAX_SWITCHES {
-        let indicators = system.indicators(S::of(time), x, u, memory);
+        let indicators = system.indicators(now, x, u, memory);
         let Some(event) = indicators.as_ref().iter().position(|indicator| indicator.value() < 0.0) else {
             return Ok(indicators);
         };
-        system.switch(event, S::of(time), x, u, memory);
+        system.switch(event, now, x, u, memory);
         counters.events += 1;
         last = Some(event);
     }
     let event = last.map_or("", |event| system.event_name(event));
-    Err(StepError::Chattering { time, event, variant: system.variant() })
+    Err(StepError::Chattering { time: now.value(), event, variant: system.variant() })
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::Run;
 use crate::numbers::Varying;
 use crate::solver::event::Hermite;
+use crate::solver::values;
 use crate::system::System;
 
 /// How well a kink is located, as a fraction of the step.
@@ -40,8 +41,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// The first kink that a step of a size in s meets.
     #[inline(always)]
     pub(super) fn kink(&self, h: f64, end_time: f64, end: &[S; N]) -> Option<Kink> {
-        let [u, u_end] = [self.time, end_time].map(|time| self.inputs.at(time).map(S::value));
-        let (x, end) = (&self.x.map(S::value), &end.map(S::value));
+        let [u, u_end] = [self.time, end_time].map(|time| values(&self.inputs.at(time)));
+        let (x, end) = (&values(&self.x), &values(end));
         let is_smooth = self.system.is_smooth([x, end], [&u, &u_end], &self.memory, h);
         if is_smooth { None } else { Some(self.first_kink(h, end_time, end)) }
     }
@@ -50,8 +51,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     #[cold]
     #[inline(never)]
     fn first_kink(&self, h: f64, end_time: f64, end: &[f64; N]) -> Kink {
-        let inputs = |time: f64| self.inputs.at(time).map(S::value);
-        let (u, u_end, x) = (inputs(self.time), inputs(end_time), &self.x.map(S::value));
+        let inputs = |time: f64| values(&self.inputs.at(time));
+        let (u, u_end, x) = (inputs(self.time), inputs(end_time), &values(&self.x));
         let [start_slope, end_slope] = self.slopes(end_time, end);
         let path = Hermite { start: x, start_slope: &start_slope, end, end_slope: &end_slope, h };
         let narrowed = |[smooth, place]: [f64; 2], at: f64| {
@@ -76,6 +77,27 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let rest = (1.0 - place) * h;
         let is_last = self.system.is_smooth([&path.at(place), end], [&u_place, &u_end], &self.memory, rest);
         Kink { place, is_last }
+    }
+
+    /// The fraction of a step of a run in numbers with slopes at which it meets the first kink behind a fraction; where slopes
+    /// change, it matters more than in a plain run where that is.
+    pub(super) fn first_kink_behind(&self, path: &Hermite<N>, from: f64) -> Option<f64> {
+        /// As a fraction of the step.
+        const SHARP: f64 = 1e-9;
+        let inputs = |at: f64| values(&self.inputs.at(self.time + at * path.h));
+        let (x, u) = (self.between(path, from), inputs(from));
+        let is_smooth = |at: f64| {
+            self.system.is_smooth([&x, &self.between(path, at)], [&u, &inputs(at)], &self.memory, (at - from) * path.h)
+        };
+        if is_smooth(1.0) {
+            return None;
+        }
+        let mut bracket = [from, 1.0];
+        while bracket[1] - bracket[0] > SHARP {
+            let middle = 0.5 * (bracket[0] + bracket[1]);
+            bracket[usize::from(!is_smooth(middle))] = middle;
+        }
+        Some(bracket[1])
     }
 
     /// The fraction of a step of a size in s that ends on a kink; behind it, steps may be as long again.

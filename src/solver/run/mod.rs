@@ -6,6 +6,7 @@ mod kink;
 mod step;
 mod strides;
 mod trail;
+mod varied;
 
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -13,12 +14,14 @@ use serde::{Deserialize, Serialize};
 use self::choice::Choice;
 use self::strides::Strides;
 pub use self::trail::Mark;
+pub use self::varied::{Crossing, Lost};
 use super::balance::Balance;
 use super::error::StepError;
 use super::settings::Settings;
 use super::trial::Linearisation;
+use super::{numbers, values};
 use crate::numbers::{Real, Varying};
-use crate::system::{Counters, Held, Hints, Place, QUANTITIES, System};
+use crate::system::{Counters, Held, Hints, Place, QUANTITIES, Sample, System};
 use crate::variables::StateSet;
 
 /// How far a run has come, apart from states and memory of its system.
@@ -106,6 +109,12 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     attempts: u64,
     /// What the run has done, for who asks for it.
     trail: Option<Vec<Mark>>,
+    /// By how much the present instant, an event, comes later along the direction of numbers with slopes.
+    late: f64,
+    /// The events so far of numbers with slopes.
+    crossings: Vec<Crossing>,
+    /// Where these have lost their slopes.
+    lost: Option<Lost>,
 }
 
 /// The index of a state that counts where a friction law has states: with more states than the others.
@@ -174,6 +183,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             pending: None,
             attempts: 0,
             trail: None,
+            late: 0.0,
+            crossings: Vec::new(),
+            lost: None,
         }
     }
 
@@ -288,7 +300,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let (mut x, mut memory, mut counters) = (self.x, self.memory.clone(), self.counters);
         let u = self.inputs.at(self.time);
         self.system.follow(S::of(self.time), &x, &u, &mut memory);
-        let _ = crossing::settle(&self.system, self.time, &mut x, &u, &mut memory, &mut counters);
+        let _ = crossing::settle(&self.system, S::of(self.time), &mut x, &u, &mut memory, &mut counters);
         (x, memory)
     }
 
@@ -362,15 +374,23 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// Takes the sample of a time in s, which is now but for the tolerance of samples.
     fn sample(&mut self, time: f64) -> Result<(), StepError> {
         self.mark(|| Mark::Samples(time));
-        self.system.sample(S::of(time), &mut self.x, &self.inputs.at(self.time), &mut self.memory);
+        if S::VARIES {
+            let due: Sample<S> = self.system.next_sample::<S>(&self.memory);
+            self.postpone(due.time.slope());
+        }
+        let now = S::with(time, self.late);
+        let u = self.inputs_now();
+        self.system.sample(now, &mut self.x, &u, &mut self.memory);
         (self.is_linearised, self.arrived_with) = (false, None);
-        self.settle()
+        let outcome = self.settle();
+        self.catch_up();
+        outcome
     }
 
     /// Lets the memory follow the present states and inputs; derivatives that it changes are worked out anew.
     fn follow(&mut self) {
-        let u = self.inputs.at(self.time);
-        if self.system.follow(S::of(self.time), &self.x, &u, &mut self.memory) {
+        let u = self.inputs_now();
+        if self.system.follow(self.now(), &self.x, &u, &mut self.memory) {
             (self.is_linearised, self.arrived_with) = (false, None);
         }
     }
@@ -379,9 +399,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// closed form.
     fn slopes(&self, end_time: f64, end: &[f64; N]) -> [[f64; N]; 2] {
         let slope = |time: f64, x: &[S; N]| {
-            self.system.derivatives(S::of(time), x, &self.inputs.at(time), &self.memory).map(S::value)
+            values(&self.system.derivatives(S::of(time), x, &self.inputs.at(time), &self.memory))
         };
-        [slope(self.time, &self.x), slope(end_time, &end.map(S::of))]
+        [slope(self.time, &self.x), slope(end_time, &numbers(end))]
     }
 
     fn indicators_at(&self, time: f64, x: &[S; N]) -> H::Indicators<S> {

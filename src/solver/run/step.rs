@@ -8,7 +8,7 @@ use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::{Explicit, Stages};
 use crate::solver::trial::Trial;
-use crate::solver::{array, implicit_euler, rosenbrock, runge_kutta};
+use crate::solver::{array, implicit_euler, numbers, rosenbrock, runge_kutta, values};
 use crate::system::{Scheme, System, state_name};
 
 const SAFETY: f64 = 0.9;
@@ -97,12 +97,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             }
             if let Some(event) = self.leaving.filter(|event| after.as_ref()[*event].value() == 0.0) {
                 // The indicator has not left zero, and is negative a little later: but for rounding the event is now.
-                self.accept(h, end_time, &end, error);
+                self.accept(h, end_time, &end, error, Some(event));
                 return self.reach(event);
             }
             self.indicators = after;
         }
-        self.accept(h, end_time, &end, error);
+        self.accept(h, end_time, &end, error, None);
         if end_time == limit {
             self.choice.arrive();
         }
@@ -140,9 +140,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let (u, is_explicit) = (self.inputs.at(self.time), self.is_explicit);
         let here = &mut self.linearisation;
         if self.settings.is_adaptive() && !is_explicit {
-            let (x, u) = (self.x.map(S::value), u.map(S::value));
+            let (x, u) = (values(&self.x), values(&u));
             let rates = self.system.jacobian(self.time, &x, &u, &self.memory, &mut here.jacobian.data.0);
-            here.derivatives = rates.map(S::of);
+            here.derivatives = if S::VARIES {
+                self.system.derivatives(S::of(self.time), &self.x, &self.inputs.at(self.time), &self.memory)
+            } else {
+                numbers(&rates)
+            };
             self.counters.jacobians += 1;
             self.linearisation.time_slopes =
                 (self.inputs.vary() || self.system.depends_on_time()).then(|| self.time_slopes(&u));
@@ -177,18 +181,14 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
                 let relaxing = Self::RELAXING
                     .and_then(|_| Relaxing::new(system.relaxation(S::of(time), x, &here.derivatives, &u, memory), h));
                 let relaxing = Self::RELAXING.zip(relaxing.as_ref());
-                let take = |stages: Stages<H, S, N, U>| match self.is_midpoint {
-                    true => stages.midpoint(),
-                    false => stages.classical(),
-                };
-                let stages =
-                    Stages { system, time, x, inputs, memory, first: &here.derivatives, h, led: None, relaxing };
+                let (first, is_midpoint) = (&here.derivatives, self.is_midpoint);
+                let stages = Stages { system, time, x, inputs, memory, first, h, led: None, relaxing };
                 let Explicit { trial, slope, bend } = if H::LED > 0 && !inputs.vary() {
                     let stride = self.strides.of(h, |size| system.stride(size));
                     let led = system.led(x, &u, memory, &stride);
-                    take(Stages { led: Some(&led), ..stages })
+                    Stages { led: Some(&led), ..stages }.taken(is_midpoint)
                 } else {
-                    take(stages)
+                    stages.taken(is_midpoint)
                 };
                 (self.end_slope, self.bend) = (slope, bend);
                 trial
@@ -206,13 +206,13 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             Scheme::RK3 => runge_kutta::RK3.step(system, time, x, inputs, memory, &here.derivatives, h),
             Scheme::RK4 => runge_kutta::RK4.step(system, time, x, inputs, memory, &here.derivatives, h),
         };
-        let values = end.map(S::value);
-        let is_bounded: [bool; N] = std::array::from_fn(|i| values[i].abs() <= FAR_OUT * self.scales[i]);
+        let there = values(&end);
+        let is_bounded: [bool; N] = std::array::from_fn(|i| there[i].abs() <= FAR_OUT * self.scales[i]);
         // All at once, since as a rule nothing is out of bounds.
         if !is_bounded.iter().fold(true, |all, state| all & state) {
             return Err(Nonsense::Unbounded(is_bounded.iter().position(|state| !state).unwrap_or_default()));
         }
-        self.system.admit(&values).map_err(Nonsense::Meaningless)?;
+        self.system.admit(&there).map_err(Nonsense::Meaningless)?;
         self.error = error;
         Ok(end)
     }
@@ -287,9 +287,10 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         Ok(())
     }
 
-    fn accept(&mut self, h: f64, end_time: f64, end: &[S; N], error: f64) {
+    fn accept(&mut self, h: f64, end_time: f64, end: &[S; N], error: f64, event: Option<usize>) {
         let beyond = self.beyond;
-        self.move_to(end_time, end, self.is_explicit && !self.inputs.vary());
+        let varied = self.across_kinks(h, end_time, end);
+        self.move_to(end_time, varied.as_ref().unwrap_or(end), self.is_explicit && !self.inputs.vary(), event);
         self.step = if self.is_midpoint {
             // That of the classical method is another.
             self.step.max(beyond)
@@ -302,8 +303,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         };
     }
 
-    /// Goes to the end of a step, whose slope there may be known.
-    pub(super) fn move_to(&mut self, time: f64, end: &[S; N], knows_slope: bool) {
+    /// Goes to the end of a step, whose slope there may be known, and which may be at an event.
+    pub(super) fn move_to(&mut self, time: f64, end: &[S; N], knows_slope: bool, event: Option<usize>) {
         if self.settings.keeps_balance {
             self.keep_balance(time, end);
         }
@@ -316,6 +317,11 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         (self.is_linearised, self.arrived_with) = (false, knows_slope.then(|| self.inputs.at(time)));
         (self.leaving, self.beyond) = (None, 0.0);
+        if S::VARIES
+            && let Some(event) = event
+        {
+            self.cross(event);
+        }
         self.follow();
     }
 
@@ -323,8 +329,8 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     #[inline(never)]
     fn keep_balance(&mut self, end_time: f64, end: &[S; N]) {
         let end_slope = self.system.derivatives(S::of(end_time), end, &self.inputs.at(end_time), &self.memory);
-        let start_slope = &self.linearisation.derivatives.map(S::value);
-        let [start, end, end_slope] = [&self.x, end, &end_slope].map(|it| it.map(S::value));
+        let start_slope = &values(&self.linearisation.derivatives);
+        let [start, end, end_slope] = [&self.x, end, &end_slope].map(values);
         let h = end_time - self.time;
         let path = Hermite { start: &start, start_slope, end: &end, end_slope: &end_slope, h };
         self.balance.add(&self.system, &self.inputs, &self.memory, self.time, &path);

@@ -1,0 +1,190 @@
+//! Runs in numbers with slopes: how later instants of events and kinks within steps act on them.
+//!
+//! The steps of such a run are those of a plain one, with the same bits, and its slopes are those of the scheme with all adaptive
+//! choices held (internal numerical differentiation; Bock, 1981). At an event with the indicator `g`, at rates `f-` before and `f+`
+//! behind it, with `switch` what happens there (the saltation rule):
+//!
+//! ```text
+//! tau = -g'/gdot,   x+ = switch(x- + f-*tau, t + tau) - f+*tau
+//! ```
+//!
+//! The step control sees values alone. A direction that sets off what the run does not, as the command of a spool that follows it
+//! slowly in the run, has slopes that are less accurate than the values.
+
+use super::Run;
+use crate::numbers::Varying;
+use crate::solver::event::Hermite;
+use crate::solver::relaxing::Relaxing;
+use crate::solver::runge_kutta::Stages;
+use crate::solver::{array, numbers, values};
+use crate::system::{Indicator, System};
+
+/// Rate in 1/s of an indicator, relative to its nominal value, below which the motion grazes its limit.
+const GRAZING: f64 = 1e-7;
+/// How many kinks within a step are told from each other.
+const MOST_KINKS: usize = 4;
+
+/// An event that a run in numbers with slopes has come through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Time in s since the start of the run.
+    pub time: f64,
+    /// The place of its indicator.
+    pub event: usize,
+    /// How fast its indicator fell, in its own unit per s.
+    pub rate: f64,
+    /// How much later it happens, in s per unit of the direction.
+    pub delay: f64,
+}
+
+/// A point from which on a run has no derivative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lost {
+    /// Time in s since the start of the run.
+    pub time: f64,
+    /// The place of the indicator of the event.
+    pub event: usize,
+    /// Why.
+    pub reason: String,
+}
+
+impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
+    /// The events so far.
+    pub fn crossings(&self) -> &[Crossing] {
+        &self.crossings
+    }
+
+    /// Where the slopes have been lost, if they have.
+    pub fn lost(&self) -> Option<&Lost> {
+        self.lost.as_ref()
+    }
+
+    /// The present time, which may be that of an event.
+    #[inline(always)]
+    pub(super) fn now(&self) -> S {
+        S::with(self.time, self.late)
+    }
+
+    /// The inputs at that time.
+    #[inline(always)]
+    pub(super) fn inputs_now(&self) -> [S; U] {
+        let mut u = self.inputs.at(self.time);
+        if S::VARIES && self.late != 0.0 {
+            for (input, slope) in u.iter_mut().zip(self.inputs.slopes()) {
+                *input = S::with(input.value(), input.slope() + slope * self.late);
+            }
+        }
+        u
+    }
+
+    /// Comes to an event, whose instant moves along with the direction.
+    #[cold]
+    pub(super) fn cross(&mut self, event: usize) {
+        let indicator =
+            |time: S, x: &[S; N], u: &[S; U]| self.system.indicators(time, x, u, &self.memory).as_ref()[event].slope();
+        let (time, u) = (self.time, self.inputs.at(self.time));
+        let rates = self.system.derivatives(S::of(time), &self.x, &u, &self.memory);
+        let flow = array(|i| S::with(self.x[i].value(), rates[i].value()));
+        let still = array(|i| S::of(self.x[i].value()));
+        let (mut flowing, standing) = (u.map(|it| S::of(it.value())), u.map(|it| S::of(it.value())));
+        flowing.iter_mut().zip(self.inputs.slopes()).for_each(|(input, slope)| *input = S::with(input.value(), slope));
+        // Parameters and the memory, which vary in both, leave the difference to the motion.
+        let fall = indicator(S::with(time, 1.0), &flow, &flowing) - indicator(S::of(time), &still, &standing);
+        let change = indicator(S::of(time), &self.x, &u);
+        let nominal = nominal::<H, U>(event);
+        if fall.is_nan() || fall > -GRAZING * nominal {
+            if self.lost.is_none() && (change != 0.0 || fall.is_nan()) {
+                let reason = format!("the motion only grazes its limit, at {:e} of its unit per second", fall.abs());
+                self.lost = Some(Lost { time, event, reason });
+            }
+            return;
+        }
+        let delay = -change / fall;
+        self.crossings.push(Crossing { time, event, rate: -fall, delay });
+        self.postpone(delay);
+    }
+
+    /// Goes on to an instant that is later by a delay of the value 0.
+    pub(super) fn postpone(&mut self, delay: f64) {
+        if S::VARIES && delay != 0.0 {
+            self.late = delay;
+            self.shift(delay);
+        }
+    }
+
+    /// Goes back from the instant of an event to the present time, behind the event.
+    pub(super) fn catch_up(&mut self) {
+        if S::VARIES && self.late != 0.0 {
+            let delay = std::mem::replace(&mut self.late, 0.0);
+            self.shift(-delay);
+        }
+    }
+
+    /// Follows the motion by a delay of the value 0.
+    #[cold]
+    fn shift(&mut self, delay: f64) {
+        let rates = self.system.derivatives(S::of(self.time), &self.x, &self.inputs.at(self.time), &self.memory);
+        for (state, rate) in self.x.iter_mut().zip(rates) {
+            *state = S::with(state.value(), state.slope() + rate.value() * delay);
+        }
+    }
+
+    /// The states at the end of an explicit step that crosses kinks, with the slopes of steps that end on them: within a smooth piece slopes
+    /// have the order of the method. Nothing where the step is smooth.
+    #[inline(always)]
+    pub(super) fn across_kinks(&mut self, h: f64, end_time: f64, end: &[S; N]) -> Option<[S; N]> {
+        if !S::VARIES || !self.is_explicit || self.kink(h, end_time, end).is_none() {
+            return None;
+        }
+        Some(self.in_pieces(h, end_time, end))
+    }
+
+    #[cold]
+    fn in_pieces(&mut self, h: f64, end_time: f64, end: &[S; N]) -> [S; N] {
+        let ended = values(end);
+        let [start_slope, end_slope] = self.slopes(end_time, &ended);
+        let start = values(&self.x);
+        let path = Hermite { start: &start, start_slope: &start_slope, end: &ended, end_slope: &end_slope, h };
+        let (mut x, mut from) = (self.x, 0.0);
+        for piece in 0..=MOST_KINKS {
+            let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
+            let reached = self.piece(self.time + from * h, &x, (to - from) * h);
+            let there = if to < 1.0 { self.between(&path, to) } else { ended };
+            x = array(|i| S::with(there[i], reached[i].slope()));
+            from = to;
+            if to >= 1.0 {
+                break;
+            }
+        }
+        self.end_slope = self.system.derivatives(S::of(end_time), &x, &self.inputs.at(end_time), &self.memory);
+        x
+    }
+
+    /// The states within a step: on the cubic between its ends, but for those with a closed form.
+    pub(super) fn between(&self, path: &Hermite<N>, fraction: f64) -> [f64; N] {
+        let mut x = path.at(fraction);
+        if H::LED > 0 && !self.inputs.vary() {
+            let (start, u) = (numbers(path.start), self.inputs.at(self.time));
+            let led = self.system.led(&start, &u, &self.memory, &self.system.stride(fraction * path.h));
+            x.iter_mut().zip(led.end).take(H::LED).for_each(|(state, led)| *state = led.value());
+        }
+        x
+    }
+
+    /// The states after a piece of a step of a size in s.
+    fn piece(&self, time: f64, x: &[S; N], size: f64) -> [S; N] {
+        let (system, memory, inputs) = (&self.system, &self.memory, &self.inputs);
+        let u = inputs.at(time);
+        let first = system.derivatives(S::of(time), x, &u, memory);
+        let rate = || system.relaxation(S::of(time), x, &first, &u, memory);
+        let relaxing = Self::RELAXING.and_then(|_| Relaxing::new(rate(), size));
+        let led = (H::LED > 0 && !inputs.vary()).then(|| system.led(x, &u, memory, &system.stride(size)));
+        let (led, relaxing) = (led.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
+        Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing }.classical().trial.end
+    }
+}
+
+/// The magnitude of an indicator.
+fn nominal<H: System<U>, const U: usize>(event: usize) -> f64 {
+    H::indicator_list().get(event).map_or(1.0, |indicator: &Indicator| indicator.nominal)
+}
