@@ -79,8 +79,7 @@ class Doubt:
 
 def doubt(fit: Fitted, residuals: Residuals) -> Doubt | None:
     """Return the fault of a sensor that would explain the most of what a fit leaves, if it is much."""
-    # Noise is what no fault explains: where little else is left, none can explain much.
-    if not any(rms**2 * (1.0 - MUCH) > residuals.noise(signal) ** 2 for signal, rms in fit.rms.items()):
+    if explains_nothing(fit, residuals):
         return None
     problem = fit.problem.trained()
     # What windows begin with is where it was fitted.
@@ -93,12 +92,17 @@ def doubt(fit: Fitted, residuals: Residuals) -> Doubt | None:
     if not (names and np.all(np.isfinite(columns)) and np.all(np.isfinite(differences))):
         return None
     basis = np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))[0]
-    left = _without(basis, differences * weights)
+    left = without(basis, differences * weights)
     if not left @ left > 0.0:
         return None
     found = [one for name in names for one in _of(problem, x, name, differences, weights, basis, left)]
     best = max(found, key=lambda one: one.gain, default=None)
     return best if best is not None and best.share > MUCH else None
+
+
+def explains_nothing(fit: Fitted, residuals: Residuals) -> bool:
+    """Tell whether nothing can explain much: noise is what no fault explains, and little else is left."""
+    return not any(rms**2 * (1.0 - MUCH) > residuals.noise(signal) ** 2 for signal, rms in fit.rms.items())
 
 
 def _of(
@@ -116,19 +120,19 @@ def _of(
     for way in ways:
         run = replace(problem, experiment=experiment.with_value(name, free.start + way)).stacked([x])[0]
         column = (run - differences) * weights
-        own = _without(basis, column)
+        own = without(basis, column)
         size = float(own @ own)
         if not size > BLIND * float(column @ column):
             continue
         times = -float(own @ left) / size
         value = free.start + times * way
         if free.legal[0] <= value <= free.legal[1]:
-            signal, share = _most(problem, left, left + times * own)
+            signal, share = most_explained(problem, left, left + times * own)
             found.append(Doubt(name, value, free.unit, times**2 * size, signal, share))
     return found
 
 
-def _most(problem: Problem, left: Array, then: Array) -> tuple[str, float]:
+def most_explained(problem: Problem, left: Array, then: Array) -> tuple[str, float]:
     """Return the signal of whose squares the largest share is gone, and this share."""
     signals = problem.experiment.compared
     own = np.concatenate([np.repeat(np.arange(len(signals)), window.fitted) for window in problem.windows])
@@ -137,6 +141,6 @@ def _most(problem: Problem, left: Array, then: Array) -> tuple[str, float]:
     return signals[int(np.argmax(shares))], float(np.max(shares))
 
 
-def _without(basis: Array, column: Array) -> Array:
+def without(basis: Array, column: Array) -> Array:
     """Return a column without what the free parameters can do."""
     return np.asarray(column - basis @ (basis.T @ column))

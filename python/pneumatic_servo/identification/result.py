@@ -20,6 +20,7 @@ from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.suspects import Suspect, suspect
 from pneumatic_servo.identification.verdict import Verdict, verdict
 from pneumatic_servo.run import Run, table
 from pneumatic_servo.ssv import ssv
@@ -58,7 +59,7 @@ class Fit(Fitted):
     @cached_property
     def verdict(self) -> Verdict:
         """What it is worth: ``light`` is green, yellow or red, ``text`` says why, ``findings`` one by one."""
-        return verdict(self, self._residuals, self.ranges, self.free_form, self.doubt)
+        return verdict(self, self._residuals, self.ranges, self.free_form, self.doubt, self.suspect)
 
     @cached_property
     def _residuals(self) -> Residuals:
@@ -73,6 +74,11 @@ class Fit(Fitted):
     def doubt(self) -> Doubt | None:
         """The gain, offset or delay of a sensor that would explain most of what is left; None if none does."""
         return doubt(self, self._residuals)
+
+    @cached_property
+    def suspect(self) -> Suspect | None:
+        """The fixed setting, or the thermal model, that would explain most of what is left; None if none does."""
+        return suspect(self, self._residuals)
 
     @cached_property
     def ranges(self) -> Ranges:

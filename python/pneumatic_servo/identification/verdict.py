@@ -15,6 +15,7 @@ from pneumatic_servo.identification.intervals import at_bounds
 from pneumatic_servo.identification.ranges import Ranges, held_of
 from pneumatic_servo.identification.regimes import Regime, regimes
 from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.suspects import Suspect
 
 Array = NDArray[np.float64]
 
@@ -71,11 +72,12 @@ class Verdict:
 
 
 def verdict(
-    fit: Fitted, residuals: Residuals, ranges: Ranges, free_form: FreeForm | None, doubt: Doubt | None
-) -> Verdict:
+    fit: Fitted, residuals: Residuals, ranges: Ranges, free_form: FreeForm | None, doubt: Doubt | None,
+    suspect: Suspect | None = None,
+) -> Verdict:  # fmt: skip
     """Judge a fit by what it leaves, where, how it predicts, and what the data tell."""
     found = [*_of_search(fit), *_of_misfit(fit, residuals), *_of_prediction(fit, ranges), *_of_conditions(fit),
-             *_of_free_form(fit, free_form), *_of_sensors(doubt)]  # fmt: skip
+             *_of_free_form(fit, free_form), *_of_causes(doubt, suspect)]  # fmt: skip
     return Verdict(tuple(sorted(found, key=lambda finding: -LIGHTS.index(finding.light))))
 
 
@@ -184,10 +186,11 @@ def _of_free_form(fit: Fitted, found: FreeForm | None) -> Iterator[Finding]:
         yield Finding("yellow" if is_much else "green", str(found))
 
 
-def _of_sensors(doubt: Doubt | None) -> Iterator[Finding]:
-    """Say which fault of a sensor would explain what is left."""
-    if doubt is not None:
-        yield Finding("yellow", str(doubt))
+def _of_causes(doubt: Doubt | None, suspect: Suspect | None) -> Iterator[Finding]:
+    """Say which fixed setting, or fault of a sensor, would explain what is left; what explains more comes first."""
+    causes = [cause for cause in (suspect, doubt) if cause is not None]
+    for cause in sorted(causes, key=lambda one: -one.gain):
+        yield Finding("yellow", str(cause))
 
 
 def _worst(regimes: Sequence[Regime], whole: float) -> str:

@@ -1,0 +1,194 @@
+"""Whether a fixed setting, such as a supply given gauge for absolute, would explain what a fit leaves.
+
+For every setting of the machine that is neither free nor measured the residuals are asked how much less would be left
+if it were free (a score test, as for sensors in `doubts`). Those that promise most, and every other thermal model, are
+fitted along with all that is free: a pressure off by an atmosphere, or a bore by a quarter, is no small change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumatic_servo import effects
+from pneumatic_servo.identification.doubts import MUCH, explains_nothing, most_explained, without
+from pneumatic_servo.identification.experiments import Experiment
+from pneumatic_servo.identification.fitted import Estimate, Fitted
+from pneumatic_servo.identification.intervals import certainty
+from pneumatic_servo.identification.parameters import SPAN, Free, free_of, usual
+from pneumatic_servo.identification.problem import Problem
+from pneumatic_servo.identification.residuals import Residuals
+from pneumatic_servo.identification.sensor import Sensor
+from pneumatic_servo.identification.solve import ROUGH, refine, sensitivities
+
+Array = NDArray[np.float64]
+
+GAS = (
+    "supplyPressure", "cylinder.bore", "cylinder.rod", "chamberA.deadVolume", "chamberB.deadVolume", "valve.C",
+    "valve.b", "valve.deadZone", "valve.leakage",
+)  # fmt: skip
+SETTINGS = {
+    "rig": (*GAS, "mass.moving", "wireForce"),
+    "pneumatic": GAS,
+    "mechanical": ("cylinder.bore", "cylinder.rod", "mass.moving", "wireForce"),
+    "force": ("mass",),
+    "motion": (),
+}
+"""What a machine may have otherwise than it is given."""
+MODELS = ("EnergyBalance", "Isothermal", "Polytropic")
+"""Thermal models that are tried for each other."""
+STEP = 0.05
+"""What is tried of a setting: a logarithm, or a share of its magnitude."""
+FITTED, PROMISING = 4, 0.05
+"""How many settings are fitted along: those that promise to explain more than this share."""
+ATMOSPHERE, NEAR = 101325.0, 0.2
+"""A pressure that is off by so many Pa, within this share of it, counts from the atmosphere."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A fixed setting that would explain what is left.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    given : float or str
+        What it is fixed at.
+    estimate : Estimate or str
+        What it would be, with its interval; of a model its name.
+    gain : float
+        By how much the sum of squares falls, in units of the noise.
+    signal : str
+        The signal that is missed less with it.
+    share : float
+        Share of the sum of its squares that is gone.
+    """
+
+    name: str
+    given: float | str
+    estimate: Estimate | str
+    gain: float
+    signal: str
+    share: float
+
+    def __str__(self) -> str:
+        gone = f"{100.0 * self.share:.0f} % of the squared residual of {self.signal} would be gone if {self.name}"
+        if isinstance(self.estimate, str):
+            return f"{gone} were {self.estimate} in place of {self.given}: is the setting right?"
+        off = self.estimate.value - float(self.given)
+        is_gauge = self.estimate.unit == "Pa" and abs(off - ATMOSPHERE) < NEAR * ATMOSPHERE
+        unit = "" if self.estimate.unit == "1" else f" {self.estimate.unit}"
+        hint = "was it given above ambient pressure? Pressures are absolute" if is_gauge else "check it, or free it"
+        return f"{gone}, fixed at {self.given:.6g}{unit}, were {self.estimate}: {hint}."
+
+
+def suspect(fit: Fitted, residuals: Residuals) -> Suspect | None:
+    """Return the fixed setting that explains the most of what a fit leaves, if it is much."""
+    if explains_nothing(fit, residuals):
+        return None
+    problem = fit.problem.trained()
+    x = np.concatenate([fit.x, np.zeros(sum(problem.loose))])
+    before = problem.residuals([x])[0]
+    if not np.all(np.isfinite(before)):
+        return None
+    found = [*_real(problem, x, before), *_models(problem, x, before)]
+    best = max(found, key=lambda one: one.gain, default=None)
+    return best if best is not None and best.share > MUCH else None
+
+
+def _real(problem: Problem, x: Array, before: Array) -> Iterator[Suspect]:
+    """Yield the settings that are numbers, of those that promise most."""
+    for free, given in _promising(problem, x):
+        more = problem.with_free([*problem.free, free]).bounded()
+        number = len(problem.free)
+        end = _refined(more, np.concatenate([x[:number], [free.inner(free.start)], x[number:]]))
+        sure = certainty(more, end)
+        estimate = Estimate(
+            free.outer(float(end[number])), float(sure.low[number]), float(sure.high[number]), free.unit
+        )
+        yield _judged(problem, free.name, given, estimate, before, more.residuals([end])[0])
+
+
+def _models(problem: Problem, x: Array, before: Array) -> Iterator[Suspect]:
+    """Yield the other thermal models."""
+    experiment = problem.experiment
+    if experiment.name not in ("rig", "pneumatic"):
+        return
+    given = str(experiment.settings.get("thermal.model", experiment.table.variables["thermal.model"].default))
+    if any(free.name.startswith("thermal.") for free in problem.free) or given not in MODELS:
+        return
+    for model in MODELS:
+        if model != given:
+            other = copy(experiment)
+            other.settings = {**experiment.settings, "thermal.model": model}
+            changed = replace(problem, experiment=other).bounded()
+            end = _refined(changed, x)
+            yield _judged(problem, "thermal.model", given, model, before, changed.residuals([end])[0])
+
+
+def _refined(problem: Problem, x: Array) -> Array:
+    """Return the better end of two searches: from where the wrong setting has led, and from the first start."""
+    return min((refine(problem, start, effort=ROUGH) for start in (x, problem.start)), key=lambda end: end.cost).x
+
+
+def _judged(
+    problem: Problem, name: str, given: float | str, estimate: Estimate | str, before: Array, after: Array
+) -> Suspect:
+    signal, share = most_explained(problem, before, after)
+    return Suspect(name, given, estimate, float(before @ before - after @ after), signal, share)
+
+
+def _promising(problem: Problem, x: Array) -> list[tuple[Free, float]]:
+    """Return the settings whose small changes explain most, with what they are fixed at."""
+    slopes, differences = sensitivities(problem, x)
+    weights = problem.by_sensor(Sensor.weights, differences)
+    columns = slopes * weights[:, None]
+    basis = np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))[0]
+    left = without(basis, differences * weights)
+    promises = []
+    for name in _names(problem):
+        experiment = problem.experiment
+        given = experiment.value(name, {})
+        free = _free(experiment, name, given)
+        if free is None:
+            continue
+        changed = experiment.with_value(name, free.outer(free.inner(given) + STEP))
+        run = replace(problem, experiment=changed).stacked([x])[0]
+        own = without(basis, (run - differences) * weights)
+        size = float(own @ own)
+        if np.isfinite(size) and size > 0.0:
+            promises.append(((float(own @ left) ** 2) / size, free, given))
+    promises = [one for one in promises if one[0] > PROMISING * float(left @ left)]
+    promises.sort(key=lambda one: -one[0])
+    return [(free, given) for _, free, given in promises[:FITTED]]
+
+
+def _free(experiment: Experiment, name: str, given: float) -> Free | None:
+    """Return a setting as something free; None for one that is off, as a volume of 0."""
+    unit = experiment.table.variables[name].unit
+    if name in experiment.table.inputs:
+        return Free(name, unit, given, given / SPAN, given * SPAN, 0.0) if given > 0.0 else None
+    free = free_of(name, experiment.table, experiment.compared, experiment.beside, name)
+    if free.is_logarithmic and not given > 0.0:
+        return None
+    return replace(free, unit=experiment.units.of(unit)).at(given)
+
+
+def _names(problem: Problem) -> list[str]:
+    experiment = problem.experiment
+    table = experiment.table
+    names = [*SETTINGS[experiment.name], *usual(experiment.law, table, experiment.settings)]
+    known = {free.name for free in problem.free} | experiment.signals
+    settings = {**experiment.settings, "friction.law": experiment.law}
+    return [
+        name
+        for name in dict.fromkeys(names)
+        if name in table.variables and name not in known
+        and not effects.reason_for(table.variables, settings, name)
+        and not (experiment.name == "pneumatic" and name.startswith("friction."))
+    ]  # fmt: skip

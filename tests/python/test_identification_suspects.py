@@ -1,0 +1,68 @@
+"""Settings that are given wrong: the verdict names them before any sensor.
+
+The record was integrated independently of this library (studies/synthetic_rig.py), with the bore, the mass and the
+thermal model that are the defaults, and a supply of 6 bar.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pneumatic_servo as ps
+import pytest
+from pneumatic_servo.identification.fitted import Estimate
+from test_identification import RIG, RIG_COLUMNS
+
+FREE = [*(f"friction.stribeck.{name}" for name in ("Fs", "Fc", "vs", "sigma2")), "valve.deadZone", "valve.C"]
+
+
+@pytest.mark.filterwarnings("ignore::pneumatic_servo.PlantWarning")
+@pytest.mark.parametrize(
+    ("name", "wrong", "right"),
+    [
+        ("supplyPressure", 6e5 - 101325.0, 6e5),
+        ("cylinder.bore", 0.02, 0.016),
+        ("mass.moving", 1.76, 0.88),
+        ("thermal.model", "Polytropic", "EnergyBalance"),
+        ("thermal.model", "Isothermal", "EnergyBalance"),
+    ],
+)
+def test_wrong_setting_is_named_before_any_sensor(name: str, wrong: float | str, right: float | str) -> None:
+    found = ps.fit(
+        RIG, experiment="rig", law="Stribeck", columns=RIG_COLUMNS, fit=FREE, starts=0, progress=False,
+        settings={"supplyPressure": 6e5, name: wrong},
+    )  # fmt: skip
+    suspect = found.suspect
+    assert suspect is not None and suspect.name == name and suspect.given == wrong
+    if isinstance(right, str):
+        assert suspect.estimate == right
+    else:
+        assert isinstance(suspect.estimate, Estimate)
+        half = 0.5 * (suspect.estimate.high - suspect.estimate.low)
+        assert abs(suspect.estimate.value - right) < 2.0 * half < 0.2 * right
+    assert suspect.share > 0.9
+    causes = [finding.text for finding in found.verdict.findings if "would be gone" in finding.text]
+    assert name in causes[0] and found.verdict.light != "green"
+    assert ("above ambient" in causes[0]) is (name == "supplyPressure")
+
+
+def test_right_settings_are_not_suspected() -> None:
+    found = ps.fit(
+        RIG, experiment="rig", law="Stribeck", columns=RIG_COLUMNS, fit=FREE, starts=0, progress=False,
+        settings={"supplyPressure": 6e5},
+    )  # fmt: skip
+    assert found.suspect is None and found.verdict.light == "green"
+
+
+def test_mass_of_an_axis_is_suspected() -> None:
+    """An inertia that is given twice is no fault of the force."""
+    time = np.arange(0.0, 4.0, 2e-3)
+    amplitude, rate = 0.05, 2.0 * np.pi
+    position = amplitude * np.sin(rate * time)
+    speed, acceleration = amplitude * rate * np.cos(rate * time), -(rate**2) * position
+    force = 20.0 * acceleration + 60.0 * speed + 15.0 * np.sign(speed)
+    noise = 5e-6 * np.random.default_rng(1).standard_normal(len(time))
+    data = {"time": time, "position": position + noise, "force": force}
+    found = ps.fit(data, experiment="force", law="Coulomb", settings={"mass": 40.0}, starts=0, progress=False)
+    assert found.suspect is not None and found.suspect.name == "mass"
+    assert isinstance(found.suspect.estimate, Estimate)
+    assert found.suspect.estimate.value == pytest.approx(20.0, rel=0.05)
