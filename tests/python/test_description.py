@@ -54,7 +54,7 @@ def test_model_exchange(description: ModelDescription, fmu: Path) -> None:
     assert exchange.providesDirectionalDerivative
     assert description.numberOfEventIndicators == 10
     states = {v.derivative.name for v in description.modelVariables if v.derivative}
-    assert len(states) == 41
+    assert len(states) == 42
     # FMPy reads no such attribute.
     with zipfile.ZipFile(fmu) as archive:
         variables = ElementTree.fromstring(archive.read("modelDescription.xml")).iterfind(

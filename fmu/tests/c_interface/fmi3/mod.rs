@@ -11,5 +11,5 @@ pub mod values;
 
 const COULOMB: i64 = 2;
 const STRIBECK: i64 = 7;
-const STATES: usize = 41;
+const STATES: usize = 42;
 const INDICATORS: usize = 10;
