@@ -196,5 +196,9 @@ macro_rules! library {
         pub extern "C" fn plant_self_test() -> u64 {
             $crate::self_test::fingerprint(&LIBRARY.models()[0]).unwrap_or_default()
         }
+
+        $crate::looped::export_calls! {
+            |parameters, inputs, _| $crate::looped::begin_model(&LIBRARY.models()[0], parameters, inputs)
+        }
     };
 }

@@ -47,3 +47,6 @@ pub use instance::only;
 pub use instance::{LOG_CATEGORIES, Library, LogCategory, guid, guid_of_source};
 #[doc(hidden)]
 pub use pneumatic_servo::model::Model;
+#[cfg(feature = "module")]
+#[doc(hidden)]
+pub use pneumatic_servo_loop as looped;

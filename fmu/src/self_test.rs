@@ -2,12 +2,22 @@
 //! fingerprints mean equal bits.
 
 use pneumatic_servo::model::{Model, Setup};
-use pneumatic_servo::variables::Place;
+use pneumatic_servo::variables::{Place, Variable};
 
 /// Steps of the run.
-const STEPS: u32 = 25;
+pub const STEPS: u32 = 25;
 /// Size of a step in s: large enough for several steps of the solver, an event, and end stops or break-away.
-const STEP: f64 = 8e-3;
+pub const STEP: f64 = 8e-3;
+
+/// All inputs in a step, in the order of the table.
+pub fn inputs(model: &'static Model, step: u32) -> Vec<f64> {
+    let time = f64::from(step) * STEP;
+    let at = |input: &Variable| {
+        let signal = model.experiment.signal(&input.name);
+        signal.map_or(input.start.unwrap_or_default(), |signal| signal.course.at(time))
+    };
+    model.table().inputs().map(at).collect()
+}
 
 /// The fingerprint of the first 0.2 s of the default experiment of a model: the 64-bit FNV-1a hash of the bits of all
 /// computed variables, little end first, after every step. Nothing if the run fails, which on a machine that computes
@@ -17,11 +27,8 @@ pub fn fingerprint(model: &'static Model) -> Option<u64> {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let computed = model.table().computed().count();
     for step in 0..STEPS {
-        let time = f64::from(step) * STEP;
-        for (place, input) in model.table().inputs().enumerate() {
-            if let Some(signal) = model.experiment.signal(&input.name) {
-                plant.set_input(place, signal.course.at(time)).ok()?;
-            }
+        for (place, value) in inputs(model, step).into_iter().enumerate() {
+            plant.set_input(place, value).ok()?;
         }
         plant.advance_to(f64::from(step + 1) * STEP).ok()?;
         for place in 0..computed {

@@ -168,6 +168,61 @@ pub(crate) fn run_of_a_crate(
     }
 }
 
+/// How the module of a loop is compiled.
+#[derive(Debug, PartialEq)]
+pub(crate) struct LoopOptions {
+    /// Bytes of its stack.
+    pub stack: u32,
+    /// Features of its crate.
+    pub features: Vec<String>,
+}
+
+/// Makes sources of a loop of somebody else's crate.
+pub(crate) fn run_of_a_loop(
+    arguments: impl IntoIterator<Item = OsString>,
+    work: impl FnOnce(&LoopOptions) -> Result<()>,
+) -> ExitCode {
+    match LoopOptions::read(arguments) {
+        Ok(None) => {
+            println!(
+                "Make sources in C of the control loop of this crate.\n\n  \
+                 --stack BYTES       of the module, inside the memory of an instance; otherwise {STACK}\n  \
+                 --features NAMES    of this crate for the module: those that this program is compiled with"
+            );
+            ExitCode::SUCCESS
+        }
+        Ok(Some(options)) => ended(work(&options)),
+        Err(problem) => misspelt(&problem, "--help"),
+    }
+}
+
+/// Bytes of the stack of a loop alone: nearly twice what the built-in laws need.
+const STACK: u32 = 32_768;
+
+impl LoopOptions {
+    /// Reads a command line, or nothing where its help is asked for.
+    fn read(arguments: impl IntoIterator<Item = OsString>) -> Result<Option<Self>> {
+        let mut parser = Parser::from_args(arguments);
+        let mut options = Self { stack: STACK, features: Vec::new() };
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Short('h') | Long("help") => return Ok(None),
+                Long("stack") => {
+                    let text = parser.value()?.string()?;
+                    let stack = text.parse().with_context(|| format!("--stack {text} is no number of bytes"))?;
+                    ensure!(stack % 16 == 0 && stack > 0, "--stack {stack}: it must be a multiple of 16, and not 0");
+                    options.stack = stack;
+                }
+                Long("features") => {
+                    options.features.extend(parser.value()?.string()?.split(',').map(str::to_owned));
+                }
+                other => return Err(other.unexpected().into()),
+            }
+        }
+        Ok(Some(options))
+    }
+}
+
 /// Leaves the library of each platform below `target/binaries`.
 fn build(workspace: &Workspace, platforms: &BTreeSet<Platform>) -> Result<()> {
     for library in library::build(workspace, platforms)? {
@@ -229,6 +284,19 @@ mod tests {
         let Asked::Do(options) = read("--sources")? else { unreachable!("no help is asked for") };
         assert_eq!(options.sources.as_deref(), Some("small"));
         assert_eq!(read("--help")?, Asked::Help);
+        Ok(())
+    }
+
+    #[test]
+    fn options_of_a_loop_are_read() -> Result<()> {
+        let read = |line: &str| LoopOptions::read(line.split_whitespace().map(OsString::from));
+        let features = vec!["gms".to_owned(), "trace".to_owned()];
+        assert_eq!(read("--stack 8192 --features gms,trace")?, Some(LoopOptions { stack: 8192, features }));
+        assert_eq!(read("")?, Some(LoopOptions { stack: STACK, features: Vec::new() }));
+        assert_eq!(read("--help")?, None);
+        for line in ["--stack many", "--stack 0", "--stack 8", "--heap 3"] {
+            assert!(read(line).is_err(), "{line}");
+        }
         Ok(())
     }
 

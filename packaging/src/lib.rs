@@ -41,4 +41,4 @@ pub mod tools;
 pub mod venv;
 pub mod workspace;
 
-pub use own::{Crate, package};
+pub use own::{Crate, package, package_loop};

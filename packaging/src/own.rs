@@ -7,10 +7,12 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use pneumatic_servo::model::{Model, Setup};
 
+use crate::build::wasm;
+use crate::commands::LoopOptions;
 use crate::package::Package;
 use crate::product::{Parts, Product};
 use crate::workspace::{self, Workspace};
-use crate::{commands, fingerprint, lock};
+use crate::{commands, files, fingerprint, lock, sources, tools};
 
 /// The crate whose models are packed, as [`package_fmus!`](crate::package_fmus) fills it in.
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +83,53 @@ pub fn package(of: &Crate, arguments: impl IntoIterator<Item = OsString>) -> Exi
     commands::run_of_a_crate(arguments.into_iter().skip(1), |package| run(of, package))
 }
 
+/// A `main` that makes sources in C of a control loop from the module that `pneumatic_servo_loop::export_loop!` makes of a crate:
+/// the plant without FMI, for machines with little memory. Its only line is in `examples/package.rs` of that crate, which depends on
+/// this one as for [`package_fmus!`](crate::package_fmus), with the feature `sources`:
+///
+/// ```ignore
+/// pneumatic_servo_packaging::package_loop!(own_loop::CYLINDER);
+/// ```
+///
+/// `cargo run --features package --example package` then leaves the sources in the folder `loop/<Model>` below the target folder.
+#[macro_export]
+macro_rules! package_loop {
+    ($model:path) => {
+        fn main() -> std::process::ExitCode {
+            let own = $crate::Crate {
+                models: std::slice::from_ref(&$model),
+                folder: env!("CARGO_MANIFEST_DIR"),
+                name: env!("CARGO_PKG_NAME"),
+                version: env!("CARGO_PKG_VERSION"),
+                licence: env!("CARGO_PKG_LICENSE"),
+            };
+            $crate::package_loop(&own, std::env::args_os())
+        }
+    };
+}
+
+/// Makes sources of the loop of a crate.
+pub fn package_loop(of: &Crate, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    commands::run_of_a_loop(arguments.into_iter().skip(1), |options| run_loop(of, options))
+}
+
+fn run_loop(of: &Crate, options: &LoopOptions) -> Result<()> {
+    of.models.iter().try_for_each(ensure_sound)?;
+    let workspace = around(of)?;
+    let _alone = lock::hold(&workspace.target)?;
+    tools::require([("the sources in C", wasm::missing()?)])?;
+    for model in of.models {
+        let module = wasm::of_loop(&workspace, options.stack, &options.features)?;
+        let folder = workspace.target.join("loop").join(model.name);
+        files::renew(&folder)?;
+        for (name, text) in sources::of_loop(&workspace, model, &module)?.files {
+            files::write(&folder.join(name), text)?;
+        }
+        println!("{}", folder.display());
+    }
+    Ok(())
+}
+
 /// Nothing is built or written before the models are known to start.
 fn run(of: &Crate, package: &Package) -> Result<()> {
     of.models.iter().try_for_each(ensure_sound)?;
@@ -124,7 +173,6 @@ mod tests {
     use pneumatic_servo::variables::ParameterError;
 
     use super::*;
-    use crate::files;
 
     /// Named with what is wrong, before anything is built.
     #[test]

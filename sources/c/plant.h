@@ -1,9 +1,9 @@
-/* What the functions of FMI have in common: instances, calls, and the host's arrays. */
+/* What the functions of FMI and the loop have in common: instances, calls, and the host's arrays. */
 #ifndef PLANT_H
 #define PLANT_H
 
 #include "code.h"
-#include "model.h"
+#include "loop.h"
 
 #define plant_new PLANT_NAME(plant_new)
 #define plant_release PLANT_NAME(plant_release)
@@ -11,6 +11,8 @@
 #define plant_enter PLANT_NAME(plant_enter)
 #define plant_leave PLANT_NAME(plant_leave)
 #define plant_lost PLANT_NAME(plant_lost)
+#define plant_tell PLANT_NAME(plant_tell)
+#define plant_passes PLANT_NAME(plant_passes)
 #define plant_reserve PLANT_NAME(plant_reserve)
 #define plant_take PLANT_NAME(plant_take)
 #define plant_give PLANT_NAME(plant_give)
@@ -22,12 +24,10 @@
 #define plant_serialize PLANT_NAME(plant_serialize)
 #define plant_deserialize PLANT_NAME(plant_deserialize)
 
-#ifndef LOOP_H
-typedef struct Plant Plant;
+/* Whether the self-test is left out (0), its failure is a warning (1) or an error (2). */
+#ifndef PLANT_SELF_TEST
+#define PLANT_SELF_TEST 1
 #endif
-
-/* How a call ends, as in FMI. */
-enum { PLANT_OK, PLANT_WARNING, PLANT_DISCARD, PLANT_ERROR, PLANT_FATAL };
 
 /* Takes a message to the host: status, category and text. */
 typedef void PlantSink(Plant *plant, int status, const char *category, const char *text);
@@ -53,6 +53,9 @@ struct Plant {
     /* Where the next of the host's arrays goes; 0 if they do not fit. */
     u32 room;
     double time;
+    /* Where the values of the loop are, and whether the computed ones belong to the present inputs. */
+    u32 values;
+    char is_computed;
     /* The host's logger, of a type that the sink knows. */
     PlantSink *sink;
     void (*logger)(void);
@@ -70,6 +73,10 @@ int plant_enter(void *instance, const char *function);
 int plant_leave(Plant *plant, u32 status);
 /* Ends a call that was trapped. */
 int plant_lost(Plant *plant);
+/* Hands a message to the host, which begins with the function; `more` is put behind the text. */
+void plant_tell(Plant *plant, int status, const char *category, const char *text, const char *more);
+/* Whether the self-test has passed, or its failure is a warning. */
+int plant_passes(Plant *plant, u64 fingerprint);
 
 /* Room for arrays that take so many bytes together, by PLANT_BYTES. */
 void plant_reserve(Plant *plant, u64 bytes);
@@ -90,6 +97,20 @@ u32 plant_handle(Plant *plant, void **state, u32 call(Module *, u32, u32));
 u32 plant_size(Plant *plant, u32 argument, size_t *size, u32 call(Module *, u32, u32, u32));
 u32 plant_serialize(Plant *plant, u32 state, void *bytes, size_t size, u32 call(Module *, u32, u32, u32, u32));
 u32 plant_deserialize(Plant *plant, const void *bytes, size_t size, void **state, u32 call(Module *, u32, u32, u32, u32));
+
+/* What model.c has for the loop: the slots of the outputs, both structures as values, and the inputs of the self-test. */
+#define plant_output_slots PLANT_NAME(plant_output_slots)
+#define plant_inputs_of PLANT_NAME(plant_inputs_of)
+#define plant_outputs_of PLANT_NAME(plant_outputs_of)
+#define plant_test_step PLANT_NAME(plant_test_step)
+#define plant_test_steps PLANT_NAME(plant_test_steps)
+#define plant_test_inputs PLANT_NAME(plant_test_inputs)
+extern const uint16_t plant_output_slots[];
+void plant_inputs_of(const PlantInputs *inputs, double *values);
+void plant_outputs_of(const double *values, PlantOutputs *outputs);
+extern const double plant_test_step;
+extern const unsigned plant_test_steps;
+extern const double plant_test_inputs[];
 
 /* Begins a call of a function of FMI: from here a trap comes back. */
 #define PLANT_ENTER(plant, instance, function, status)                   \

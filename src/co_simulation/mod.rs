@@ -1,7 +1,10 @@
 //! Running a model with the solver inside: what a host sees are values in table order, time, and nothing of its physics.
 
+mod embedded;
 mod simulator;
 
+#[doc(hidden)]
+pub use self::embedded::Embedded;
 #[doc(hidden)]
 pub use self::simulator::{Simulator, snapshot_size};
 use crate::model_exchange::Exchange;

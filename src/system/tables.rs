@@ -94,9 +94,16 @@ fn untold<E: System<U>, const U: usize>() -> Option<ParameterError> {
 }
 
 /// Name of the variable of a model that is a state, by its index among `n` states.
+#[cfg(feature = "names")]
 pub fn state_name<E: System<U>, const U: usize>(equations: &E, state: usize, n: usize) -> &'static str {
     let table = shared_table::<E, U>();
     let reference = table.states().find(|reference| equations.state_at(*reference, n) == Some(state));
     let entry = reference.and_then(|reference| table.by_reference(reference));
     entry.map_or("an internal state", |entry| kept::lent_name(&entry.variable.name))
+}
+
+/// The same without the table, which would be compiled for the name alone.
+#[cfg(not(feature = "names"))]
+pub fn state_name<E: System<U>, const U: usize>(_: &E, _: usize, _: usize) -> &'static str {
+    "a state"
 }

@@ -151,10 +151,17 @@ sets_in_a_row!(A a, B b, C c, D d, E e);
 sets_in_a_row!(A a, B b, C c, D d, E e, F f);
 
 /// The error for values from the place of a field on that it cannot be read from.
-pub fn refused(table: &[Variable], place: usize, values: &[Tunable]) -> ParameterError {
-    let (variable, value) = (&table[place], values[place].value);
-    let otherwise = || ParameterError::new(&variable.name, value, "it has no meaning");
-    variable.check(value).err().unwrap_or_else(otherwise)
+#[cfg(feature = "names")]
+pub fn refused<P: ParameterSet>(place: usize, values: &[Tunable]) -> ParameterError {
+    let (table, value) = (P::table(), values[place].value);
+    let otherwise = || ParameterError::new(&table[place].name, value, "it has no meaning");
+    table[place].check(value).err().unwrap_or_else(otherwise)
+}
+
+/// The same without the table, which would be compiled for the name alone.
+#[cfg(not(feature = "names"))]
+pub fn refused<P: ParameterSet>(place: usize, values: &[Tunable]) -> ParameterError {
+    ParameterError::new("a parameter", values[place].value, "it has no meaning")
 }
 
 /// Declares a [`ParameterSet`]: each field together with the variable (or array of variables) it is read from.
@@ -198,7 +205,7 @@ macro_rules! parameters {
                 let mut next = 0;
                 $(
                     let $field = <$type as $crate::variables::Field>::read(&values[next..])
-                        .ok_or_else(|| $crate::variables::refused(&Self::table(), next, values))?;
+                        .ok_or_else(|| $crate::variables::refused::<Self>(next, values))?;
                     next += <$type as $crate::variables::Field>::LEN;
                 )*
                 Ok(Self { $($field),* })

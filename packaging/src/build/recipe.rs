@@ -24,8 +24,10 @@ pub struct Recipe<'a> {
     folder: PathBuf,
     strip: &'static str,
     flags: Vec<String>,
+    /// Flags of the library alone, not of what it depends on.
+    own_flags: Vec<String>,
     settings: Vec<String>,
-    features: Vec<&'static str>,
+    features: Vec<String>,
     environment: Vec<(String, OsString)>,
 }
 
@@ -44,6 +46,7 @@ impl<'a> Recipe<'a> {
             folder,
             strip: "symbols",
             flags,
+            own_flags: Vec::new(),
             settings: Vec::new(),
             features: Vec::new(),
             environment: Vec::new(),
@@ -83,8 +86,8 @@ impl<'a> Recipe<'a> {
     }
 
     /// Switches a feature of the package on.
-    pub fn feature(mut self, feature: &'static str) -> Self {
-        self.features.push(feature);
+    pub fn feature(mut self, feature: &str) -> Self {
+        self.features.push(feature.to_owned());
         self
     }
 
@@ -97,6 +100,12 @@ impl<'a> Recipe<'a> {
     /// Adds a flag that the compiler hands to the linker.
     pub fn link(self, argument: &str) -> Self {
         self.flag(format!("-Clink-arg={argument}"))
+    }
+
+    /// The same for the linker of the library alone: what it depends on stays compiled when the argument changes.
+    pub fn link_alone(mut self, argument: &str) -> Self {
+        self.own_flags.push(format!("-Clink-arg={argument}"));
+        self
     }
 
     /// Sets an environment variable.
@@ -143,7 +152,7 @@ impl<'a> Recipe<'a> {
             .args(["--config".to_owned(), format!("profile.release.strip='{}'", self.strip)])
             .args(["--config".to_owned(), format!("profile.release.panic='{}'", self.panic)])
             .args(self.settings.iter().flat_map(|setting| ["--config", setting]))
-            .args(self.features.iter().flat_map(|feature| ["--features", feature]))
+            .args(self.features.iter().flat_map(|feature| ["--features", feature.as_str()]))
             .args(["--message-format", "json-render-diagnostics"])
             .args(&self.target)
             .env("CARGO_TARGET_DIR", &self.folder)
@@ -161,6 +170,9 @@ impl<'a> Recipe<'a> {
             for package in ["core", "alloc", "std"] {
                 command.args(["--config".to_owned(), format!("profile.release.package.{package}.codegen-units=16")]);
             }
+        }
+        if !self.own_flags.is_empty() {
+            command.arg("--").args(&self.own_flags);
         }
         self.toolchain.lead(&mut command);
         command

@@ -42,25 +42,37 @@ pub fn build(workspace: &Workspace) -> Result<Vec<u8>> {
 /// # Errors
 /// When a step of the build fails.
 pub fn of_model(workspace: &Workspace, model: &str, is_small: bool) -> Result<Vec<u8>> {
+    // What calls need at most, several times over; a stack that overflows traps.
+    let recipe = module(workspace, 262_144)?.feature("pneumatic-servo-fmu/module").variable("FMU_ONLY_MODEL", model);
+    if is_small { small(workspace, recipe).feature("pneumatic-servo-fmu/small").run() } else { recipe.run() }
+}
+
+/// Builds the module of a loop alone, with bytes of stack and features of its crate.
+///
+/// # Errors
+/// When a step of the build fails.
+pub fn of_loop(workspace: &Workspace, stack: u32, features: &[String]) -> Result<Vec<u8>> {
+    // The heap begins where the data ends, not with the next page.
+    let recipe = small(workspace, module(workspace, stack)?.link_alone("--export=__heap_base"));
+    features.iter().fold(recipe, |recipe, feature| recipe.feature(feature)).run()
+}
+
+fn module(workspace: &Workspace, stack: u32) -> Result<Recipe<'_>> {
     let (toolchain, triple) = Target::find(TRIPLE, TRIPLE)?.found()?;
     let linker = linker()?.context("no linker for WebAssembly was found")?;
-    let recipe = Recipe::for_target(workspace, toolchain, triple)
-        .aborting()
-        .linker(triple, linker)
-        .feature("pneumatic-servo-fmu/module")
-        .variable("FMU_ONLY_MODEL", model)
-        .setting("lto='fat'")
-        // What calls need at most, several times over; a stack that overflows traps.
-        .link("-zstack-size=262144");
-    if !is_small {
-        return recipe.run();
+    let recipe = Recipe::for_target(workspace, toolchain, triple).aborting().linker(triple, linker);
+    Ok(recipe.setting("lto='fat'").link_alone(&format!("-zstack-size={stack}")))
+}
+
+/// The plant is a little larger in this way, and several times faster: its matrices are not called element by element. What is
+/// generic is compiled with the crate that uses it.
+fn small<'a>(workspace: &Workspace, recipe: Recipe<'a>) -> Recipe<'a> {
+    let recipe = recipe.setting("opt-level='z'").setting("package.pneumatic-servo.opt-level='s'");
+    let product = &workspace.product;
+    if product.is_of_the_project() {
+        return recipe;
     }
-    // The plant is a little larger in this way, and several times faster: its matrices are not called element by element.
-    recipe
-        .setting("opt-level='z'")
-        .setting("package.pneumatic-servo.opt-level='s'")
-        .feature("pneumatic-servo-fmu/small")
-        .run()
+    recipe.setting(&format!("package.{}.opt-level='s'", product.package))
 }
 
 fn linker() -> Result<Option<PathBuf>> {

@@ -1,15 +1,20 @@
 //! Sources made of a model: its module in WebAssembly, translated, behind the functions in `sources/c`.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Context, Result};
 use pneumatic_servo::model::Model;
+use wasm_as_c::Options;
 
-use super::{Size, Sources, build_description, model_header};
+use super::{Size, Sources, build_description, model_table};
 use crate::build::wasm;
 use crate::description::Version;
 use crate::workspace::Workspace;
 
 /// What the C around the module asks of it besides the functions of FMI.
 const ROOTS: [&str; 5] = ["plant_begin", "plant_room", "plant_callbacks", "plant_logger", "plant_self_test"];
+/// What the loop asks of a module.
+const LOOP: [&str; 6] = ["loop_room", "loop_start", "loop_retune", "loop_advance", "loop_time", "loop_read"];
 
 /// Builds the module of a model.
 ///
@@ -24,8 +29,9 @@ pub fn module(workspace: &Workspace, model: &Model, size: Size) -> Result<Vec<u8
 /// # Errors
 /// When a file cannot be read, or the module holds what is not translated.
 pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], module: &[u8]) -> Result<Sources> {
-    let mut compiled = vec!["plant.c".to_owned(), "operators.c".to_owned()];
-    let mut by_hand = vec!["plant.c", "plant.h", "wasm.h", "operators.c", "operators.h"];
+    let mut compiled = ["plant.c", "arrays.c", "operators.c"].map(str::to_owned).to_vec();
+    // The loop is compiled by who wants it.
+    let mut by_hand = vec!["plant.c", "plant.h", "arrays.c", "heap.h", "loop.c", "loop.h"];
     for version in versions {
         let face = match version {
             Version::Fmi2 => "fmi2.c",
@@ -34,25 +40,64 @@ pub fn of(workspace: &Workspace, model: &'static Model, versions: &[Version], mo
         compiled.push(face.to_owned());
         by_hand.push(face);
     }
-    if versions.contains(&Version::Fmi2) {
-        // The plant without FMI rests on the functions of FMI 2.0, and is compiled by who wants it.
-        by_hand.extend(["loop.c", "loop.h"]);
-    }
-    let code = wasm_as_c::translate(module, model.name, &roots(versions))
-        .with_context(|| format!("the module of {}", model.name))?;
-    compiled.extend(code.keys().filter(|name| name.ends_with(".c")).cloned());
+    let code =
+        translated(model, module, &Options { include: Some("heap.h"), ..Options::new(model.name, &roots(versions)) })?;
+    compiled.extend(code_files(&code));
     let mut files = code;
-    for name in by_hand {
-        let file = workspace.home.join("sources/c").join(name);
-        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        files.insert(name.to_owned(), text);
-    }
-    files.insert("model.h".to_owned(), model_header::text(model, workspace.product.source.as_deref())?);
+    add(workspace, model, &by_hand, None, &mut files)?;
     if versions.contains(&Version::Fmi3) {
         files.insert("buildDescription.xml".to_owned(), build_description::xml(model, &compiled)?);
     }
     Ok(Sources { files, compiled })
 }
+
+/// The files of the module that are compiled.
+fn code_files(files: &BTreeMap<String, String>) -> impl Iterator<Item = String> {
+    files.keys().filter(|name| name.starts_with("code") && name.ends_with(".c")).cloned()
+}
+
+/// The module as C, with the files that it needs.
+fn translated(model: &Model, module: &[u8], options: &Options) -> Result<BTreeMap<String, String>> {
+    let code = wasm_as_c::translate_with(module, options).with_context(|| format!("the module of {}", model.name))?;
+    Ok(code.into_iter().chain(wasm_as_c::RUNTIME.map(|(name, text)| (name.to_owned(), text.to_owned()))).collect())
+}
+
+/// Adds the files that are written by hand, and what C knows of the model: for a loop alone, how large its heap is.
+fn add(
+    workspace: &Workspace,
+    model: &'static Model,
+    by_hand: &[&str],
+    heap: Option<usize>,
+    files: &mut BTreeMap<String, String>,
+) -> Result<()> {
+    for name in by_hand {
+        let file = workspace.home.join("sources/c").join(name);
+        let text = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        files.insert((*name).to_owned(), text);
+    }
+    files.insert("model.h".to_owned(), model_table::header(model, workspace.product.source.as_deref(), heap)?);
+    files.insert("model.c".to_owned(), model_table::table(model)?);
+    Ok(())
+}
+
+/// The sources of a control loop alone, from the module of a crate that calls `export_loop!`.
+///
+/// # Errors
+/// As [`of`].
+pub fn of_loop(workspace: &Workspace, model: &'static Model, module: &[u8]) -> Result<Sources> {
+    let roots = [&["loop_memory"], &LOOP[..]].concat();
+    // A small margin is more comparisons, and less memory.
+    let options =
+        Options { margin: 1024, end: Some("__heap_base"), include: Some("heap.h"), ..Options::new(model.name, &roots) };
+    let mut files = translated(model, module, &options)?;
+    let mut compiled = ["plant.c", "operators.c", "loop.c", "model.c"].map(str::to_owned).to_vec();
+    compiled.extend(code_files(&files));
+    add(workspace, model, &["plant.c", "plant.h", "heap.h", "loop.c", "loop.h"], Some(HEAP), &mut files)?;
+    Ok(Sources { files, compiled })
+}
+
+/// Bytes of heap of a loop alone: a run takes half.
+const HEAP: usize = 16 << 10;
 
 /// What the C asks of a module for some versions.
 fn roots(versions: &[Version]) -> Vec<&'static str> {
@@ -62,7 +107,7 @@ fn roots(versions: &[Version]) -> Vec<&'static str> {
     });
     // What needs no instance, or ends one, is done by the C itself.
     let asked = functions.copied().filter(|name| !CONSTANT.contains(name) && !name.ends_with("FreeInstance"));
-    ROOTS.into_iter().chain(asked).collect()
+    ROOTS.into_iter().chain(LOOP).chain(asked).collect()
 }
 
 const CONSTANT: [&str; 3] = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi3GetVersion"];
@@ -89,20 +134,20 @@ pub fn made_module() -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Each version has its face; the loop rests on FMI 2.0, and FMI 3.0 says how sources are built.
+    /// Each version has its face; FMI 3.0 says how sources are built. The loop is in all, and compiled by none.
     #[test]
     fn sources_are_those_of_the_versions() -> Result<()> {
         let workspace = Workspace::of_a_test("/target".as_ref());
         let model = &pneumatic_servo::models::position_controller::MODEL;
         for (versions, own, others) in [
             (&[Version::Fmi2][..], ["fmi2.c", "loop.c"], ["fmi3.c", "buildDescription.xml"]),
-            (&[Version::Fmi3], ["fmi3.c", "buildDescription.xml"], ["fmi2.c", "loop.c"]),
+            (&[Version::Fmi3], ["fmi3.c", "buildDescription.xml"], ["fmi2.c", "fmi2.h"]),
         ] {
             let sources = of(&workspace, model, versions, &made_module())?;
             let has = |name: &&str| sources.files.contains_key(*name);
             assert!(own.iter().all(has) && !others.iter().any(has), "{:?}", sources.files.keys());
-            assert!(["plant.c", "wasm.h", "model.h", "code.h", "code_1.c"].iter().all(has));
-            assert_eq!(sources.compiled, ["plant.c", "operators.c", own[0], "code_1.c", "code_data.c"]);
+            assert!(["plant.c", "wasm.h", "model.h", "model.c", "loop.c", "code.h", "code_1.c"].iter().all(has));
+            assert_eq!(sources.compiled, ["plant.c", "arrays.c", "operators.c", own[0], "code_1.c", "code_data.c"]);
         }
         let broken = of(&workspace, model, &[Version::Fmi2], b"\0asm\x01\0\0\0").map(|_| ());
         assert!(broken.is_err_and(|error| error.to_string() == "the module of PositionController"));
@@ -114,7 +159,7 @@ mod tests {
     fn module_is_asked_for_what_the_c_does_not_do_itself() {
         let (two, three) = (roots(&[Version::Fmi2]), roots(&[Version::Fmi3]));
         for roots in [&two, &three] {
-            assert_eq!(roots[..5], ROOTS);
+            assert_eq!((&roots[..5], &roots[5..11]), (&ROOTS[..], &LOOP[..]));
         }
         assert!(["fmi2Instantiate", "fmi2DoStep", "fmi2GetReal"].iter().all(|name| two.contains(name)), "{two:?}");
         assert!(["fmi3InstantiateCoSimulation", "fmi3DoStep"].iter().all(|name| three.contains(name)), "{three:?}");
@@ -122,6 +167,6 @@ mod tests {
         let both = roots(&[Version::Fmi2, Version::Fmi3]);
         assert!(own.iter().all(|name| !both.contains(name)), "{both:?}");
         // FMI 2.0 has 44 functions, FMI 3.0 has 75.
-        assert_eq!((two.len(), three.len(), both.len()), (5 + 44 - 3, 5 + 75 - 2, 5 + 44 + 75 - 5));
+        assert_eq!((two.len(), three.len(), both.len()), (11 + 44 - 3, 11 + 75 - 2, 11 + 44 + 75 - 5));
     }
 }

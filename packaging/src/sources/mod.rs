@@ -5,7 +5,7 @@ mod build_description;
 #[cfg(feature = "sources")]
 mod made;
 #[cfg(feature = "sources")]
-mod model_header;
+mod model_table;
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -13,7 +13,7 @@ use std::str::FromStr;
 use anyhow::{Error, Result, bail};
 
 #[cfg(feature = "sources")]
-pub use self::made::{module, of};
+pub use self::made::{module, of, of_loop};
 
 /// The sources of an FMU.
 #[derive(Default)]
@@ -70,9 +70,17 @@ mod none {
     pub fn of(_: &Workspace, _: &'static Model, _: &[Version], _: &[u8]) -> Result<Sources> {
         bail!(REASON)
     }
+
+    /// There are none.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn of_loop(_: &Workspace, _: &'static Model, _: &[u8]) -> Result<Sources> {
+        bail!(REASON)
+    }
 }
 #[cfg(not(feature = "sources"))]
-pub use self::none::{module, of};
+pub use self::none::{module, of, of_loop};
 
 #[cfg(test)]
 mod tests {

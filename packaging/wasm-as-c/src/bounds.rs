@@ -7,9 +7,6 @@ use std::collections::BTreeMap;
 
 use super::value::{Entry, Variable};
 
-/// Bytes behind the memory that nothing uses.
-pub const MARGIN: u64 = 16_384;
-
 /// How many bytes there are at least from addresses on; what is not in it may be out of bounds.
 type Reach = BTreeMap<Variable, u64>;
 
@@ -17,6 +14,8 @@ type Reach = BTreeMap<Variable, u64>;
 pub struct Bounds {
     /// How many bytes of memory there are from the start on.
     memory: u64,
+    /// How many bytes behind the memory nothing uses.
+    margin: u64,
     /// What holds here.
     reach: Reach,
     /// What held when each of the open blocks began, of variables that have not changed since.
@@ -27,16 +26,16 @@ pub struct Bounds {
 
 impl Bounds {
     /// At the begin of a function.
-    pub fn of(memory: u64) -> Self {
-        Self { memory, reach: Reach::new(), at_begin: Vec::new(), is_compared: false }
+    pub fn of(memory: u64, margin: u64) -> Self {
+        Self { memory, margin, reach: Reach::new(), at_begin: Vec::new(), is_compared: false }
     }
 
     /// The statement that traps unless there are so many bytes from an address on, a variable or a constant: the address is
     /// before the margin, or so many bytes are.
     pub fn compare(&mut self, address: &Entry, bytes: u64) -> String {
         if let Some((variable, 0)) = address.sum() {
-            let in_memory = if bytes <= MARGIN { 0 } else { bytes };
-            self.reach.insert(variable, in_memory + MARGIN);
+            let in_memory = if bytes <= self.margin { 0 } else { bytes };
+            self.reach.insert(variable, in_memory + self.margin);
         }
         self.is_compared = true;
         format!("within({},{bytes}u);", address.text)

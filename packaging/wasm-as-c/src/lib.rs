@@ -27,10 +27,9 @@ use wasmparser::{
     ConstExpr, DataKind, ElementItems, ElementKind, ExternalKind, FunctionBody, Operator, Parser, Payload, TypeRef,
 };
 
-use self::bounds::MARGIN;
 use self::function::{Function, Surroundings};
 use self::operators::Type;
-use self::signature::{Signature, value_type};
+use self::signature::{Signature, first_equal, value_type};
 
 /// How many bytes of C are in a file, about.
 const FILE: usize = 400_000;
@@ -47,19 +46,68 @@ struct Module<'a> {
     globals: Vec<(Type, String)>,
     pages: u64,
     exports: BTreeMap<String, u32>,
+    /// The values of exported global variables at the start, as far as they are numbers of 32 bits.
+    exported_globals: BTreeMap<String, u64>,
     /// The functions of the table by their places; 0 is none.
     table: BTreeMap<u64, u32>,
     data: Vec<(u64, &'a [u8])>,
     bodies: Vec<FunctionBody<'a>>,
 }
 
-/// The C files of a module by name. Symbols begin with a prefix, for which a model stands; `roots` are the exported
-/// functions that are needed, each by the name `wasm_<export>`.
+/// What is made of a module.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// What all symbols begin with, before an underscore, so that several modules can be linked into one program.
+    pub prefix: &'a str,
+    /// The exported functions that are needed, each by the name `wasm_<export>` in C.
+    pub roots: &'a [&'a str],
+    /// Bytes behind the memory that nothing uses: accesses at smaller offsets from an address are checked together.
+    pub margin: u64,
+    /// The exported global variable whose value is the end of the memory that the module needs at least, if that is not whole
+    /// pages: `__heap_base` of LLVM's linker, for a module that takes no pages into use.
+    pub end: Option<&'a str>,
+    /// A header that `code.h` includes before the runtime: it may define `MEMORY`, how many bytes an instance has.
+    pub include: Option<&'a str>,
+}
+
+/// The files of C, by their names, that a translated module needs besides its own.
+pub const RUNTIME: [(&str, &str); 3] = [
+    ("operators.c", include_str!("../c/operators.c")),
+    ("operators.h", include_str!("../c/operators.h")),
+    ("wasm.h", include_str!("../c/wasm.h")),
+];
+
+impl<'a> Options<'a> {
+    /// The usual options: whole pages and a margin of 16 KiB.
+    pub fn new(prefix: &'a str, roots: &'a [&'a str]) -> Self {
+        Self { prefix, roots, margin: 16_384, end: None, include: None }
+    }
+}
+
+/// The C files of a module by name, with the usual options.
 ///
 /// # Errors
-/// When the module holds what is not translated, or lacks a root.
+/// As [`translate_with`].
 pub fn translate(wasm: &[u8], prefix: &str, roots: &[&str]) -> Result<BTreeMap<String, String>> {
+    translate_with(wasm, &Options::new(prefix, roots))
+}
+
+/// The C files of a module by name.
+///
+/// # Errors
+/// When the module holds what is not translated, or lacks a root or the end of its memory.
+pub fn translate_with(wasm: &[u8], options: &Options) -> Result<BTreeMap<String, String>> {
+    let Options { prefix, roots, margin, end, include } = *options;
     let module = read(wasm)?;
+    let bytes = match end {
+        None => module.pages * PAGE,
+        Some(name) => {
+            let end =
+                module.exported_globals.get(name).with_context(|| format!("the module exports no number {name}"))?;
+            ensure!(*end <= module.pages * PAGE, "{name} = {end} is behind the memory of the module");
+            end.next_multiple_of(16)
+        }
+    };
     let mut exported = BTreeMap::new();
     for root in roots {
         let function = module.exports.get(*root).with_context(|| format!("the module exports no {root}"))?;
@@ -67,9 +115,12 @@ pub fn translate(wasm: &[u8], prefix: &str, roots: &[&str]) -> Result<BTreeMap<S
     }
     // What is imported has no text.
     let in_table = module.table.values().copied().filter(|number| *number as usize >= module.imports.len());
-    let functions = translated(&module, exported.values().copied().chain(in_table))?;
+    let functions = translated(&module, [bytes, margin], exported.values().copied().chain(in_table))?;
     let mut files = BTreeMap::new();
-    files.insert("code.h".to_owned(), header(&module, prefix, &exported, &functions)?);
+    files.insert(
+        "code.h".to_owned(),
+        header(&module, [prefix, include.unwrap_or_default()], [bytes, margin], &exported, &functions)?,
+    );
     files.insert("code_data.c".to_owned(), data(&module)?);
     let mut number = 0;
     let mut text = String::new();
@@ -84,8 +135,16 @@ pub fn translate(wasm: &[u8], prefix: &str, roots: &[&str]) -> Result<BTreeMap<S
     Ok(files)
 }
 
+/// The names of the functions that a module exports.
+///
+/// # Errors
+/// When the module holds what is not translated.
+pub fn exports(wasm: &[u8]) -> Result<Vec<String>> {
+    Ok(read(wasm)?.exports.into_keys().collect())
+}
+
 fn in_file(text: &str) -> String {
-    format!("/* Made from the plant in Rust; not meant to be read or changed. */\n#include \"code.h\"\n{text}")
+    format!("/* Translated from WebAssembly; not meant to be read or changed. */\n#include \"code.h\"\n{text}")
 }
 
 fn read(wasm: &[u8]) -> Result<Module<'_>> {
@@ -127,8 +186,20 @@ fn read(wasm: &[u8]) -> Result<Module<'_>> {
             Payload::ExportSection(exports) => {
                 for export in exports {
                     let export = export?;
-                    if export.kind == ExternalKind::Func {
-                        module.exports.insert(export.name.to_owned(), export.index);
+                    match export.kind {
+                        ExternalKind::Func => {
+                            module.exports.insert(export.name.to_owned(), export.index);
+                        }
+                        ExternalKind::Global => {
+                            let start = module
+                                .globals
+                                .get(export.index as usize)
+                                .and_then(|(_, start)| start.strip_suffix('u'));
+                            if let Some(value) = start.and_then(|start| start.parse().ok()) {
+                                module.exported_globals.insert(export.name.to_owned(), value);
+                            }
+                        }
+                        _ => (),
                     }
                 }
             }
@@ -172,14 +243,19 @@ fn constant(expression: &ConstExpr) -> Result<u64> {
 }
 
 /// The functions that are reached from some.
-fn translated(module: &Module, from: impl Iterator<Item = u32>) -> Result<BTreeMap<u32, Function>> {
+fn translated(
+    module: &Module,
+    [memory, margin]: [u64; 2],
+    from: impl Iterator<Item = u32>,
+) -> Result<BTreeMap<u32, Function>> {
     let globals: Vec<_> = module.globals.iter().map(|(of, _)| *of).collect();
     let surroundings = Surroundings {
         functions: &module.functions,
         imports: &module.imports,
         signatures: &module.signatures,
         globals: &globals,
-        memory: module.pages * PAGE,
+        memory,
+        margin,
     };
     let mut functions = BTreeMap::new();
     let mut open: BTreeSet<u32> = from.collect();
@@ -200,17 +276,22 @@ fn translated(module: &Module, from: impl Iterator<Item = u32>) -> Result<BTreeM
 /// What the files share: names, types and declarations.
 fn header(
     module: &Module,
-    prefix: &str,
+    [prefix, include]: [&str; 2],
+    [bytes, margin]: [u64; 2],
     exported: &BTreeMap<&str, u32>,
     functions: &BTreeMap<u32, Function>,
 ) -> Result<String> {
-    let mut text = String::from("/* Made from the plant in Rust; not meant to be read or changed. */\n");
+    let mut text = String::from("/* Translated from WebAssembly; not meant to be read or changed. */\n");
     writeln!(text, "#ifndef CODE_H\n#define CODE_H")?;
     writeln!(text, "#define PAGE {PAGE}u")?;
     writeln!(text, "#define MODULE_PAGES {}", module.pages)?;
-    writeln!(text, "#define MARGIN {MARGIN}u")?;
+    writeln!(text, "#define MODULE_BYTES {bytes}u")?;
+    writeln!(text, "#define MARGIN {margin}u")?;
     let globals = module.globals.iter().enumerate().map(|(place, (of, _))| format!("{} g{place};", of.in_c()));
     writeln!(text, "#define MODULE_GLOBALS {}", globals.collect::<String>())?;
+    if !include.is_empty() {
+        writeln!(text, "#include \"{include}\"")?;
+    }
     writeln!(text, "#include \"wasm.h\"")?;
     for name in ["module_start", "module_entry", "module_trap", "module_grow", "module_sum64"] {
         writeln!(text, "#define {name} {prefix}_{name}")?;
@@ -265,7 +346,7 @@ fn data(module: &Module) -> Result<String> {
     for place in 0..=last {
         match module.table.get(&place) {
             Some(function) => {
-                let signature = module.functions[*function as usize];
+                let signature = first_equal(&module.signatures, module.functions[*function as usize]);
                 let name = match module.imports.get(*function as usize) {
                     Some(import) => import.clone(),
                     None => format!("w{function}"),

@@ -14,6 +14,11 @@ pub struct Signature {
     pub result: Option<Type>,
 }
 
+/// The first of some signatures that is equal to one: types of functions are equal by what they are, not by their numbers.
+pub fn first_equal(signatures: &[Signature], number: usize) -> usize {
+    signatures.iter().position(|other| *other == signatures[number]).unwrap_or(number)
+}
+
 impl Signature {
     /// A signature as the parser has it.
     ///

@@ -68,6 +68,11 @@ impl Entry {
         self.needs.is_empty() && !self.reads
     }
 
+    /// Whether its computation may trap: quotients and conversions are functions of the instance.
+    pub fn may_trap(&self) -> bool {
+        self.text.contains("(s,")
+    }
+
     /// Which number it is, if it is a constant one of 32 bits.
     pub fn number(&self) -> Option<u64> {
         self.text.strip_suffix('u').and_then(|digits| digits.parse().ok())

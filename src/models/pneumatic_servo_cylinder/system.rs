@@ -43,7 +43,12 @@ impl<L: FrictionLaw, A: Actuating, const EXTENDED: bool> System<3> for Pneumatic
     }
 
     fn new(values: &mut Values) -> Result<Self, ParameterError> {
-        Ok(Self::of(Parts::read(values)?))
+        let parts = Parts::read(values)?;
+        if !EXTENDED && parts.need_extension() {
+            let reason = "hoses, sensors and other options of the cylinder are not compiled into this program";
+            return Err(ParameterError::new("options in use", 1.0, reason));
+        }
+        Ok(Self::of(parts))
     }
 
     fn parameters(&self) -> &Parameters {

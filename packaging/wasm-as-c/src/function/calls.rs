@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 
+use super::super::signature::first_equal;
 use super::Translation;
 
 impl Translation<'_> {
@@ -19,9 +20,10 @@ impl Translation<'_> {
 
     pub(super) fn call_through_table(&mut self, signature: u32) -> Result<()> {
         let index = self.pop()?;
+        let signature = first_equal(self.surroundings.signatures, signature as usize);
         let name = format!("((t{signature})entry(s,{signature}u,{}))", index.value());
         // The index is evaluated with the arguments, none of which changes anything.
-        self.call_by(&name, signature as usize)
+        self.call_by(&name, signature)
     }
 
     pub(super) fn call_by(&mut self, name: &str, signature: usize) -> Result<()> {

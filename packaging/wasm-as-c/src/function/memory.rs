@@ -3,7 +3,6 @@
 use anyhow::{Context, Result, bail};
 use wasmparser::{MemArg, Operator as Op};
 
-use super::super::bounds::MARGIN;
 use super::super::operators::Access;
 use super::super::value::Entry;
 use super::Translation;
@@ -50,7 +49,7 @@ impl Translation<'_> {
     /// Copies or fills memory, by a function whose first arguments are so many addresses. Mostly it is known how much, that of
     /// a structure: then addresses are compared as for any access.
     pub(super) fn on_memory(&mut self, function: &str, addresses: usize) -> Result<()> {
-        let known = self.stack.last().and_then(Entry::number).filter(|bytes| *bytes <= MARGIN);
+        let known = self.stack.last().and_then(Entry::number).filter(|bytes| *bytes <= self.surroundings.margin);
         if let Some(bytes) = known {
             self.uses_memory = true;
             let first = self.stack.len().checked_sub(3).context("the stack is empty")?;

@@ -43,6 +43,8 @@ pub struct Surroundings<'a> {
     pub globals: &'a [Type],
     /// How many bytes of memory there are from the start on.
     pub memory: u64,
+    /// Bytes behind the memory that nothing uses.
+    pub margin: u64,
 }
 
 /// A function in C.
@@ -110,7 +112,7 @@ impl<'a> Translation<'a> {
             places: Vec::new(),
             calls: Vec::new(),
             uses_memory: false,
-            bounds: Bounds::of(surroundings.memory),
+            bounds: Bounds::of(surroundings.memory, surroundings.margin),
             unreached: None,
         }
     }

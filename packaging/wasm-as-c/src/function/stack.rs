@@ -7,13 +7,14 @@ use super::super::value::{Entry, Variable};
 use super::Translation;
 
 impl Translation<'_> {
-    /// The expressions that are longer are computed at once, so that none grows without limit.
+    /// The expressions that are longer are computed at once, so that none grows without limit. Those that may trap are, too: they
+    /// trap in order, and also where nothing uses their value.
     const LONGEST: usize = 160;
 
     pub(super) fn push(&mut self, entry: Entry) {
-        let is_long = entry.text.len() > Self::LONGEST;
+        let is_due = entry.text.len() > Self::LONGEST || entry.may_trap();
         self.stack.push(entry);
-        if is_long {
+        if is_due {
             self.compute(self.stack.len() - 1);
         }
     }
@@ -28,7 +29,7 @@ impl Translation<'_> {
     pub(super) fn compute(&mut self, place: usize) {
         let entry = &self.stack[place];
         let variable = Variable::Place(entry.of, place);
-        if entry.is_constant() || entry.text == variable.name() {
+        if entry.is_constant() && !entry.may_trap() || entry.text == variable.name() {
             return;
         }
         self.compute_what_needs(variable, place);

@@ -18,6 +18,7 @@ fn function(parameters: &[Type], result: Option<Type>, code: &[&[u8]]) -> Result
         signatures: &signatures,
         globals: &[Type::I32, Type::F64],
         memory: 65_536,
+        margin: 16_384,
     };
     translate(&FunctionBody::new(BinaryReader::new(&code, 0)), 1, &surroundings)
 }

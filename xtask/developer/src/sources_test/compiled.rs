@@ -46,13 +46,30 @@ impl Written {
         Ok(Self { folder, module, compiled, headers })
     }
 
+    /// The sources of a control loop alone, which are in a folder.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub fn of_loop(folder: PathBuf) -> Result<Self> {
+        let mut compiled = Vec::new();
+        for entry in std::fs::read_dir(&folder).with_context(|| format!("cannot list {}", folder.display()))? {
+            let file = entry?.path();
+            let is_of_loop = file.file_name().is_some_and(|name| name == "loop.c" || name == "model.c");
+            if file.extension().is_some_and(|extension| extension == "c") && !is_of_loop {
+                compiled.push(file);
+            }
+        }
+        compiled.sort();
+        Ok(Self { headers: folder.clone(), folder, module: Vec::new(), compiled })
+    }
+
     /// The objects of the plant, without the functions of FMI, and of the loop.
     ///
     /// # Errors
     /// When a file does not compile without a warning.
     pub fn plant(&self, compiler: &Compiler) -> Result<Vec<PathBuf>> {
         let plant = self.compiled.iter().filter(|file| !is_face(file)).cloned();
-        let files: Vec<_> = plant.chain([self.folder.join("loop.c")]).collect();
+        let files: Vec<_> = plant.chain(["loop.c", "model.c"].map(|name| self.folder.join(name))).collect();
         self.objects(compiler, &files)
     }
 
@@ -130,6 +147,8 @@ pub struct Compiler {
     pub compiling: &'static [&'static str],
     /// What it is told where it links.
     pub linking: &'static [&'static str],
+    /// Whether an instance that fails the self-test is refused.
+    pub is_refusing: bool,
 }
 
 impl Compiler {
@@ -141,9 +160,18 @@ impl Compiler {
         process::output(Command::new(self.program).arg("-dumpversion"))
     }
 
+    /// The same, where an instance that fails the self-test is refused.
+    pub fn refusing(mut self) -> Self {
+        self.is_refusing = true;
+        self
+    }
+
     fn command(&self) -> Command {
         let mut command = Command::new(self.program);
         command.args(["-O1", "-Wall", "-Wextra", "-Werror"]).args(self.always);
+        if self.is_refusing {
+            command.arg("-DPLANT_SELF_TEST=2");
+        }
         command
     }
 }

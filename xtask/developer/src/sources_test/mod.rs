@@ -1,11 +1,13 @@
 //! `cargo xtask test --sources`: the sources in C, compiled for this machine and for others, and run there. Every result is
 //! compared with the library in Rust, bit for bit.
 
+mod alone;
 mod compiled;
 mod needs;
 mod suite;
 mod target;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -37,11 +39,11 @@ use crate::valgrind;
 /// When a tool is missing, a step fails or a bit differs, or nothing is called as is asked for.
 pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
     let names = models::ALL.iter().map(|model| model.name).chain(Target::ALL.map(|target| target.compiler().folder));
-    ensure_known(only, "no model and no target", names.collect())?;
+    ensure_known(only, "no model and no target", names.chain([LOOP, TRANSLATOR]).collect())?;
     let models: Vec<_> = models::ALL.iter().filter(|model| is_wanted(only, model.name)).collect();
     let targets: Vec<_> = Target::ALL.into_iter().filter(|target| is_wanted(only, target.compiler().folder)).collect();
     tools::require(missing(&targets)?)?;
-    let rust = Library::for_tests(workspace)?.bytes;
+    let rust = if models.is_empty() && targets.is_empty() { Vec::new() } else { Library::for_tests(workspace)?.bytes };
     let mut cylinder = None;
     for model in models {
         let Made { written, plant, library } = on_this_machine(workspace, model, &rust)?;
@@ -56,6 +58,13 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
             cylinder = Some((written, plant));
         }
     }
+    if is_wanted(only, LOOP) {
+        tools::require(missing(&[Target::CortexM7])?)?;
+        alone::run(workspace)?;
+    }
+    if is_wanted(only, TRANSLATOR) {
+        translator(workspace)?;
+    }
     if targets.is_empty() {
         return Ok(());
     }
@@ -68,6 +77,24 @@ pub fn run(workspace: &Workspace, only: &[String]) -> Result<()> {
         }
     };
     on_targets(workspace, &targets, &written, &plant, &rust)
+}
+
+/// What `--only` calls the loops of one law.
+const LOOP: &str = "loop";
+/// What it calls the core tests of the translator.
+const TRANSLATOR: &str = "wasm-as-c";
+
+/// The core tests of the specification of WebAssembly, for what makes C of it.
+fn translator(workspace: &Workspace) -> Result<()> {
+    heading("Sources in C: the core tests of WebAssembly");
+    let mut cargo = process::cargo();
+    cargo.args(["test", "--profile", "quick", "--package", "wasm-as-c", "--features", "core-tests", "--test", "core"]);
+    process::run(cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target))
+}
+
+/// The numbers of all laws, which have no gaps.
+fn all_laws() -> Range<i32> {
+    1..LAWS.items.len() as i32 + 1
 }
 
 /// The sources of the cylinder on this machine; where a tool is missing, that is an error under CI and otherwise said.
@@ -157,7 +184,7 @@ fn on_targets(
     rust: &[u8],
 ) -> Result<()> {
     heading(&format!("Sources in C: {}", Target::Linux.name()));
-    let expected = Target::Linux.run(workspace, written, plant)?;
+    let expected = Target::Linux.run(workspace, written, plant, &all_laws())?;
     print!("{}", expected.bits);
     let experiments = experiments_of(&MODEL);
     let reference = Machine::Linux.run(workspace, rust, &experiments)?;
@@ -166,7 +193,7 @@ fn on_targets(
         heading(&format!("Sources in C: {}", target.name()));
         let compiler = target.compiler();
         let plant = written.plant(&compiler)?;
-        let found = target.run(workspace, written, &plant)?;
+        let found = target.run(workspace, written, &plant, &all_laws())?;
         let (bits, others) = (found.bits, &expected.bits);
         ensure!(bits == *others, "{} computes other bits:\n{bits}instead of\n{others}", target.name());
         println!("{}: the same bits", target.name());

@@ -75,12 +75,30 @@ impl Needs {
         format!("| {name} | {} | {least} to {greatest} | {most} |", bytes.join(" | "))
     }
 
+    /// Its row of the table of loops alone, which have one law and no more memory than the variables.
+    fn row_alone(&self, law: &str) -> String {
+        let (mean, most) = self.instructions.first().copied().unwrap_or_default();
+        let bytes = [self.text, self.data, self.inner_stack, self.stack].map(kilobytes);
+        format!("| *{law}* | {} | {} | {} |", bytes.join(" | "), thousands(mean), thousands(most))
+    }
+
+    /// Compares with the row of a loop alone under a law.
+    ///
+    /// # Errors
+    /// As [`compare`](Self::compare).
+    pub fn compare_alone(&self, workspace: &Workspace, law: &str, compiler: &Compiler) -> Result<()> {
+        Self::compare_row(workspace, &self.row_alone(law), compiler)
+    }
+
     /// Compares with the row of a target on the page, where the compiler is the one that the page is about.
     ///
     /// # Errors
     /// When the page says something else.
     pub fn compare(&self, workspace: &Workspace, name: &str, compiler: &Compiler) -> Result<()> {
-        let row = self.row(name);
+        Self::compare_row(workspace, &self.row(name), compiler)
+    }
+
+    fn compare_row(workspace: &Workspace, row: &str, compiler: &Compiler) -> Result<()> {
         println!("{row}");
         let version = compiler.version()?;
         let version = version.trim();

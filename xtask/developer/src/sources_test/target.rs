@@ -1,10 +1,10 @@
 //! Targets that the sources are compiled for and run on.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Result, ensure};
-use pneumatic_servo::friction::LAWS;
 use pneumatic_servo_packaging::process;
 use pneumatic_servo_packaging::tools::Tool;
 use pneumatic_servo_packaging::workspace::Workspace;
@@ -88,7 +88,14 @@ impl Target {
 
     /// Its compiler. For a microcontroller it makes small code, as its users do, since that is measured.
     pub fn compiler(self) -> Compiler {
-        let of = |program, folder, always, compiling, linking| Compiler { program, folder, always, compiling, linking };
+        let of = |program, folder, always, compiling, linking| Compiler {
+            program,
+            folder,
+            always,
+            compiling,
+            linking,
+            is_refusing: false,
+        };
         const NO_SYSTEM: &[&str] = &["--specs=rdimon.specs"];
         match self {
             // With operations that join a product and a sum.
@@ -160,14 +167,20 @@ impl Target {
         compiler.into_iter().chain(emulator).chain(wine).collect()
     }
 
-    /// Runs accesses to memory, many sums and products, the control loop of `examples/target`, and all laws.
+    /// Runs accesses to memory, many sums and products, the control loop of `examples/target`, and laws by their numbers.
     ///
     /// # Errors
     /// When a program cannot be compiled, or ends with an error.
-    pub fn run(self, workspace: &Workspace, written: &Written, plant: &[PathBuf]) -> Result<Outcome> {
+    pub fn run(
+        self,
+        workspace: &Workspace,
+        written: &Written,
+        plant: &[PathBuf],
+        laws: &Range<i32>,
+    ) -> Result<Outcome> {
         let mut outcome = Outcome { bits: String::new(), needs: Needs::of_objects(&self.compiler(), plant)? };
         for (name, file) in PROGRAMS {
-            let program = self.program(workspace, written, name, &workspace.root.join(file), plant)?;
+            let program = self.program(workspace, written, (name, &workspace.root.join(file)), plant, laws)?;
             let printed = process::output(&mut self.start(&written.folder, &program))?.replace('\r', "");
             for line in printed.lines() {
                 match line.strip_prefix("measured ") {
@@ -176,8 +189,8 @@ impl Target {
                 }
             }
         }
-        let laws = outcome.bits.lines().filter(|line| line.starts_with("law ")).count();
-        ensure!(laws == LAWS.items.len(), "{} ran {laws} laws:\n{}", self.name(), outcome.bits);
+        let run = outcome.bits.lines().filter(|line| line.starts_with("law ")).count();
+        ensure!(run == laws.len(), "{} ran {run} laws:\n{}", self.name(), outcome.bits);
         Ok(outcome)
     }
 
@@ -185,13 +198,13 @@ impl Target {
         self,
         workspace: &Workspace,
         written: &Written,
-        name: &str,
-        file: &Path,
+        (name, file): (&str, &Path),
         plant: &[PathBuf],
+        laws: &Range<i32>,
     ) -> Result<PathBuf> {
         let board = workspace.root.join("examples/target/cortex-m7");
-        let laws = format!("-DLAWS={}", LAWS.items.len());
-        let mut files: Vec<PathBuf> = vec![laws.into(), file.to_owned()];
+        let laws = [format!("-DFIRST_LAW={}", laws.start), format!("-DLAWS={}", laws.len())];
+        let mut files: Vec<PathBuf> = laws.into_iter().map(PathBuf::from).chain([file.to_owned()]).collect();
         if self.has_no_system() {
             files.extend([format!("-DINSTRUCTIONS_PER_TICK={INSTRUCTIONS_PER_TICK}").into(), board.join("start.c")]);
             files.extend(["-T".into(), board.join("memory.ld")]);

@@ -1,4 +1,4 @@
-/* The types of the translated plant, and floating-point numbers as they are written. */
+/* The types of a translated module, and floating-point numbers as they are written. */
 #ifndef WASM_H
 #define WASM_H
 
@@ -22,7 +22,7 @@
 #endif
 
 #if defined(__FAST_MATH__)
-#error "The plant is not computed exactly with -ffast-math or -Ofast: leave that out"
+#error "The module is not computed exactly with -ffast-math or -Ofast: leave that out"
 #endif
 
 typedef uint8_t u8;
@@ -39,19 +39,11 @@ typedef double f64;
 /* Double precision is what everything rests on. */
 typedef char f64_is_double_precision[sizeof(f64) == 8 ? 1 : -1];
 
-/* Bytes of memory beyond what the module starts with: variables, models, saved states. Where memory is allocated, systems give
-   what is used of it. */
-#ifndef PLANT_HEAP
-#ifdef PLANT_INSTANCES
-#define PLANT_HEAP (16u * PAGE)
-#else
-#define PLANT_HEAP (256u * PAGE)
+/* Bytes of memory of an instance: what the module starts with, unless there is more. Where the module takes pages into use, it is
+   whole pages. */
+#ifndef MEMORY
+#define MEMORY MODULE_BYTES
 #endif
-#endif
-#if PLANT_HEAP < 1 || PLANT_HEAP > 0x70000000
-#error "PLANT_HEAP is a number of bytes: some hundred thousand, and less than 2 GB"
-#endif
-#define MEMORY (MODULE_PAGES * PAGE + (PLANT_HEAP + PAGE - 1u) / PAGE * PAGE)
 
 typedef void (*Function)(void);
 

@@ -47,7 +47,7 @@ f64 module_sum64(f64 x, f64 y);
    not there. Behind MEMORY is a MARGIN that belongs to nothing: what is at a small offset from an address below MEMORY is in one
    of the two, so that one comparison serves all fields of a structure. */
 #define within(a, bytes) \
-    if (UNLIKELY((bytes) <= MARGIN ? (a) >= MEMORY : (a) > MEMORY - (bytes))) goto X
+    if (UNLIKELY((bytes) <= MARGIN ? (a) >= MEMORY : (bytes) > MEMORY || (a) > MEMORY - (u32)(bytes))) goto X
 
 /* Numbers as they lie in memory, of which the same bytes may be several kinds. */
 #if defined(__GNUC__) || defined(__clang__)
