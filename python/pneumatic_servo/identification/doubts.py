@@ -126,7 +126,8 @@ def _of(
             continue
         times = -float(own @ left) / size
         value = free.start + times * way
-        if free.legal[0] <= value <= free.legal[1]:
+        # A shift of more than half a second is none of a sensor.
+        if free.low <= value <= free.high:
             signal, share = most_explained(problem, left, left + times * own)
             found.append(Doubt(name, value, free.unit, times**2 * size, signal, share))
     return found

@@ -16,6 +16,7 @@ from pneumatic_servo.identification.signals import SIGNALS, Units
 from pneumatic_servo.identification.smoothing import noise
 from pneumatic_servo.identification.table import Measured
 from pneumatic_servo.noticed import tell_saturation
+from pneumatic_servo.units import scale
 from pneumatic_servo.words import said
 
 Array = NDArray[np.float64]
@@ -38,6 +39,10 @@ EMPTY = 2e4
 """No chamber has less, in Pa absolute."""
 HIGHEST = 1e8
 """Nor more."""
+BEYOND = 3.0
+"""A chamber has no more than so many times the supply, however it is compressed."""
+UNITS, LEAST, MOST = ("Pa", "kPa", "mbar", "bar", "psi", "MPa"), 0.3, 1.5
+"""Units that pressures are taken for each other in, and shares of the supply between which one is likely."""
 BADLY = 0.5
 """A model that leaves more than this share of a signal's spread does not describe it."""
 MACHINE = {
@@ -122,6 +127,8 @@ def _check_ranges(experiment: Experiment, source: Measured) -> None:
             _check_position(experiment, source, low, high)
         elif signal in ("chamberA.pressure", "chamberB.pressure", "supplyPressure"):
             _check_pressure(source, signal, low, high)
+            if signal != "supplyPressure":
+                _check_below_supply(experiment, source, signal, high)
         elif signal == "valveVoltage" and isinstance(experiment, OfCylinder):
             _check_voltage(experiment, source, low, high)
 
@@ -193,6 +200,30 @@ def _check_pressure(source: Measured, signal: str, low: float, high: float) -> N
         raise ValueError(f"{told}; are these kPa? then write {signal}=...[{gauge}]; kPag counts from the atmosphere")
     raise ValueError(
         f"{told}; do these count from the atmosphere? then write [barg] or [kPag] behind the column, or add 101325 Pa"
+    )
+
+
+def _check_below_supply(experiment: Experiment, source: Measured, signal: str, high: float) -> None:
+    """Refuse a chamber far above its supply, and say which unit would be right."""
+    supply = experiment.settings.get("supplyPressure")
+    if "supplyPressure" in source.signals:
+        supply = float(np.max(source.signals["supplyPressure"]))
+    if not isinstance(experiment, OfCylinder) or supply is None or not EMPTY < float(supply) < high / BEYOND:
+        return
+    row = int(np.argmax(source.signals[signal]))
+    unit = source.written.get(signal, "").rpartition(" in ")[2] or "Pa"
+    times, offset = scale(unit, "Pa", signal)
+    number = (high - offset) / times
+    likely = [
+        f"[{other}] makes {1e-5 * pressure:.3g} bar of it"
+        for other in UNITS
+        if other != unit
+        and LEAST * float(supply) < (pressure := number * scale(other, "Pa", signal)[0]) < MOST * float(supply)
+    ]
+    raise ValueError(
+        f"{source.where(signal, row)}: {signal} = {number:.5g} {unit} at {source.signals['time'][row]:.6g} s, which is "
+        f"{1e-5 * high:.4g} bar, {high / float(supply):.3g} times the supply of {1e-5 * float(supply):.3g} bar; is the "
+        f"unit right? {' or '.join(likely) or 'No usual unit brings it below the supply'}"
     )
 
 

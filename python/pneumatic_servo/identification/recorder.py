@@ -24,6 +24,12 @@ LEAP = 10.0
 """A leap is so many times larger than the steps near it."""
 LOUD = 20.0
 """And than the noise."""
+DROPPED, STEADY = 2.5, 0.5
+"""Where steps near it are alike, the least at least this share of the largest, a leap of so many times these is enough:
+no mass is that fast for one sample."""
+ABRUPT, AHEAD, COARSE = 0.7, 5, 4.0
+"""A position that leaves its end, in so many samples and by so many of its smallest steps, with this share of the way
+in as many samples after them, was there at speed: it was clipped."""
 SMALL = 0.01
 """And than this share of the way."""
 MISSING = 1.5
@@ -46,13 +52,16 @@ def check(source: Measured, units: Units) -> list[str]:
     PlantWarning
         For readings that stop at an end, positions that leap, and rows that are repeated.
     """
+    time = source.signals["time"]
     for signal, values in source.signals.items():
         if signal not in ASKED:
-            for end, count in clipped(values):
+            found = [*clipped(values), *(stopped(values) if signal == "position" else ())]
+            for end, count in dict(found).items():
+                first = int(_longest(values == end)[0])
                 warn(
                     f"{source.name}: {signal} stays at {end:.6g} {units.of_signal(signal)}, the end of what it reads, "
-                    f"for {count} samples: is its range too small, so that it is clipped there? Leave these stretches "
-                    "out"
+                    f"for {count} samples, as from {time[first]:.6g} s ({source.where(signal, first)}): is its range "
+                    "too small, so that it is clipped there? Leave these stretches out"
                 )
     _check_leaps(source, units)
     _check_repeats(source)
@@ -76,10 +85,40 @@ def clipped(values: Array) -> Iterator[tuple[float, int]]:
             yield end, int(np.sum(values == end))
 
 
+def stopped(position: Array) -> Iterator[tuple[float, int]]:
+    """Yield each end at which a position stops dead and from which it leaves at full speed, and for how many samples.
+
+    A carriage leaves an end stop from rest, and goes farther in the next few samples than in the first; one that was
+    behind the end of a sensor's range comes back at speed.
+    """
+    if len(position) < 4 * LONG:
+        return
+    steps = np.abs(np.diff(position))
+    # A converter moves by whole steps of its own.
+    floor = max(AHEAD * float(np.max(steps)) / LEAP, COARSE * float(np.min(steps[steps > 0.0], initial=np.inf)))
+    for end in (float(np.max(position)), float(np.min(position))):
+        first, length = _runs(position == end)
+        long = length >= LONG
+        leaving = first[long] + length[long]
+        leaving = leaving[leaving + 2 * AHEAD < len(position)]
+        if not len(leaving):
+            continue
+        first_way, second_way = (np.abs(position[leaving + k + AHEAD] - position[leaving + k]) for k in (0, AHEAD))
+        if np.mean((first_way > ABRUPT * second_way) & (first_way > floor)) >= 0.5:
+            yield end, int(np.sum(position == end))
+
+
 def _has_noise(steps: Array) -> bool:
     """Tell whether steps from sample to sample are those of a signal with noise that its converter resolves."""
     turns = np.mean(steps[1:] * steps[:-1] < 0.0) if len(steps) > 1 else 0.0
     return bool(turns > OFTEN and np.mean(steps == 0.0) < RARELY)
+
+
+def _longest(inside: NDArray[np.bool_]) -> tuple[int, int]:
+    """Return where the longest run begins, and how long it is."""
+    first, length = _runs(inside)
+    longest = int(np.argmax(length))
+    return int(first[longest]), int(length[longest])
 
 
 def _runs(inside: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -98,7 +137,12 @@ def leaps(time: Array, position: Array) -> NDArray[np.int64]:
     others = np.max(np.delete(around, NEAR, axis=1), axis=1)
     least = max(LOUD * noise(position), SMALL * float(np.ptp(position)))
     usual = intervals < MISSING * float(np.median(intervals))
-    return np.flatnonzero((steps > LEAP * others) & (steps > least) & usual)
+    is_far = (steps > LEAP * others) & (steps > least)
+    signed = np.pad(np.diff(position), NEAR, mode="edge")
+    beside = np.delete(np.lib.stride_tricks.sliding_window_view(signed, 2 * NEAR + 1), NEAR, axis=1)
+    one_way = np.where(np.diff(position) > 0.0, np.min(beside, axis=1), -np.max(beside, axis=1))
+    is_dropped = (one_way > STEADY * others) & (steps > DROPPED * others) & (steps - others > LOUD * noise(position))
+    return np.flatnonzero((is_far | is_dropped) & usual)
 
 
 def _check_leaps(source: Measured, units: Units) -> None:
@@ -111,8 +155,9 @@ def _check_leaps(source: Measured, units: Units) -> None:
         more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
         leap = f"{position[first + 1] - position[first]:.4g} {units.of_signal('position')}"
         warn(
-            f"{source.where('position', first + 1)}: position leaps by {leap} within one sample{more}, as no mass "
-            "does: were samples dropped, and time counted on? Give the time as it was recorded, or cut the record there"
+            f"{source.where('position', first + 1)}: position leaps by {leap} within one sample, at "
+            f"{time[first + 1]:.6g} s{more}, as no mass does: were samples dropped, and time counted on? Give the time "
+            "as it was recorded, or cut the record there"
         )
 
 
