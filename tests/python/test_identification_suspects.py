@@ -66,3 +66,15 @@ def test_mass_of_an_axis_is_suspected() -> None:
     assert found.suspect is not None and found.suspect.name == "mass"
     assert isinstance(found.suspect.estimate, Estimate)
     assert found.suspect.estimate.value == pytest.approx(20.0, rel=0.05)
+
+
+def test_gain_of_a_sensor_is_told_as_large_as_it_is() -> None:
+    """Fitted along with all that is free, with an interval: one step in proportion made 0.99 of 0.98."""
+    table = np.genfromtxt(RIG, delimiter=",", names=True)
+    data = {"time": table["t"], "valveVoltage": table["u"], "position": 1e-3 * table["x_mm"],
+            "chamberA.pressure": 1e5 * table["pa_bar"] / 0.98, "chamberB.pressure": 1e5 * table["pb_bar"]}  # fmt: skip
+    known = {"supplyPressure": 6e5, "valve.deadZone": 0.065, "valve.C": 4.4e-9}
+    found = ps.fit(data, experiment="rig", law="Stribeck", fit=FREE[:4], settings=known, starts=0, progress=False)
+    doubt = found.doubt
+    assert doubt is not None and doubt.name == "gain.chamberA.pressure"
+    assert abs(doubt.value - 0.98) < doubt.high - doubt.low < 0.01 and f"{doubt.value:.4g} [" in str(doubt)

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumatic_servo.identification.fitted import Fitted
+from pneumatic_servo.identification.intervals import certainty
 from pneumatic_servo.identification.parameters import free_of
 from pneumatic_servo.identification.problem import Problem
 from pneumatic_servo.identification.residuals import Residuals
 from pneumatic_servo.identification.sensor import Sensor
-from pneumatic_servo.identification.solve import sensitivities
+from pneumatic_servo.identification.solve import ROUGH, refine, sensitivities
 
 Array = NDArray[np.float64]
 
@@ -51,6 +52,8 @@ class Doubt:
         The signal that is missed less with it.
     share : float
         Share of the sum of its squares that would be gone.
+    low, high : float
+        Ends of its 95 % interval where it was fitted along; infinite otherwise.
     """
 
     name: str
@@ -59,14 +62,19 @@ class Doubt:
     gain: float
     signal: str
     share: float
+    low: float = -np.inf
+    high: float = np.inf
 
     def __str__(self) -> str:
         kind, _, own = self.name.partition(".")
         unit = "" if self.unit == "1" else f" {self.unit}"
-        late = f"if {own} were read {1e3 * self.value:.2g} ms late"
+        is_fitted = np.isfinite(self.low) and np.isfinite(self.high)
+        times = 1e3 if kind in ("delay", "lag") else 1.0
+        within = f" [{times * self.low:.4g}, {times * self.high:.4g}]" if is_fitted else ""
+        late = f"if {own} were read {1e3 * self.value:.2g}{within} ms late"
         what = {
-            "gain": f"if {own} were {self.value:.4g} times what is read",
-            "offset": f"if {self.value:.3g}{unit} of {own} were an offset of its sensor",
+            "gain": f"if {own} were {self.value:.4g}{within} times what is read",
+            "offset": f"if {self.value:.3g}{within}{unit} of {own} were an offset of its sensor",
             "delay": late,
             "lag": f"{late}, or through a filter",
         }[kind]
@@ -98,6 +106,24 @@ def doubt(fit: Fitted, residuals: Residuals) -> Doubt | None:
     found = [one for name in names for one in _of(problem, x, name, differences, weights, basis, left)]
     best = max(found, key=lambda one: one.gain, default=None)
     return best if best is not None and best.share > MUCH else None
+
+
+def sized(fit: Fitted, found: Doubt) -> Doubt:
+    """Return a fault with its size when everything that is free is fitted anew along with it, and its interval.
+
+    One step is in proportion, and a sensor's noise is what the fit without the fault has left: it tells which fault it
+    is, and not how large.
+    """
+    experiment, number = fit.problem.experiment, len(fit.problem.free)
+    free = free_of(found.name, experiment.table, experiment.compared, experiment.beside, found.name)
+    problem = fit.problem.trained().with_free([*fit.problem.free, free]).bounded()
+    near = min(max(free.inner(found.value), problem.bounds[0][number]), problem.bounds[1][number])
+    end = refine(problem, np.concatenate([fit.x, [near], np.zeros(sum(problem.loose))]), effort=ROUGH).x
+    problem = problem.seen_by(problem.likely_sensors(end))
+    end = refine(problem, end).x
+    sure = certainty(problem, end)
+    value, low, high = free.outer(float(end[number])), float(sure.low[number]), float(sure.high[number])
+    return replace(found, value=value, low=low, high=high)
 
 
 def explains_nothing(fit: Fitted, residuals: Residuals) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pneumatic_servo import checks
 from pneumatic_servo.files import whole
-from pneumatic_servo.identification.doubts import Doubt, doubt
+from pneumatic_servo.identification.doubts import Doubt, doubt, sized
 from pneumatic_servo.identification.fitted import Fitted
 from pneumatic_servo.identification.free_form import FreeForm, free_form
 from pneumatic_servo.identification.ranges import Ranges
@@ -73,7 +73,8 @@ class Fit(Fitted):
     @cached_property
     def doubt(self) -> Doubt | None:
         """The gain, offset or delay of a sensor that would explain most of what is left; None if none does."""
-        return doubt(self, self._residuals)
+        found = doubt(self, self._residuals)
+        return None if found is None else sized(self, found)
 
     @cached_property
     def suspect(self) -> Suspect | None:
