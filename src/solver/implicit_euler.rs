@@ -45,13 +45,13 @@ pub fn step<H: System<U>, S: Varying, const N: usize, const U: usize>(
         if (0..N).all(|i| change[i].abs() <= CONVERGED * scales[i].max(end[i].abs())) {
             let ended = array(|i| S::of(end[i]));
             if !S::VARIES {
-                return Some(Trial { end: ended, error: [0.0; N] });
+                return Some(Trial { end: ended, error: [S::zero(); N] });
             }
             // `(I/h - J)*end' = start'/h + f'`, with `f'` by all but the states.
             let besides = system.derivatives(S::of(end_time), &ended, &inputs.at(end_time), memory);
             let right = array(|i| start[i].slope() / h + besides[i].slope());
             let slopes = solver.solve(&right, H::GROUPS);
-            return Some(Trial { end: array(|i| S::with(end[i], slopes[i])), error: [0.0; N] });
+            return Some(Trial { end: array(|i| S::with(end[i], slopes[i])), error: [S::zero(); N] });
         }
     }
     None

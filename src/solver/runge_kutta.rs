@@ -1,8 +1,8 @@
 //! Explicit schemes, as tables of Butcher.
 
+use super::array;
 use super::relaxing::Relaxing;
 use super::trial::Trial;
-use super::{array, values};
 use crate::numbers::Varying;
 use crate::system::{Held, Led, System};
 
@@ -51,7 +51,7 @@ impl Tableau {
                 end[i] += slope[i] * (h * weight);
             }
         }
-        Trial { end, error: [0.0; N] }
+        Trial { end, error: [S::zero(); N] }
     }
 }
 
@@ -85,7 +85,7 @@ pub struct Explicit<const N: usize, S> {
     /// Derivatives at its end.
     pub slope: [S; N],
     /// An error of order 2, which sees kinks.
-    pub bend: [f64; N],
+    pub bend: [S; N],
 }
 
 impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, N, U> {
@@ -132,7 +132,7 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let error = self.relaxed(error, |_, weights| weights.error(drives[3], last_drive));
         let bend = self.placed(array(|i| (outer[i] - inner[i]) * sixth), |led| led.bend);
         let bend = self.relaxed(bend, |_, weights| weights.bend(drives));
-        Explicit { trial: Trial { end, error: values(&error) }, slope, bend: values(&bend) }
+        Explicit { trial: Trial { end, error }, slope, bend }
     }
 
     /// One step of the midpoint rule, half as costly, with its difference from the trapezoidal rule as its error: for a
@@ -154,7 +154,6 @@ impl<H: System<U>, S: Varying, const N: usize, const U: usize> Stages<'_, H, S, 
         let drives = [drive_1, drive_2, self.drive(&end, &slope)];
         let error = self.placed(array(|i| ((first[i] + slope[i]) * 0.5 - second[i]) * h), |led| led.bend);
         let error = self.relaxed(error, |_, weights| weights.half_evaluated_error(drives));
-        let error = values(&error);
         Explicit { trial: Trial { end, error }, slope, bend: error }
     }
 

@@ -10,7 +10,7 @@ pub struct Trial<const N: usize, S = Real> {
     /// States at its end.
     pub end: [S; N],
     /// Estimated error of each state (zero for fixed-step schemes).
-    pub error: [f64; N],
+    pub error: [S; N],
 }
 
 /// The equations linearised at the start of a step.

@@ -81,11 +81,11 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     /// What is known of the sizes of explicit steps.
     strides: Strides,
     /// Error of the step tried last.
-    error: [f64; N],
+    error: [S; N],
     /// Derivatives at the end of the explicit step tried last.
     end_slope: [S; N],
     /// Error of the explicit step tried last if it crosses a kink.
-    bend: [f64; N],
+    bend: [S; N],
     /// What the system says of the present mode.
     hints: Hints,
     /// Size in s of the step that met the kink on which the next one is to end; 0 if none is to.
@@ -111,6 +111,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     trail: Option<Vec<Mark>>,
     /// By how much the present instant, an event, comes later along the direction of numbers with slopes.
     late: f64,
+    /// The largest slopes of the states so far.
+    peaks: [f64; N],
     /// The events so far of numbers with slopes.
     crossings: Vec<Crossing>,
     /// Where these have lost their slopes.
@@ -169,9 +171,9 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             linearisation: Linearisation { derivatives: [S::zero(); N], jacobian: SMatrix::zeros(), time_slopes: None },
             is_linearised: false,
             strides: Strides::UNKNOWN,
-            error: [0.0; N],
+            error: [S::zero(); N],
             end_slope: [S::zero(); N],
-            bend: [0.0; N],
+            bend: [S::zero(); N],
             hints: Hints::default(),
             beyond: 0.0,
             arrived_with: None,
@@ -184,6 +186,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             attempts: 0,
             trail: None,
             late: 0.0,
+            peaks: [0.0; N],
             crossings: Vec::new(),
             lost: None,
         }

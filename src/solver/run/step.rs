@@ -218,19 +218,20 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// The largest error of a state at the end of a step relative to what is allowed.
-    fn error_norm(&self, end: &[S; N], errors: &[f64; N]) -> f64 {
+    fn error_norm(&self, end: &[S; N], errors: &[S; N]) -> f64 {
         // One instruction, where `f64::max` needs several to tell a missing number.
         let larger = |a: f64, b: f64| if a < b { b } else { a };
         // All states side by side, then the largest.
-        let relative: [f64; N] =
-            array(|i| errors[i].abs() / larger(larger(self.scales[i], self.x[i].value().abs()), end[i].value().abs()));
+        let relative: [f64; N] = array(|i| {
+            errors[i].value().abs() / larger(larger(self.scales[i], self.x[i].value().abs()), end[i].value().abs())
+        });
         relative.into_iter().fold(0.0, larger) / self.settings.tolerance
     }
 
     /// The state whose error is largest.
-    fn least_accurate(&self, end: &[S; N], errors: &[f64; N]) -> Course {
+    fn least_accurate(&self, end: &[S; N], errors: &[S; N]) -> Course {
         let magnitude = |i: usize| self.scales[i].max(self.x[i].value().abs()).max(end[i].value().abs());
-        let relative = |i: usize| errors[i].abs() / magnitude(i);
+        let relative = |i: usize| errors[i].value().abs() / magnitude(i);
         self.course((0..N).max_by(|a, b| relative(*a).total_cmp(&relative(*b))).unwrap_or_default())
     }
 
@@ -289,7 +290,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 
     fn accept(&mut self, h: f64, end_time: f64, end: &[S; N], error: f64, event: Option<usize>) {
         let beyond = self.beyond;
-        let varied = self.across_kinks(h, end_time, end);
+        let varied = self.refined(h, end_time, end);
         self.move_to(end_time, varied.as_ref().unwrap_or(end), self.is_explicit && !self.inputs.vary(), event);
         self.step = if self.is_midpoint {
             // That of the classical method is another.
@@ -317,6 +318,11 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         (self.is_linearised, self.arrived_with) = (false, knows_slope.then(|| self.inputs.at(time)));
         (self.leaving, self.beyond) = (None, 0.0);
+        if S::VARIES {
+            for (peak, state) in self.peaks.iter_mut().zip(end) {
+                *peak = peak.max(state.slope().abs());
+            }
+        }
         if S::VARIES
             && let Some(event) = event
         {

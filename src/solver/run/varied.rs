@@ -8,19 +8,26 @@
 //! tau = -g'/gdot,   x+ = switch(x- + f-*tau, t + tau) - f+*tau
 //! ```
 //!
-//! The step control sees values alone. A direction that sets off what the run does not, as the command of a spool that follows it
-//! slowly in the run, has slopes that are less accurate than the values.
+//! The step control sees values alone. Where a direction sets off what the run does not, a spool that jumps for example, slopes are
+//! taken in parts of the step.
 
 use super::Run;
 use crate::numbers::Varying;
 use crate::solver::event::Hermite;
 use crate::solver::relaxing::Relaxing;
 use crate::solver::runge_kutta::Stages;
+use crate::solver::trial::Trial;
 use crate::solver::{array, numbers, values};
 use crate::system::{Indicator, System};
 
 /// Rate in 1/s of an indicator, relative to its nominal value, below which the motion grazes its limit.
 const GRAZING: f64 = 1e-7;
+/// The smallest tolerance of slopes.
+const SHARPEST: f64 = 1e-8;
+/// Slopes below this multiple of the scale of a state, per unit of the direction, do not count.
+const NEGLIGIBLE: f64 = 1e-3;
+/// The smallest part of a step that slopes ask for.
+const SMALLEST_PIECE: f64 = 1e-4;
 /// How many kinks within a step are told from each other.
 const MOST_KINKS: usize = 4;
 
@@ -129,14 +136,27 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
     }
 
-    /// The states at the end of an explicit step that crosses kinks, with the slopes of steps that end on them: within a smooth piece slopes
-    /// have the order of the method. Nothing where the step is smooth.
+    /// The states at the end of an explicit step with slopes that are accurate, where those of the step are not: the step control has
+    /// seen values alone, and within a smooth piece slopes have the order of the method. Nothing where they are.
     #[inline(always)]
-    pub(super) fn across_kinks(&mut self, h: f64, end_time: f64, end: &[S; N]) -> Option<[S; N]> {
-        if !S::VARIES || !self.is_explicit || self.kink(h, end_time, end).is_none() {
+    pub(super) fn refined(&mut self, h: f64, end_time: f64, end: &[S; N]) -> Option<[S; N]> {
+        if !S::VARIES || !self.is_explicit {
+            return None;
+        }
+        let is_accurate = self.inaccuracy(&self.x, end, &self.error) <= 1.0;
+        if is_accurate && self.kink(h, end_time, end).is_none() {
             return None;
         }
         Some(self.in_pieces(h, end_time, end))
+    }
+
+    /// The largest error of a slope in a step relative to what is allowed.
+    fn inaccuracy(&self, start: &[S; N], end: &[S; N], errors: &[S; N]) -> f64 {
+        let relative = |i: usize| {
+            let largest = self.peaks[i].max(start[i].slope().abs()).max(end[i].slope().abs());
+            errors[i].slope().abs() / largest.max(NEGLIGIBLE * self.scales[i])
+        };
+        (0..N).map(relative).fold(0.0, f64::max) / self.settings.tolerance.max(SHARPEST)
     }
 
     #[cold]
@@ -148,9 +168,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let (mut x, mut from) = (self.x, 0.0);
         for piece in 0..=MOST_KINKS {
             let to = if piece < MOST_KINKS { self.first_kink_behind(&path, from).unwrap_or(1.0) } else { 1.0 };
-            let reached = self.piece(self.time + from * h, &x, (to - from) * h);
-            let there = if to < 1.0 { self.between(&path, to) } else { ended };
-            x = array(|i| S::with(there[i], reached[i].slope()));
+            x = self.smooth_piece(&path, [from, to], &x);
             from = to;
             if to >= 1.0 {
                 break;
@@ -158,6 +176,18 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         self.end_slope = self.system.derivatives(S::of(end_time), &x, &self.inputs.at(end_time), &self.memory);
         x
+    }
+
+    /// The states at the end of a smooth piece of a step, in halves of halves where slopes ask for it.
+    fn smooth_piece(&self, path: &Hermite<N>, [from, to]: [f64; 2], x: &[S; N]) -> [S; N] {
+        let Trial { end, error } = self.piece(self.time + from * path.h, x, (to - from) * path.h);
+        if to - from > SMALLEST_PIECE && self.inaccuracy(x, &end, &error) > 1.0 {
+            let middle = 0.5 * (from + to);
+            let half = self.smooth_piece(path, [from, middle], x);
+            return self.smooth_piece(path, [middle, to], &half);
+        }
+        let there = if to < 1.0 { self.between(path, to) } else { *path.end };
+        array(|i| S::with(there[i], end[i].slope()))
     }
 
     /// The states within a step: on the cubic between its ends, but for those with a closed form.
@@ -172,7 +202,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     }
 
     /// The states after a piece of a step of a size in s.
-    fn piece(&self, time: f64, x: &[S; N], size: f64) -> [S; N] {
+    fn piece(&self, time: f64, x: &[S; N], size: f64) -> Trial<N, S> {
         let (system, memory, inputs) = (&self.system, &self.memory, &self.inputs);
         let u = inputs.at(time);
         let first = system.derivatives(S::of(time), x, &u, memory);
@@ -180,7 +210,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         let relaxing = Self::RELAXING.and_then(|_| Relaxing::new(rate(), size));
         let led = (H::LED > 0 && !inputs.vary()).then(|| system.led(x, &u, memory, &system.stride(size)));
         let (led, relaxing) = (led.as_ref(), Self::RELAXING.zip(relaxing.as_ref()));
-        Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing }.classical().trial.end
+        Stages { system, time, x, inputs, memory, first: &first, h: size, led, relaxing }.classical().trial
     }
 }
 
