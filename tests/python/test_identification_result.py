@@ -36,7 +36,8 @@ def fitted(**given: Any) -> Fit:
         },
         "rms": {"velocity": 0.0123456789, "position": np.nan}, "hold_out_rms": {"velocity": 0.5},
         "undetermined": {"mass": "it is at <a> bound"}, "aic": 1.0, "notes": ("1 < 2",),
-        "problem": SimpleNamespace(experiment=experiment), "x": None, "certainty": None,
+        "problem": SimpleNamespace(experiment=experiment, windows=("one", "two"), begins=_begins),
+        "x": None, "certainty": None,
     }  # fmt: skip
     found = Fit(**{**usual, **given})
     found.__dict__["ranges"] = Ranges({"force": (-1.0, 2.0), "velocity": (-3.0, 3.0)}, units)
@@ -44,11 +45,20 @@ def fitted(**given: Any) -> Fit:
     return found
 
 
+def _begins(x: None) -> list[dict[str, float]]:
+    """What two segments begin with."""
+    return [{"position0": 0.1, "velocity0": -0.2}, {"position0": 0.3}]
+
+
 def test_settings_are_those_of_the_model() -> None:
-    """What is fitted stands in place of what was known; sensors and inclines are none of a bench."""
+    """The fitted start of the first segment is among them, so that a run of them is the fitted one.
+
+    What is fitted stands in place of what was known; sensors and inclines are none of a bench.
+    """
     found = fitted()
     assert found.settings == {
         "friction.law": "Coulomb", "friction.coulomb.sigma2": 2.0, FC: 1.23456789, "mass": 0.5,
+        "position0": 0.1, "velocity0": -0.2,
     }  # fmt: skip
     assert found.values == {FC: 1.23456789, "gain.force": 2.0, "mass": 0.5} and found.beside == ["gain.force"]
     assert found.units.is_rotating
@@ -87,7 +97,7 @@ def test_set_of_values_says_how_to_read_its_units(tmp_path: Path) -> None:
             "N.m" in described
         )
         names = {one.get("name") for one in root.iter() if one.tag.endswith("}Parameter")}
-        assert names == {"friction.law", "friction.coulomb.sigma2", FC, "mass"}
+        assert names == {"friction.law", "friction.coulomb.sigma2", FC, "mass", "position0", "velocity0"}
 
 
 def test_fit_is_shown_as_a_text_and_on_a_page() -> None:

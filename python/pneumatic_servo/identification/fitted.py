@@ -59,8 +59,12 @@ class Fitted:
 
     @property
     def settings(self) -> dict[str, Value]:
-        """What a model is given to be the fitted one: its known and fitted parameters and inputs, and the law."""
-        known = {"friction.law": self.law, **self.problem.experiment.settings, **self.values}
+        """What a model is given to be the fitted one: known and fitted parameters and inputs, the law, and the start.
+
+        The start is that of the first segment: position, velocity and pressures as they were fitted.
+        """
+        start = self.problem.begins(self.x)[0] if self.problem.windows else {}
+        known = {**start, "friction.law": self.law, **self.problem.experiment.settings, **self.values}
         table = self.problem.experiment.table
         return {name: value for name, value in known.items() if name in table.variables}
 

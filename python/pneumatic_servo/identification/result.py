@@ -108,7 +108,8 @@ class Fit(Fitted):
         """Make the run of a fitted stretch of data again, bit for bit as the fit compares it.
 
         It begins with the fitted position, velocity and pressures of this stretch, and its inputs are held, or on
-        lines, as in the fit. ``Model.simulate(found)`` has the fitted parameters alone.
+        lines, as in the fit. ``Model.simulate(found)`` has the fitted parameters and the start of the first
+        stretch.
 
         Parameters
         ----------
