@@ -78,7 +78,9 @@ impl BristleLaw for LuGre {
     }
 
     fn notice(&self) -> Option<Notice> {
-        let is_changed = self.stiffness.value != STIFFNESS || self.damping.value != DAMPING;
+        // Both at once as those of another load: contacts of other models have so changed defaults.
+        let [ratio, default] = [self.stiffness.value / self.damping.value, STIFFNESS / DAMPING];
+        let is_changed = ratio.is_finite() && (ratio / default - 1.0).abs() > 1e-9;
         let remark = "the default: the bristle damping sigma1 decays above this velocity (Olsson et al. 1998); vd = 0 is the law with constant damping (Canudas de Wit et al. 1995), which most published values of sigma0 and sigma1 are for";
         let notice = Notice { variable: "friction.lugre.vd", value: DAMPING_VELOCITY, remark };
         (is_changed && self.damping_velocity.0.value == DAMPING_VELOCITY).then_some(notice)
