@@ -102,6 +102,43 @@ test("names of columns tell what they are, and none is taken twice", async () =>
   });
 });
 
+test("headers as recorders write them are recognised", async () => {
+  const { proposed } = await part("fit/columns");
+  const { TAKEN } = await part("fit/signals");
+  const display = (name, factor) => ({ display: [{ name, factor, offset: 0 }] });
+  const tables = { units: { m: display("mm", 1e3), Pa: display("bar", 1e-5), s: { display: [] }, V: { display: [] }, N: { display: [] }, "m/s": { display: [] } } };
+  const of = (names, units) => {
+    const columns = proposed(tables, { file: "rig.csv", names, units, columns: [], lines: Int32Array.of(), first: 1 }, TAKEN.rig);
+    return Object.fromEntries([...columns].map(([signal, { place, unit }]) => [signal, `${place} ${unit}`]));
+  };
+  const expected = { time: "0 s", valveVoltage: "1 V", position: "2 mm", "chamberA.pressure": "3 bar", "chamberB.pressure": "4 bar" };
+  const units = ["s", "V", "mm", "bar", "bar"];
+  assert.deepEqual(of(["Zeit", "Valve voltage", "Stroke", "Pressure A", "Pressure B"], units), expected);
+  assert.deepEqual(of(["Time ", "Spannung", "Hub", "Druck A", "Kammer B Druck"], units), expected);
+  assert.deepEqual(of(["t", "valve-signal", "piston_position", "P1", "chamber 2"], units), expected);
+  // Which pressure it is has to be told.
+  assert.deepEqual(of(["t", "u", "x", "pressure", "pressure C"], units), { time: "0 s", valveVoltage: "1 V", position: "2 mm" });
+});
+
+test("a fit is judged by what it leaves, and not by whether its search has ended", async () => {
+  const { verdict } = await part("fit/verdict");
+  const time = Float64Array.from({ length: 400 }, (_, row) => row / 100);
+  const noisy = time.map((value, row) => Math.sin(value) + 1e-3 * Math.sin(1e4 * row * row));
+  const judged = (rms, changed = {}) =>
+    verdict({
+      converged: true, message: "ended", estimates: [], rms: new Map([["position", rms]]), holdOutRms: new Map(),
+      courses: [{ time, measured: new Map([["position", noisy]]), simulated: new Map() }], ...changed,
+    });
+  assert.equal(judged(1e-3).light, "green");
+  assert.equal(judged(0.05).light, "yellow");
+  const missed = judged(0.6);
+  assert.equal(missed.light, "red");
+  assert.match(missed.findings[0].text, /position.*varies by.*supply, mass and bore/);
+  assert.equal(judged(1e-3, { converged: false }).light, "red");
+  assert.equal(judged(1e-3, { holdOutRms: new Map([["position", 4e-3]]) }).light, "red");
+  assert.equal(judged(1e-3, { estimates: [{ name: "friction.stribeck.Fc", undetermined: "at a bound" }] }).light, "yellow");
+});
+
 test("the normal distribution and Student's are those of the tables", async () => {
   const { logNormal, student } = await part("fit/normal");
   // scipy.special.log_ndtr

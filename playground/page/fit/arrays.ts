@@ -76,3 +76,10 @@ export function joined(parts: readonly Float64Array[]): Float64Array {
   }
   return all;
 }
+
+/** The standard deviation of all values of some courses together. */
+export function deviation(courses: readonly Float64Array[]): number {
+  const number = courses.reduce((total, { length }) => total + length, 0);
+  const mean = courses.reduce((total, values) => total + values.reduce((sum, value) => sum + value, 0), 0) / number;
+  return Math.sqrt(courses.reduce((total, values) => total + values.reduce((sum, value) => sum + (value - mean) ** 2, 0), 0) / number);
+}

@@ -15,21 +15,29 @@ export interface Column {
 
 export type Columns = Map<Signal, Column>;
 
-/** Names that are usual for a signal beside its own; a unit may follow behind a low line. */
+/** Names that are usual for a signal beside its own, in English and German; a unit may follow behind a low line. */
 const NAMES: Record<Signal, RegExp> = {
   time: /^(t|time|zeit)$/i,
-  position: /^(x|pos|position)$/i,
-  velocity: /^(v|vel|velocity|speed)$/i,
-  frictionForce: /^(ff|f_f|friction|friction_?force)$/i,
-  force: /^(f|force)$/i,
-  normalForce: /^(fn|f_n|normal_?force)$/i,
-  pressure: /^(p|pressure)$/i,
-  valveVoltage: /^(u|voltage|valve_?voltage)$/i,
-  supplyPressure: /^(ps|p_s|supply|supply_?pressure)$/i,
-  externalForce: /^(fext|f_ext|external_?force)$/i,
-  "chamberA.pressure": /^(pa|p_a|p1)$/i,
-  "chamberB.pressure": /^(pb|p_b|p2)$/i,
+  position: /^(x|pos|position|stroke|displacement|piston[\s_-]?position|weg|hub|kolbenweg)$/i,
+  velocity: /^(v|vel|velocity|speed|geschwindigkeit)$/i,
+  frictionForce: /^(ff|f_f|friction|friction[\s_-]?force|reibung|reibkraft)$/i,
+  force: /^(f|force|kraft)$/i,
+  normalForce: /^(fn|f_n|normal[\s_-]?force|normalkraft)$/i,
+  pressure: /^(p|pressure|druck)$/i,
+  valveVoltage: /^(u|voltage|valve[\s_-]?(voltage|signal|command)|control[\s_-]?voltage|spannung|ventilspannung)$/i,
+  supplyPressure: /^(ps|p_s|supply|supply[\s_-]?pressure|versorgungsdruck)$/i,
+  externalForce: /^(fext|f_ext|external[\s_-]?force|externe[\s_-]?kraft)$/i,
+  "chamberA.pressure": chamber("a|1"),
+  "chamberB.pressure": chamber("b|2"),
 };
+
+/** Names of the pressure of one chamber, which have its letter or its number. */
+function chamber(which: string): RegExp {
+  return new RegExp(
+    `^(p[\\s_-]?(${which})|(pressure|druck)[\\s_-]?(${which})|(chamber|kammer)[\\s_-]?(${which})([\\s_-]?(pressure|druck))?)$`,
+    "i",
+  );
+}
 
 /** The unit that a table writes for a column, if it is one of a signal. */
 export function writtenUnit(tables: Tables, table: Table, place: number, signal: Signal): string | null {
@@ -53,11 +61,11 @@ export function proposed(tables: Tables, table: Table, signals: readonly Signal[
   };
   const unitAt = (place: number, signal: Signal) => writtenUnit(tables, table, place, signal) ?? SIGNALS[signal];
   for (const signal of signals) take(signal, (name, place) => (name === signal ? unitAt(place, signal) : null));
-  for (const signal of signals) take(signal, (name, place) => (NAMES[signal].test(name) ? unitAt(place, signal) : null));
+  for (const signal of signals) take(signal, (name, place) => (NAMES[signal].test(name.trim()) ? unitAt(place, signal) : null));
   for (const signal of signals) {
     take(signal, (name) => {
       const [, bare, unit] = /^(.+)_([^_]+)$/.exec(name) ?? [];
-      const isOne = unit && NAMES[signal].test(bare) && unitsOf(tables, SIGNALS[signal]).has(plain(unit));
+      const isOne = unit && NAMES[signal].test(bare.trim()) && unitsOf(tables, SIGNALS[signal]).has(plain(unit));
       return isOne ? plain(unit) : null;
     });
   }

@@ -7,6 +7,7 @@ import { short } from "../tables";
 import type { Answer, Course, Estimate } from "./fit";
 import { SIGNALS, type Signal } from "./signals";
 import type { FitContext } from "./study";
+import { verdict } from "./verdict";
 
 /** How many points of a line are drawn at most. */
 const DRAWN = 4000;
@@ -30,17 +31,17 @@ export function resultTables(context: FitContext, answer: Answer): HTMLElement {
     head("Signal", "RMS residual", "RMS residual, validation", "Unit"),
     element("tbody", {}, ...[...answer.rms].map(([signal, rms]) => leftRow(signal, rms, answer.holdOutRms.get(signal)))),
   );
-  const state = answer.converged ? "The search has converged" : "The search has not converged";
-  const unsure = answer.estimates.filter(({ undetermined }) => undetermined !== null);
+  const { light, head: state, findings } = verdict(answer);
+  const [first, ...others] = findings.map(({ text }) => text);
   const notes = [
-    ...unsure.map(({ name, undetermined }) => `The data do not tell ${name}: ${undetermined}.`),
+    ...others.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
     ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on the curves are a prediction.`]),
   ];
   return element(
     "section",
-    { class: "card results", "data-result": answer.converged ? "converged" : "open" },
-    element("p", {}, element("strong", {}, `${state}: ${answer.message}.`)),
+    { class: "card results", "data-result": answer.converged ? "converged" : "open", "data-light": light },
+    element("p", {}, element("span", { class: `light ${light}`, role: "img", "aria-label": light }), element("strong", {}, first ? `${state}: ${first}.` : `${state}.`)),
     element("div", { class: "wide" }, estimates),
     element("div", { class: "wide" }, left),
     element("ul", { class: "notes" }, ...notes.map((note) => element("li", {}, note))),
