@@ -95,8 +95,8 @@ function row({ study, library }: FitContext, table: Table, signal: Signal): HTML
   for (const name of scales.keys()) units.append(element("option", { value: name }, name));
   units.value = column?.unit ?? si;
   const written = column ? writtenUnit(library.tables, table, column.place, signal) : null;
-  units.disabled = !column || written !== null;
-  units.title = written === null ? "" : "as the table says";
+  units.disabled = !column;
+  units.title = written === null ? "" : `the table says ${written}`;
   units.addEventListener("change", () => column && change({ ...column, unit: units.value }));
   const turned = element("input", { type: "checkbox", "aria-label": `Turn the sign of ${signal}` });
   turned.checked = column?.turned ?? false;

@@ -34,7 +34,7 @@ export function resultTables(context: FitContext, answer: Answer): HTMLElement {
   const { light, head: state, findings } = verdict(answer);
   const [first, ...others] = findings.map(({ text }) => text);
   const notes = [
-    ...others.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`),
+    ...others.map((text) => `${text}.`),
     ...answer.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`),
     ...(answer.heldFrom === null ? [] : [`From t = ${short(answer.heldFrom)} s on the curves are a prediction.`]),
   ];

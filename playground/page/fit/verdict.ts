@@ -50,7 +50,7 @@ function ofMisfit({ rms, courses }: Judged): Finding[] {
     const spread = deviation(measured);
     const { noise, step } = Sensor.of(measured);
     const sensor = Math.hypot(noise, step / Math.sqrt(12));
-    const residual = `the RMS residual of ${signal} is ${short(left)} ${SIGNALS[signal]}`;
+    const residual = `RMS residual of ${signal}: ${short(left)} ${SIGNALS[signal]}`;
     if (!(left <= MISSED * spread)) {
       return { light: "red", text: `${residual}, and the signal varies by ${short(spread)} ${SIGNALS[signal]}: look at signs, units, and the supply, mass and bore that were assumed` };
     }
@@ -65,6 +65,6 @@ function ofPrediction({ rms, holdOutRms }: Judged): Finding[] {
   return [...holdOutRms].map(([signal, left]): Finding => {
     const ratio = left / Math.max(rms.get(signal) ?? 0, 1e-300);
     const light = !(ratio <= FAR_OFF) ? "red" : ratio > OFF ? "yellow" : "green";
-    return { light, text: `validation data of ${signal} are missed by ${short(ratio)} times the residual of the fitted data` };
+    return { light, text: `Validation data of ${signal} are missed by ${short(ratio)} times the residual of the fitted data` };
   });
 }
