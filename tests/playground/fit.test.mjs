@@ -76,7 +76,8 @@ test("a bench is fitted: the friction that its force was made with comes out", a
   const { page, close } = await open(browser, "#view=fit&experiment=motion&FrictionBench.friction.law=2");
   await drop(page, "bench.csv", `t;x[mm];Ff\n${rows.join("\n")}\n`);
   await page.waitForSelector("table.columns");
-  assert.equal(await page.getByLabel("Unit of position").isDisabled(), true, "the unit that the table writes counts");
+  assert.equal(await page.getByLabel("Unit of position").inputValue(), "mm", "the unit that the table writes is chosen");
+  assert.equal(await page.getByLabel("Unit of position").isDisabled(), false, "and may be wrong");
   const law = await page.getByLabel("Law", { exact: true }).evaluate((select) => select.selectedOptions[0].textContent);
   assert.match(law, /^Coulomb:/);
   await page.getByText("How the data are used").click();
