@@ -4,8 +4,11 @@
 
 static void sink_of_log(Plant *plant, int status, const char *category, const char *text) {
     PlantLog *log = (PlantLog *)plant->logger;
-    (void)status, (void)category;
-    if (log) log(text);
+    (void)status;
+    (void)category;
+    if (log != NULL) {
+        log(text);
+    }
 }
 
 static PlantStatus refuse(Plant *plant, const char *text, const char *more) {
@@ -22,62 +25,95 @@ static void put(Plant *plant, unsigned slot, double value) { sdu(plant->module.m
 static const PlantVariable *variable_of(Plant *plant, uint32_t reference) {
     unsigned low = 0, high = PLANT_VARIABLES;
     while (low < high) {
-        unsigned middle = (low + high) / 2;
-        if (plant_variables[middle].reference < reference) low = middle + 1;
-        else high = middle;
+        unsigned middle = (low + high) / 2u;
+        if (plant_variables[middle].reference < reference) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
     }
-    if (low < PLANT_VARIABLES && plant_variables[low].reference == reference) return &plant_variables[low];
-    refuse(plant, "there is no variable with this value reference", "");
+    if (low < PLANT_VARIABLES && plant_variables[low].reference == reference) {
+        return &plant_variables[low];
+    }
+    (void)refuse(plant, "there is no variable with this value reference", "");
     return NULL;
 }
 
 /* A number with six digits, as in 1.5e-3, behind a text that has room for 16 letters more. */
 static void append_number(char *text, double value) {
-    int exponent = 0, digit, place;
-    long digits;
-    text += strlen(text);
-    if (value != value || value - value != 0.0) {
-        strcpy(text, value != value ? "NaN" : value < 0.0 ? "-inf" : "inf");
+    char *end = text + strlen(text);
+    double rest = value;
+    int exponent = 0, place, last = 7;
+    uint32_t digits;
+    if (value != value) {
+        (void)strcpy(end, "NaN");
         return;
     }
-    if (value < 0.0) *text++ = '-', value = -value;
-    if (value > 0.0) {
-        while (value >= 10.0) value /= 10.0, exponent++;
-        while (value < 1.0) value *= 10.0, exponent--;
+    if ((value - value) != 0.0) {
+        (void)strcpy(end, (value < 0.0) ? "-inf" : "inf");
+        return;
     }
-    digits = (long)(value * 1e5 + 0.5);
-    if (digits >= 1000000) digits /= 10, exponent++;
+    if (rest < 0.0) {
+        *end = '-';
+        end++;
+        rest = -rest;
+    }
+    while (rest >= 10.0) {
+        rest /= 10.0;
+        exponent++;
+    }
+    while ((rest < 1.0) && (rest > 0.0)) {
+        rest *= 10.0;
+        exponent--;
+    }
+    rest = (rest * 1e5) + 0.5;
+    digits = (uint32_t)rest;
+    if (digits >= 1000000u) {
+        digits /= 10u;
+        exponent++;
+    }
     for (place = 6; place > 0; place--) {
-        digit = (int)(digits % 10);
-        digits /= 10;
-        text[place == 1 ? 0 : place] = (char)('0' + digit);
+        end[(place == 1) ? 0 : place] = (char)('0' + (int)(digits % 10u));
+        digits /= 10u;
     }
-    text[1] = '.';
-    for (place = 7; place > 3 && text[place - 1] == '0'; place--) continue;
-    text += place;
+    end[1] = '.';
+    while ((last > 3) && (end[last - 1] == '0')) {
+        last--;
+    }
+    end += last;
     if (exponent != 0) {
-        *text++ = 'e';
-        if (exponent < 0) *text++ = '-', exponent = -exponent;
-        if (exponent >= 100) *text++ = (char)('0' + exponent / 100);
-        if (exponent >= 10) *text++ = (char)('0' + exponent / 10 % 10);
-        *text++ = (char)('0' + exponent % 10);
+        *end = 'e';
+        end++;
+        if (exponent < 0) {
+            *end = '-';
+            end++;
+            exponent = -exponent;
+        }
+        for (place = 100; place > 0; place /= 10) {
+            if ((exponent >= place) || (place == 1)) {
+                *end = (char)('0' + ((exponent / place) % 10));
+                end++;
+            }
+        }
     }
-    *text = 0;
+    *end = '\0';
 }
 
 /* Whether a value is one that a variable may have; a message if it is not. */
 static int is_legal(Plant *plant, const PlantVariable *variable, double value) {
     char text[128];
     int is_whole = variable->type == PLANT_REAL || value == floor(value);
-    if (is_whole && value >= variable->min && value <= variable->max) return 1;
-    text[0] = 0;
-    strcat(text, " = ");
+    if (is_whole && value >= variable->min && value <= variable->max) {
+        return 1;
+    }
+    text[0] = '\0';
+    (void)strcat(text, " = ");
     append_number(text, value);
-    strcat(text, is_whole ? " is refused: it must be from " : " is refused: it must be a whole number from ");
+    (void)strcat(text, is_whole ? " is refused: it must be from " : " is refused: it must be a whole number from ");
     append_number(text, variable->min);
-    strcat(text, " to ");
+    (void)strcat(text, " to ");
     append_number(text, variable->max);
-    refuse(plant, variable->name, text);
+    (void)refuse(plant, variable->name, text);
     return 0;
 }
 
@@ -85,17 +121,25 @@ static PlantStatus set(Plant *plant, uint32_t reference, double value) {
     const PlantVariable *variable = variable_of(plant, reference);
     double before;
     PlantStatus status = PLANT_OK;
-    if (!variable) return PLANT_ERROR;
-    if (variable->role == PLANT_FIXED && plant->is_started) return refuse(plant, variable->name, " is fixed once the run has begun");
+    if (variable == NULL) {
+        return PLANT_ERROR;
+    }
+    if (variable->role == PLANT_FIXED && plant->is_started) {
+        return refuse(plant, variable->name, " is fixed once the run has begun");
+    }
     if (variable->role != PLANT_INPUT && variable->role != PLANT_FIXED && variable->role != PLANT_TUNABLE) {
         return refuse(plant, variable->name, " is computed and cannot be set");
     }
-    if (!is_legal(plant, variable, value)) return PLANT_ERROR;
+    if (!is_legal(plant, variable, value)) {
+        return PLANT_ERROR;
+    }
     before = value_in(plant, variable->slot);
     put(plant, variable->slot, value);
     if (variable->role == PLANT_TUNABLE && plant->is_started) {
         status = (PlantStatus)wasm_loop_retune(&plant->module);
-        if (status) put(plant, variable->slot, before);
+        if (status != PLANT_OK) {
+            put(plant, variable->slot, before);
+        }
     }
     plant->is_computed = 0;
     return status;
@@ -117,7 +161,9 @@ static PlantStatus advance(Plant *plant, double end) {
 
 /* Makes values of what is computed belong to the present inputs. */
 static void compute(Plant *plant) {
-    if (!plant->is_computed) wasm_loop_read(&plant->module);
+    if (!plant->is_computed) {
+        wasm_loop_read(&plant->module);
+    }
     plant->is_computed = 1;
 }
 
@@ -125,7 +171,9 @@ static void compute(Plant *plant) {
 static int prepare(Plant *plant) {
     unsigned place;
     plant->values = wasm_loop_room(&plant->module, PLANT_INPUTS, PLANT_PARAMETERS, PLANT_COMPUTED);
-    if (!plant->values || plant->values > MEMORY - 8u * (PLANT_INPUTS + PLANT_PARAMETERS + PLANT_COMPUTED)) return 0;
+    if (!plant->values || plant->values > MEMORY - 8u * (PLANT_INPUTS + PLANT_PARAMETERS + PLANT_COMPUTED)) {
+        return 0;
+    }
     for (place = 0; place < PLANT_VARIABLES; place++) {
         const PlantVariable *variable = &plant_variables[place];
         if (variable->role == PLANT_INPUT || variable->role == PLANT_FIXED || variable->role == PLANT_TUNABLE) {
@@ -133,7 +181,8 @@ static int prepare(Plant *plant) {
         }
     }
     plant->time = 0.0;
-    plant->is_started = plant->is_computed = 0;
+    plant->is_started = 0;
+    plant->is_computed = 0;
     return 1;
 }
 
@@ -144,14 +193,22 @@ static u64 fingerprint_of(Plant *plant) {
     u64 hash = 0xcbf29ce484222325ull;
     unsigned step, slot;
     int byte;
-    if (start(plant) != PLANT_OK) return 0;
+    if (start(plant) != PLANT_OK) {
+        return 0;
+    }
     for (step = 0; step < plant_test_steps; step++) {
-        for (slot = 0; slot < PLANT_INPUTS; slot++) put(plant, slot, plant_test_inputs[step * PLANT_INPUTS + slot]);
-        if (advance(plant, (step + 1) * plant_test_step) != PLANT_OK) return 0;
+        for (slot = 0; slot < PLANT_INPUTS; slot++) {
+            put(plant, slot, plant_test_inputs[(step * PLANT_INPUTS) + slot]);
+        }
+        if (advance(plant, (step + 1) * plant_test_step) != PLANT_OK) {
+            return 0;
+        }
         compute(plant);
         for (slot = PLANT_INPUTS + PLANT_PARAMETERS; slot < PLANT_INPUTS + PLANT_PARAMETERS + PLANT_COMPUTED; slot++) {
             u64 bits = bits64(value_in(plant, slot));
-            for (byte = 0; byte < 8; byte++) hash = (hash ^ (bits >> (8 * byte) & 255u)) * 0x100000001b3ull;
+            for (byte = 0; byte < 8; byte++) {
+                hash = (hash ^ ((bits >> (8 * byte)) & 255u)) * 0x100000001b3ull;
+            }
         }
     }
     return hash;
@@ -161,9 +218,11 @@ static u64 fingerprint_of(Plant *plant) {
 Plant *plant_init(PlantLog *log) {
     Plant *plant = plant_new("plant_init", "plant", sink_of_log, (void (*)(void))log, NULL);
     int is_ready;
-    if (!plant) return NULL;
+    if (plant == NULL) {
+        return NULL;
+    }
     if (setjmp(plant->module.jump)) {
-        plant_lost(plant);
+        (void)plant_lost(plant);
         plant_release(plant);
         return NULL;
     }
@@ -178,7 +237,7 @@ Plant *plant_init(PlantLog *log) {
         plant_release(plant);
         return NULL;
     }
-    plant_leave(plant, PLANT_OK);
+    (void)plant_leave(plant, PLANT_OK);
     return plant;
 }
 
@@ -222,9 +281,13 @@ PlantStatus plant_start(Plant *plant) { return carry_out(plant, "plant_start", b
 static PlantStatus body_of_step(Plant *plant, const Arguments *arguments) {
     PlantStatus status = PLANT_OK;
     double end = plant->time + arguments->value;
-    if (!(end > plant->time) || end - end != 0.0) return refuse(plant, "the step must be a positive number that the time resolves", "");
-    if (!plant->is_started) status = start(plant);
-    return status == PLANT_OK ? advance(plant, end) : status;
+    if (!(end > plant->time) || end - end != 0.0) {
+        return refuse(plant, "the step must be a positive number that the time resolves", "");
+    }
+    if (!plant->is_started) {
+        status = start(plant);
+    }
+    return (status == PLANT_OK) ? advance(plant, end) : status;
 }
 
 PlantStatus plant_step(Plant *plant, double step) {
@@ -236,14 +299,20 @@ double plant_time(const Plant *plant) { return plant->time; }
 
 static PlantStatus body_of_get(Plant *plant, const Arguments *arguments) {
     const PlantVariable *variable = variable_of(plant, arguments->reference);
-    if (!variable) return PLANT_ERROR;
-    if (!arguments->result) return refuse(plant, variable->name, " has no room for its value: the pointer is NULL");
+    if (variable == NULL) {
+        return PLANT_ERROR;
+    }
+    if (!arguments->result) {
+        return refuse(plant, variable->name, " has no room for its value: the pointer is NULL");
+    }
     if (variable->role == PLANT_TIME) {
         *arguments->result = plant->time;
         return PLANT_OK;
     }
     if (variable->role == PLANT_OUTPUT || variable->role == PLANT_LOCAL) {
-        if (!plant->is_started) return refuse(plant, variable->name, " is computed from the start on: call plant_start");
+        if (!plant->is_started) {
+            return refuse(plant, variable->name, " is computed from the start on: call plant_start");
+        }
         compute(plant);
     }
     *arguments->result = value_in(plant, variable->slot);
@@ -258,19 +327,27 @@ PlantStatus plant_get(Plant *plant, uint32_t reference, double *value) {
 /* The variable in a slot of the inputs. */
 static const PlantVariable *input_in(unsigned slot) {
     const PlantVariable *variable = plant_variables;
-    while (variable->role != PLANT_INPUT || variable->slot != slot) variable++;
+    while ((variable->role != PLANT_INPUT) || (variable->slot != slot)) {
+        variable++;
+    }
     return variable;
 }
 
 static PlantStatus body_of_write(Plant *plant, const Arguments *arguments) {
     double values[PLANT_INPUTS > 0 ? PLANT_INPUTS : 1];
     unsigned slot;
-    if (!arguments->inputs) return refuse(plant, "the inputs are NULL", "");
+    if (!arguments->inputs) {
+        return refuse(plant, "the inputs are NULL", "");
+    }
     plant_inputs_of(arguments->inputs, values);
     for (slot = 0; slot < PLANT_INPUTS; slot++) {
-        if (!is_legal(plant, input_in(slot), values[slot])) return PLANT_ERROR;
+        if (!is_legal(plant, input_in(slot), values[slot])) {
+            return PLANT_ERROR;
+        }
     }
-    for (slot = 0; slot < PLANT_INPUTS; slot++) put(plant, slot, values[slot]);
+    for (slot = 0; slot < PLANT_INPUTS; slot++) {
+        put(plant, slot, values[slot]);
+    }
     plant->is_computed = 0;
     return PLANT_OK;
 }
@@ -283,10 +360,16 @@ PlantStatus plant_write(Plant *plant, const PlantInputs *inputs) {
 static PlantStatus body_of_read(Plant *plant, const Arguments *arguments) {
     double values[PLANT_OUTPUTS > 0 ? PLANT_OUTPUTS : 1];
     unsigned place;
-    if (!arguments->outputs) return refuse(plant, "there is no room for the outputs: the pointer is NULL", "");
-    if (!plant->is_started) return refuse(plant, "outputs are computed from the start on: call plant_start", "");
+    if (!arguments->outputs) {
+        return refuse(plant, "there is no room for the outputs: the pointer is NULL", "");
+    }
+    if (!plant->is_started) {
+        return refuse(plant, "outputs are computed from the start on: call plant_start", "");
+    }
     compute(plant);
-    for (place = 0; place < PLANT_OUTPUTS; place++) values[place] = value_in(plant, plant_output_slots[place]);
+    for (place = 0; place < PLANT_OUTPUTS; place++) {
+        values[place] = value_in(plant, plant_output_slots[place]);
+    }
     plant_outputs_of(values, arguments->outputs);
     return PLANT_OK;
 }
@@ -299,12 +382,18 @@ PlantStatus plant_read(Plant *plant, PlantOutputs *outputs) {
 const PlantVariable *plant_find(const char *name) {
     unsigned place;
     for (place = 0; place < PLANT_VARIABLES; place++) {
-        if (strcmp(plant_variables[place].name, name) == 0) return &plant_variables[place];
+        if (strcmp(plant_variables[place].name, name) == 0) {
+            return &plant_variables[place];
+        }
     }
     return NULL;
 }
 
 void plant_free(Plant *plant) {
-    if (!plant) return;
-    if (!plant_enter(plant, "plant_free") || plant->is_lost) plant_release(plant);
+    if (plant == NULL) {
+        return;
+    }
+    if ((plant_enter(plant, "plant_free") == PLANT_OK) || plant->is_lost) {
+        plant_release(plant);
+    }
 }

@@ -1,8 +1,14 @@
 //! A cylinder with one law in a control loop, `examples/own/loop`: made as its author makes it, and compiled and run on this machine
 //! and on a Cortex-M7. Instances are refused unless they give the fingerprint of the run in Rust.
 
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::Command;
+
 use anyhow::{Result, ensure};
+use pneumatic_servo_packaging::files;
 use pneumatic_servo_packaging::process::{self, heading};
+use pneumatic_servo_packaging::tools::Tool;
 use pneumatic_servo_packaging::workspace::Workspace;
 
 use super::compiled::Written;
@@ -29,8 +35,9 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         if !feature.is_empty() {
             cargo.args(["--", "--features", feature]);
         }
-        process::run(cargo.current_dir(&workspace.home).env("CARGO_TARGET_DIR", &workspace.target))?;
-        let written = Written::of_loop(workspace.target.join("loop/PneumaticServoCylinder"))?;
+        // Its own target directory, as an author has: this program holds the lock of the other.
+        process::run(cargo.current_dir(&workspace.home).env("CARGO_TARGET_DIR", workspace.target.join("own")))?;
+        let written = Written::of_loop(folder(workspace))?;
         let mut bits = Vec::new();
         for target in [Target::Linux, Target::CortexM7] {
             let compiler = target.compiler().refusing();
@@ -50,5 +57,48 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         );
         print!("{}", bits[0]);
     }
+    misra(workspace)?;
     needs
+}
+
+/// Where the author's program leaves the sources.
+fn folder(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("own/loop/PneumaticServoCylinder")
+}
+
+/// The files of the loop that are written by hand, or are tables.
+const BY_HAND: [&str; 6] = ["loop.c", "loop.h", "plant.c", "plant.h", "model.c", "model.h"];
+
+/// Compares the rules of MISRA C that the files written by hand do not keep with those that the page names.
+fn misra(workspace: &Workspace) -> Result<()> {
+    heading("Sources in C: rules of MISRA C");
+    if let Some(tool) = Tool::unless_found("cppcheck", "cppcheck") {
+        return process::leave_out("Rules of MISRA C", &tool.to_string());
+    }
+    let mut cppcheck = Command::new("cppcheck");
+    cppcheck.args(["--addon=misra", "--std=c99", "--enable=style", "--suppress=missingIncludeSystem", "--quiet"]);
+    cppcheck.args(["-DPLANT_INSTANCES=1", "--template={file} {id}", "--output-file=misra.txt"]);
+    let folder = folder(workspace);
+    process::run(cppcheck.args(["loop.c", "plant.c", "model.c"]).current_dir(&folder))?;
+    let found = files::text(folder.join("misra.txt"))?;
+    let page = files::text(workspace.home.join("docs/target.md"))?;
+    let table = page.split_once("<!-- rules of MISRA C -->").map_or("", |(_, rest)| rest);
+    let named: BTreeSet<&str> = table
+        .lines()
+        .skip_while(|line| !line.starts_with('|'))
+        .take_while(|line| line.starts_with('|'))
+        .filter_map(|line| line.split('|').nth(1))
+        .flat_map(|rules| rules.split(',').map(str::trim))
+        .collect();
+    let broken: BTreeSet<&str> = found
+        .lines()
+        .filter_map(|line| line.split_once(" misra-c2012-"))
+        .filter(|(file, _)| BY_HAND.contains(file))
+        .map(|(_, rule)| rule)
+        .collect();
+    ensure!(broken.len() > 5, "cppcheck tells nothing of MISRA C: {found}");
+    let unnamed: Vec<_> = broken.difference(&named).collect();
+    ensure!(unnamed.is_empty(), "docs/target.md names no reason for the rules {unnamed:?}:\n{found}");
+    println!("not kept, as the page says: {broken:?}");
+    Ok(())
 }
