@@ -26,7 +26,7 @@ from PIL import Image
 PAGES = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "RELEASING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
 """Pages at the root of the repository."""
 
-MORE_PAGES = ["python/README.md", "site/README.md", "tests/reference/README.md"]
+MORE_PAGES = ["packaging/wasm-as-c/README.md", "python/README.md", "site/README.md", "tests/reference/README.md"]
 """Pages in folders that are not taken as a whole; `docs` is."""
 
 LINK = re.compile(r"\]\(([^)\s#:]+)[^)\s]*\)")
