@@ -30,6 +30,8 @@ no mass is that fast for one sample."""
 ABRUPT, AHEAD, COARSE = 0.7, 5, 4.0
 """A position that leaves its end, in so many samples and by so many of its smallest steps, with this share of the way
 in as many samples after them, was there at speed: it was clipped."""
+QUICK = 5e-3
+"""Between samples farther apart, in s, a carriage that has rested may well be at speed."""
 SMALL = 0.01
 """And than this share of the way."""
 MISSING = 1.5
@@ -55,7 +57,8 @@ def check(source: Measured, units: Units) -> list[str]:
     time = source.signals["time"]
     for signal, values in source.signals.items():
         if signal not in ASKED:
-            found = [*clipped(values), *(stopped(values) if signal == "position" else ())]
+            is_quick = len(time) > 1 and float(np.median(np.diff(time))) <= QUICK
+            found = [*clipped(values), *(stopped(values) if signal == "position" and is_quick else ())]
             for end, count in dict(found).items():
                 first = int(_longest(values == end)[0])
                 warn(
