@@ -22,7 +22,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TEXTS = [
     "README.md", "RELEASING.md", "SECURITY.md", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "python/README.md",
-    "packaging/wasm-as-c/README.md", "site/README.md", "site/index.md", "docs/**/*.md", "docs/**/*.ipynb", "modelDescription/*.html",
+    "packaging/wasm-as-c/README.md", "site/README.md", "site/index.md", "docs/**/*.md", "docs/**/*.ipynb",
+    "modelDescription/*.html",
 ]  # fmt: skip
 LONGEST = 40
 WORDY = {

@@ -1,4 +1,4 @@
-//! Models as FMUs: the C interface of FMI 2.0 and 3.0 to any list of [`Model`](pneumatic_servo::model::Model)s. A crate that
+//! Models as FMUs: the C interface of FMI 2.0 and 3.0 to any list of [`Model`]s. A crate that
 //! is compiled as a `cdylib` says once which models its library serves, by [`export_fmu!`].
 //!
 //! | place | what lives there |
