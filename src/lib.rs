@@ -30,10 +30,17 @@
 //! | [`models`] | the models of this library |
 //! | [`prelude`] | what it takes to write a law, an actuator or a model of one's own |
 //! | [`conformance`] | what is promised of every law and model, as checks for their tests |
-
 //!
-//! Rust 1.89 or later. Features: `sensitivities` (on by default), derivatives along runs ([`sensitivity`]); `small`, fewer
-//! compiled sizes of the vector of states: smaller programs, somewhat slower with options of the cylinder, with the same bits. How a law, an actuator or a model of your own is written, tested and packed: [`guide`].
+//! [`guide`] tells how a law, an actuator or a model of your own is written, tested and packed.
+//!
+//! Rust 1.89 or later. Features:
+//!
+//! | feature | on by default | what it has |
+//! |---|---|---|
+//! | `all-models` | yes | the list [`models::ALL`], for which all models are compiled; without it a program compiles those it uses |
+//! | `names` | yes | names of variables in the errors of runs |
+//! | `sensitivities` | yes | derivatives along runs ([`sensitivity`]) |
+//! | `small` | no | fewer compiled sizes of the vector of states: smaller programs, somewhat slower with options of the cylinder, with the same bits |
 
 #![forbid(unsafe_code)]
 

@@ -9,9 +9,11 @@ pub mod pneumatic_servo_cylinder;
 pub mod position_controller;
 pub mod vibro_impact;
 
+#[cfg(feature = "all-models")]
 use crate::model::Model;
 
-/// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one.
+/// Every model this library serves; the GUID given to `fmi2Instantiate` chooses one. With the feature `all-models`.
+#[cfg(feature = "all-models")]
 pub static ALL: &[Model] = &[
     pneumatic_servo_cylinder::MODEL,
     friction_bench::MODEL,
@@ -21,7 +23,8 @@ pub static ALL: &[Model] = &[
     festoon::MODEL,
 ];
 
-/// The model of a name.
+/// The model of a name. With the feature `all-models`.
+#[cfg(feature = "all-models")]
 pub fn find(name: &str) -> Option<&'static Model> {
     ALL.iter().find(|model| model.name == name)
 }

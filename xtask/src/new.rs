@@ -232,7 +232,8 @@ crate-type = ["cdylib", "rlib"]
 package = ["dep:pneumatic-servo-packaging"]
 
 [dependencies]
-pneumatic-servo = { path = @plant@ }
+# Without the models of the library, which would be compiled for nothing.
+pneumatic-servo = { path = @plant@, default-features = false, features = ["names", "sensitivities"] }
 pneumatic-servo-fmu = { path = @fmu@ }
 pneumatic-servo-packaging = { path = @packaging@, optional = true }
 

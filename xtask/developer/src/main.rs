@@ -22,7 +22,7 @@ use pneumatic_servo_packaging::workspace::Workspace;
 use pneumatic_servo_packaging::{commands, lock};
 
 /// The features of the plant that `cargo xtask` is compiled with: what has the same finds it compiled in `target/quick`.
-const FEATURES: [&str; 2] = ["--features", "pneumatic-servo/sensitivities"];
+const FEATURES: [&str; 2] = ["--features", "pneumatic-servo/all-models,pneumatic-servo/sensitivities"];
 
 /// Builds, describes, zips and checks the FMUs.
 #[derive(Parser)]
