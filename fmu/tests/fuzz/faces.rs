@@ -104,7 +104,13 @@ impl Twins {
 
     /// An element of an array, mostly of a variable that can be set, with a value, and the whole array around it.
     fn set(&mut self) -> (&'static str, c_int, c_int) {
-        let settable: Vec<_> = variables().iter().filter(|it| is_settable(it)).collect();
+        let mut settable: Vec<_> = variables().iter().filter(|it| is_settable(it)).collect();
+        if self.random.one_in(4) {
+            // Few variables are switches.
+            let kinds: BTreeSet<_> = settable.iter().map(|it| kind(it)).collect();
+            let wanted = kinds.iter().nth(self.random.below(kinds.len()));
+            settable.retain(|it| Some(&kind(it)) == wanted);
+        }
         let variable = settable[self.random.below(settable.len())];
         if variable.reference == limit().reference {
             return ("set", OK, OK);
