@@ -40,8 +40,9 @@ fn is_available() -> bool {
 fn check_memory(workspace: &Workspace) -> Result<()> {
     /// Tests that repeat others many times, among them the table of all functions of FMI 3.0 in all modes, most of whose
     /// time is that of 800 instances; or that start programs of their own.
-    const LONG: [&str; 7] = [
+    const LONG: [&str; 8] = [
         "for_every_law",
+        "whatever_the_law",
         "all_models_and_laws",
         "state_before_an_event",
         "fmi3::state_machine::every_function",

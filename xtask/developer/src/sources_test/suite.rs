@@ -57,7 +57,7 @@ pub fn fuzz(workspace: &Workspace, model: &Model, library: &Path, round: u64) ->
 /// A test of the C interface, with a library of one model in the place of that in Rust.
 fn of(workspace: &Workspace, test: &str, model: &Model, library: &Path) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["test", "--package", "pneumatic-servo-fmu", "--test", test, "--"]);
+    cargo.args(["test", "--test", test, "--"]);
     cargo.current_dir(&workspace.root).env("CARGO_TARGET_DIR", &workspace.target);
     cargo.env("FMU_LIBRARY", library).env("FMU_MODEL", model.name);
     cargo
