@@ -85,6 +85,11 @@ fn derivatives_by_dual_numbers_are_those_of_differences() {
     laws().for_each(conformance::law::derivatives::<Friction>);
 }
 
+#[test]
+fn broken_contacts_slide() {
+    laws().for_each(conformance::law::yields::<Friction>);
+}
+
 /// So that what is evaluated need not be evaluated again.
 #[test]
 fn force_is_the_same_where_a_law_says_so() {

@@ -377,7 +377,9 @@ fn explicit_stages_know_their_time() {
 #[test]
 fn work_within_one_call_is_bounded() {
     let mut run = problem::run(Oscillator::new(false), Settings { max_steps: 10, ..ADAPTIVE }, [1.0, 0.0], (), 0.0);
-    let StepError::TooManySteps { time, limit: 10 } = run.advance(100.0).unwrap_err() else { panic!("another error") };
+    let StepError::TooManySteps { time, limit: 10, .. } = run.advance(100.0).unwrap_err() else {
+        panic!("another error")
+    };
     assert!(time > 0.0 && time < 100.0 && time == run.time());
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{Random, run};
-use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES};
+use crate::friction::{Contact, Drive, Event, FrictionLaw, Indicators, MAX_STATES, Stiction};
 use crate::model::Plant;
 use crate::model::{Model, Setup};
 use crate::models::friction_bench;
@@ -48,6 +48,7 @@ pub fn benched<L: FrictionLaw>(law: &str, drive: &str) -> Setup {
 pub fn law<L: FrictionLaw>(law: &str, claims: Claims) {
     derivatives::<L>(law);
     unchanged::<L>(law);
+    yields::<L>(law);
     if claims.odd {
         mirrored::<L>(law);
     }
@@ -172,6 +173,51 @@ pub fn unchanged<L: FrictionLaw>(name: &str) {
             let [as_before, found] = [&before, &after].map(|memory| plain(&law, drive, memory, &at));
             assert_eq!(found, as_before, "{name} says that its force has not changed from {first:?} to {next:?}");
         }
+    }
+}
+
+/// A contact that is held exactly starts to slide when it breaks away: the force against sliding at the velocity 0 does not exceed
+/// the applied force that has overcome the contact. Otherwise break-away and stop follow each other without end.
+///
+/// # Panics
+/// When friction pushes a contact back that has just broken away.
+pub fn yields<L: FrictionLaw>(name: &str) {
+    let law = default_law::<L>(name);
+    if law.stiction() != Stiction::Exact {
+        return;
+    }
+    for (level, direction) in [0.1, 0.5, 1.0, 1.9].into_iter().flat_map(|level| [(level, 1.0), (level, -1.0)]) {
+        let under = |force: f64| {
+            let (time, position, velocity, drive) = (0.1, 0.25, 0.0, Drive::Force);
+            Contact { time, position, velocity, applied: direction * force, level, drive }.still::<Real>()
+        };
+        let mut memory = law.start(&under(0.0));
+        let mut z = [Real::of(0.0); MAX_STATES];
+        let z = &mut z[..law.states()];
+        let due = |force: f64, z: &[Real]| {
+            let mut indicators = Indicators::default();
+            law.indicators(&under(force), z, &memory, &mut indicators);
+            indicators.due()
+        };
+        // The least force that overcomes the contact, between 1 uN and 1 GN.
+        let (mut held, mut broken) = (0.0, 1e-6);
+        while due(broken, z).is_none() && broken < 1e9 {
+            (held, broken) = (broken, 2.0 * broken);
+        }
+        while broken - held > 1e-12 * broken {
+            let middle = 0.5 * (held + broken);
+            *(if due(middle, z).is_none() { &mut held } else { &mut broken }) = middle;
+        }
+        let Some(event) = due(broken, z) else { continue };
+        let mut velocity = Real::of(0.0);
+        law.switch(event, &under(broken), &mut velocity, z, &mut memory);
+        let mut rates = [Real::of(0.0); MAX_STATES];
+        let against = direction * law.force(&under(broken), z, &memory, &mut rates[..z.len()]).value;
+        assert!(
+            against <= broken * (1.0 + 1e-9),
+            "{name} at the load level {level}: the contact breaks away under {broken} N, and slides against {against} N, so \
+             that break-away and stop follow each other without end"
+        );
     }
 }
 

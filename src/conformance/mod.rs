@@ -10,6 +10,7 @@
 //! | [`both_ways`] | with a solver outside a run is the one with the solver inside; indicators are positive while a mode is valid |
 //! | [`law::derivatives`] | the same of a friction law alone, in its modes |
 //! | [`law::unchanged`] | where a law says that its force has not changed, it has not |
+//! | [`law::yields`] | a contact that has broken away slides: friction at rest does not exceed the break-away force |
 //! | [`law::mirrored`] | mirrored motion gives mirrored friction |
 //! | [`law::passive`] | friction gives back no more energy than it can have stored |
 //!

@@ -21,6 +21,12 @@ pub enum StepError {
         time: f64,
         /// The limit.
         limit: u64,
+        /// Number of events in the communication step that ended steps.
+        events: u64,
+        /// The last of them; empty without any.
+        event: &'static str,
+        /// The choice the equations depend on most, a friction law for example.
+        variant: &'static str,
     },
     /// The limit of samples within one communication step was reached.
     TooManySamples {
@@ -83,6 +89,9 @@ pub enum Rejection {
     AtOnce(&'static str),
 }
 
+/// Steps of which at most as many as this belong to an event, when events use up a communication step.
+const EVENTFUL: u64 = 10;
+
 impl StepError {
     /// The same for a clock that is ahead by a time in s.
     pub fn later(mut self, by: f64) -> Self {
@@ -103,11 +112,17 @@ impl fmt::Display for StepError {
             Self::StepSizeTooSmall { time, reason, variant } => {
                 write!(f, "at t = {time} s no step is small enough: {reason}{}", Variant(variant))
             }
-            Self::TooManySteps { time, limit } => write!(
-                f,
-                "at t = {time} s the limit of {limit} solver steps per communication step was reached: take shorter \
-                 communication steps, or raise solver.maxStepsPerCommunicationStep"
-            ),
+            Self::TooManySteps { time, limit, events, event, variant } => {
+                write!(f, "at t = {time} s the limit of {limit} solver steps per communication step was reached")?;
+                let otherwise = if !event.is_empty() && events * EVENTFUL >= *limit {
+                    write!(f, " after {events} events, the last of them {event}{}", Variant(variant))?;
+                    ". Unless these repeat without end"
+                } else {
+                    ""
+                };
+                let remedy = "take shorter communication steps, or raise solver.maxStepsPerCommunicationStep";
+                write!(f, "{otherwise}{}{remedy}", if otherwise.is_empty() { ": " } else { ", " })
+            }
             Self::TooManySamples { time, limit } => {
                 write!(f, "at t = {time} s the limit of {limit} samples per communication step was reached")
             }

@@ -163,7 +163,7 @@ impl Simulation for Lag {
         match self.trap() {
             Trap::StopsHalfway => {
                 self.time += duration;
-                return Err(StepError::TooManySteps { time: self.time, limit: 1 });
+                return Err(StepError::TooManySteps { time: self.time, limit: 1, events: 0, event: "", variant: "" });
             }
             Trap::YieldsNan => self.state = f64::NAN,
             _ => (),

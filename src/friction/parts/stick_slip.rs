@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::friction::event::{Event, Indicators};
 use crate::friction::law::{Contact, Drive, FrictionLaw, Stiction};
-use crate::numbers::{Scalar, Varying, sign};
+use crate::numbers::{Real, Scalar, Varying, sign};
 use crate::variables::{ParameterError, ParameterSet};
 
 /// The mode of a set-valued law.
@@ -69,6 +69,9 @@ impl Mode {
 }
 
 /// A law that is a break-away force and a kinetic curve, with the two modes above.
+///
+/// At every load level the kinetic force at zero velocity must not exceed the break-away force. Under an applied force between
+/// the two the contact would break away and stop again without end. Parameters that lead there are refused at the start.
 pub trait SetValued: ParameterSet {
     /// Checks that parameters which are legal one by one fit together.
     ///
@@ -83,10 +86,11 @@ pub trait SetValued: ParameterSet {
         true
     }
 
-    /// Largest force in N that holds the mass at a load level.
+    /// Largest force in N that holds the mass at a load level; not negative.
     fn break_away<S: Scalar>(&self, level: S) -> S;
 
-    /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it.
+    /// Force in N while sliding in a direction; smooth in the velocity across 0, where an event ends it, and there no larger
+    /// than the break-away force.
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S;
 }
 
@@ -95,7 +99,35 @@ wrapper! {
     StickSlip
 }
 
+/// Load levels at which the kinetic force is compared with the break-away force.
+const LEVELS: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
+/// Share by which rounding may raise the kinetic force above the break-away force.
+const ROUNDING: f64 = 1e-9;
+
 impl<L: SetValued> StickSlip<L> {
+    /// Refuses a contact that breaks away under a force against which it cannot start to slide.
+    fn check_rest(&self) -> Result<(), ParameterError> {
+        for level in LEVELS {
+            let break_away = self.0.break_away(Real::of(level)).value;
+            if break_away < 0.0 {
+                let reason = format!("at the load level {level} it must not be negative");
+                return Err(ParameterError::new("break-away force", break_away, &reason));
+            }
+            for direction in [1.0, -1.0] {
+                let kinetic = direction * self.0.kinetic(Real::of(0.0), direction, Real::of(level)).value;
+                if kinetic > break_away * (1.0 + ROUNDING) {
+                    let side = if direction > 0.0 { "+0" } else { "-0" };
+                    let reason = format!(
+                        "at the velocity {side} and the load level {level} it must not exceed the break-away force of \
+                         {break_away} N, or break-away and stop follow each other without end"
+                    );
+                    return Err(ParameterError::new("kinetic force", kinetic, &reason));
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn break_away_at<S: Scalar>(&self, contact: &Contact<S>) -> S {
         self.0.break_away(contact.level)
     }
@@ -117,7 +149,8 @@ impl<L: SetValued> FrictionLaw for StickSlip<L> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        self.0.check()
+        self.0.check()?;
+        self.check_rest()
     }
 
     fn is_gentle(&self) -> bool {

@@ -160,6 +160,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
 
     pub(super) fn switch(&mut self, event: usize) -> Result<(), StepError> {
         self.mark(|| Mark::Switches(event));
+        self.last_event = Some(event);
         let u = self.inputs_now();
         self.system.switch(event, self.now(), &mut self.x, &u, &mut self.memory);
         self.counters.events += 1;

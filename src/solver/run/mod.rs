@@ -105,6 +105,8 @@ pub struct Run<H: System<U>, const N: usize, const U: usize, S: Varying = Real> 
     pauses: bool,
     /// The event before which it has paused: the modes are still those that the event ends.
     pending: Option<usize>,
+    /// The last event that has ended a step.
+    last_event: Option<usize>,
     /// Steps tried since the start of the communication step.
     attempts: u64,
     /// What the run has done, for who asks for it.
@@ -183,6 +185,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             leaving: None,
             pauses: false,
             pending: None,
+            last_event: None,
             attempts: 0,
             trail: None,
             late: 0.0,
@@ -312,6 +315,7 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
     /// # Errors
     /// [`StepError`] when `end` cannot be reached; the state is then that of the last accepted step.
     pub fn advance(&mut self, end: f64) -> Result<(), StepError> {
+        self.last_event = None;
         if end > self.time {
             let duration = end - self.time;
             self.mark(|| Mark::Begins(duration));
@@ -321,12 +325,12 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
         }
         self.update()?;
         let limit = self.settings.limit(end - self.time, MAX_STEP.min(self.system.max_step()));
-        let limit = limit.map_err(|limit| StepError::TooManySteps { time: self.time, limit })?;
-        let start = self.time;
+        let (start, events) = (self.time, self.counters.events);
+        let limit = limit.map_err(|limit| self.too_many_steps(limit, events))?;
         (self.attempts, self.beyond) = (0, 0.0);
         while self.time < end && self.pending.is_none() {
             if self.attempts >= limit {
-                return Err(StepError::TooManySteps { time: self.time, limit });
+                return Err(self.too_many_steps(limit, events));
             }
             self.attempts += 1;
             let sample = self.system.next_sample::<S>(&self.memory);
@@ -343,6 +347,18 @@ impl<H: System<U>, const N: usize, const U: usize, S: Varying> Run<H, N, U, S> {
             self.system.arrive(S::of(self.time), &self.x, &self.inputs.at(self.time), &mut self.memory);
         }
         Ok(())
+    }
+
+    /// The error of a communication step that has used up its solver steps, and had a number of events before.
+    #[cold]
+    fn too_many_steps(&self, limit: u64, events_before: u64) -> StepError {
+        StepError::TooManySteps {
+            time: self.time,
+            limit,
+            events: self.counters.events - events_before,
+            event: self.last_event.map_or("", |event| self.system.event_name(event)),
+            variant: self.system.variant(),
+        }
     }
 
     /// Integrates to `end`, or to the first event on the way and no further; tells whether there is one, which happens when
