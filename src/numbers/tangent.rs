@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Dual, Number, Scalar, Varying};
+use super::{Dual, Number, Pair, Scalar, Varying};
 
 /// A number with its slope in one direction.
 ///
@@ -13,7 +13,8 @@ use super::{Dual, Number, Scalar, Varying};
 /// more than with plain parameters.
 ///
 /// A plain `f64` combined with a tangent is a tangent, on either side: `1.0 - b` has the slope of `-b`. Only who asks for the
-/// [value](Self::value) leaves the slope behind. A number of the equations has a tangent on its right: `v * damping`.
+/// [value](Self::value) leaves the slope behind. A tangent combined with a number of the equations is such a number, on either
+/// side: `v * damping`, `damping * v`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent {
     /// The value.
@@ -98,15 +99,9 @@ impl Neg for Tangent {
     }
 }
 
-/// Arithmetic of tangents with each other and with `f64`, and of other numbers with the value of a tangent.
+/// Arithmetic of tangents with `f64`, and of the numbers of the equations with the value of a tangent.
 macro_rules! arithmetic {
-    ($($operator:ident $name:ident;)*) => {$(
-        impl $operator for Tangent {
-            type Output = Self;
-            fn $name(self, other: Self) -> Self {
-                self.dual().$name(other.dual()).into()
-            }
-        }
+    ($($operator:ident $name:ident: |$p:ident, $x:ident| [$by_number:expr, $by_parameter:expr];)*) => {$(
         impl $operator<f64> for Tangent {
             type Output = Self;
             fn $name(self, other: f64) -> Self {
@@ -126,14 +121,30 @@ macro_rules! arithmetic {
                 self.$name(other.value)
             }
         }
+        /// A parameter on the left; of two tangents both vary.
+        impl<S: Scalar> $operator<S> for Tangent {
+            type Output = S;
+            #[inline(always)]
+            fn $name(self, other: S) -> S {
+                let ($p, $x) = (self.value, other.value());
+                other.chain_with($p.$name($x), $by_number, self, $by_parameter)
+            }
+        }
+        impl<S: Scalar> $operator<Pair<S>> for Tangent {
+            type Output = Pair<S>;
+            #[inline(always)]
+            fn $name(self, other: Pair<S>) -> Pair<S> {
+                Pair(other.0.map(|number| self.$name(number)))
+            }
+        }
     )*};
 }
 
 arithmetic! {
-    Add add;
-    Sub sub;
-    Mul mul;
-    Div div;
+    Add add: |p, x| [1.0, 1.0];
+    Sub sub: |p, x| [-1.0, 1.0];
+    Mul mul: |p, x| [p, x];
+    Div div: |p, x| [-(p / x) / x, 1.0 / x];
 }
 
 impl AddAssign for Tangent {
@@ -197,6 +208,21 @@ mod tests {
         let p = Tangent { value: 2.0, slope: 5.0 };
         let of = |value: f64, slope: f64| Tangent { value, slope };
         assert_eq!([3.0 + p, 3.0 - p, 3.0 * p, 3.0 / p], [of(5.0, 5.0), of(1.0, -5.0), of(6.0, 15.0), of(1.5, -3.75)]);
+    }
+
+    /// A parameter on the left of a number of the equations.
+    #[test]
+    fn parameters_on_the_left_are_those_on_the_right() {
+        fn of<S: Scalar>(p: Tangent, x: S) -> [S; 4] {
+            [p + x, p - x, p * x, p / x]
+        }
+        let p = Tangent { value: 2.0, slope: 5.0 };
+        let at = |value: f64, slope: f64| Tangent { value, slope };
+        assert_eq!(of(p, at(4.0, 3.0)), [at(6.0, 8.0), at(-2.0, 2.0), at(8.0, 26.0), at(0.5, 0.875)]);
+        let dual = |value: f64, slope: f64| Dual::<1>::new(value, [slope]);
+        assert_eq!(of(p, dual(4.0, 1.0)), [dual(6.0, 1.0), dual(-2.0, -1.0), dual(8.0, 2.0), dual(0.5, -0.125)]);
+        assert_eq!(of(p, Real::of(4.0)).map(Real::value), [6.0, -2.0, 8.0, 0.5]);
+        assert_eq!(p - Pair([Real::of(4.0), Real::of(1.0)]), Pair([Real::of(-2.0), Real::of(1.0)]));
     }
 
     #[test]

@@ -35,6 +35,6 @@ impl SetValued for HyperbolicStribeck {
     fn kinetic<S: Scalar>(&self, velocity: S, direction: f64, level: S) -> S {
         let ratio = velocity / self.stribeck_velocity;
         let excess = level * (self.static_force - self.coulomb_force) / (ratio * ratio + 1.0);
-        (level * self.coulomb_force + excess) * direction + velocity * self.viscous
+        (level * self.coulomb_force + excess) * direction + self.viscous * velocity
     }
 }

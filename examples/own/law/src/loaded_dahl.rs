@@ -30,6 +30,6 @@ impl BristleLaw for LoadedDahl {
     fn force<S: Scalar>(&self, contact: &Contact<S>, z: S, _memory: &()) -> (S, S) {
         let v = contact.velocity;
         let rate = v - v.abs() * z / self.distance;
-        (contact.level * z * self.coulomb_force / self.distance + v * self.viscous, rate)
+        (contact.level * self.coulomb_force * z / self.distance + self.viscous * v, rate)
     }
 }
